@@ -128,6 +128,20 @@ class Controller:
         return None if follow is None else follow(names, follower)
 
     @property
+    def has_variables(self) -> bool:
+        """True if `assign` sets variables and gains by name."""
+        return self._abilities.assign is not None
+
+    def assign(self, name: str, value: int) -> None:
+        """Set a variable or gain by name, in no time and without its host: `motor.assign("KP", 100)`.
+
+        Raises UsageError if the controller has no such variable.
+        """
+        if self._abilities.assign is None:
+            raise UsageError(f"{self.name} has no variables: that is for SmartMotors")
+        self._abilities.assign(name, value)
+
+    @property
     def programs(self) -> Mapping[str, Listing]:
         """Stored programs or sequences by name, each with the line that is running now."""
         return self._abilities.programs()

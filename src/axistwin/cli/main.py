@@ -48,6 +48,9 @@ GROUPS = {
         Command("plot", "runs", "Draw a trace."),
         Command("diff", "runs", "Find the first difference between two traces."),
     ),
+    "Run a scene many times": (
+        Command("sweep", "sweeping", "Run a scene with other values; measure, and test claims."),
+    ),
     "Connect hosts and controllers": (
         Command("serve", "serving", "Put controllers on real ports: TCP, pty, RFC2217, serial, bus."),
         Command("term", "serving", "An interactive terminal on a virtual or a real controller."),

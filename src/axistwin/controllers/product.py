@@ -117,6 +117,8 @@ class Abilities:
     """Returns a status hint in one line: why the device does not move, and the remedy; empty if the device can move."""
     subscribe_hint: Callable[[Callable[[str], None]], Callable[[], None]] = lambda watcher: lambda: None
     """Calls `watcher(line)` when there is a new hint.  Returns an unsubscribe function."""
+    assign: Callable[[str, int], None] | None = None
+    """Sets a variable or gain by name, in no time and without its host.  Raises UsageError if there is none."""
     busy: Callable[[], bool] = lambda: False
     """Returns True while the device works on a host's request; new requests may have to wait."""
     procedures: Callable[[], Sequence[Process]] = tuple

@@ -217,6 +217,14 @@ class StepperAxis:
         """Net pulses that the motor has not followed: issued pulses less position."""
         return self.pulses - self.position
 
+    def losing(self) -> Callable[[int], int] | None:
+        """Return `lost` as a function of the pulses of this move, as now planned; None: no steps are lost in it."""
+        if not self._slips:
+            return None
+        before, direction, found, per_tooth = self._lost, self.train.move.direction, self._slips, self._per_tooth
+        last = None if self._held else self.train.move.profile.pulses
+        return lambda pulses: before + direction * lost_pulses(found, pulses, pulses == last, per_tooth)
+
     @property
     def stalled(self) -> bool:
         """True if pulses are issued but the rotor, out of step, does not follow them."""

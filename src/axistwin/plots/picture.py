@@ -51,11 +51,15 @@ def save(chart: Chart, path: Path) -> None:
     with mpl.rc_context(STYLE):
         from matplotlib.figure import Figure
 
-        figure = _Picture(chart).draw(Figure())
-        metadata = {"Date": None} if path.suffix == ".svg" else {}
-        picture = BytesIO()
-        figure.savefig(picture, format=path.suffix.lstrip("."), dpi=150, metadata=metadata)
-        _write(path, picture.getvalue())
+        write_figure(_Picture(chart).draw(Figure()), path)
+
+
+def write_figure(figure: "Figure", path: Path) -> None:
+    """Write a figure to an SVG or PNG file, whole or not at all.  Raises UsageError."""
+    metadata = {"Date": None} if path.suffix == ".svg" else {}
+    picture = BytesIO()
+    figure.savefig(picture, format=path.suffix.lstrip("."), dpi=150, metadata=metadata)
+    _write(path, picture.getvalue())
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -96,6 +96,9 @@ class Builder:
             self._add(table, path)
             if table.program is not None:
                 self._store(self.bench[table.called], table.program, (*path, "program"))
+            for name, value in table.variables.items():
+                with self.source.placing_errors(*path, "variables", name):
+                    self.bench[table.called].assign(name, value)
 
     def _add(self, table: ControllerTable, path: Path_) -> None:
         made = product(table.model)

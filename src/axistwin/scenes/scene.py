@@ -32,6 +32,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.bench import Bench, product
@@ -124,6 +125,35 @@ class Scene:
         `served`: controllers with ports have outside hosts, and their `host` files are not sent.
         """
         return Builder(self._contents, self._source, served, self._texts).build()
+
+    @property
+    def file(self) -> Path:
+        """The file of the scene; its programs are relative to the folder of this file."""
+        return self._source.file
+
+    @property
+    def data(self) -> Mapping[str, Any]:
+        """Contents of the file as tables, lists and values."""
+        return self._source.data
+
+    @property
+    def text(self) -> str:
+        """Text of the file."""
+        return self._source.text
+
+    def text_of(self, program: str) -> str:
+        """Return the text of a program that was used, by path.  The scene has been built before."""
+        return self._texts[program]
+
+    def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
+        """Return the scene with other contents; `texts` replaces the texts of programs, by path.
+
+        Raises SceneError with the place in the file of a value that does not fit.
+        """
+        source = self._source.with_data(dict(data))
+        other = type(self)(source.contents(), source)
+        other._texts = {**self._texts, **texts}
+        return other
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
         """Return the text of the scene with the hosts and the script of `copy`; needed files are added to `copy`."""

@@ -5,9 +5,10 @@ import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from copy import copy
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
@@ -53,6 +54,12 @@ class Source:
         if nested:
             raise self._not_toml(f"Tables or lists are nested too deep: expected at most {MOST_NESTED}")
         self.places = toml_places.places(self.text)
+
+    def with_data(self, data: dict[str, Any]) -> Self:
+        """Return a source with the same file and places, and other contents."""
+        other = copy(self)
+        other.data = data
+        return other
 
     def contents(self) -> SceneFile:
         """Return the validated contents.  Raises SceneError for a wrong key or value."""

@@ -140,6 +140,8 @@ class ControllerTable(Table):
     """Ports of its second serial channel, if it has one."""
     program: File | None = None
     """Source of a SmartMotor's stored program (.sms), relative to the scene file."""
+    variables: dict[str, int] = {}
+    """Variables and gains of a SmartMotor at power-up, before its program begins, e.g. { KP = 100, a = 3 }."""
     host: Files = []
     """Command lines (.if1, .181x) or conversations (.talk) of its hosts, relative to the scene file."""
     master: str | None = None

@@ -27,7 +27,7 @@ from axistwin.diagnostics.checking import (
     product_for,
 )
 from axistwin.diagnostics.formats import Checked, as_github, as_json, as_sarif, as_text
-from axistwin.errors import ProgramError, UsageError
+from axistwin.errors import PlacedError, ProgramError, UsageError
 
 __all__ = ["check", "diagnose"]
 
@@ -45,8 +45,8 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
     """Check FILEs without running them: find errors that the controller would refuse, and probable mistakes.
 
     A FILE is a conversation (.talk; the host's lines are checked), IF1/IF2 command lines as typed at a terminal (.if1),
-    commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene (.toml).  MODEL may
-    be left out if the file gives the model: a conversation by `; model: if1`, other files by their suffix (.if1 is
+    commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene or a sweep
+    (.toml).  MODEL may be left out if the file gives the model: a conversation by `; model: if1`, other files by their suffix (.if1 is
     checked for an IF1, .181x for an 1811).  With a scene, all programs, hosts and conversations that the scene names
     are checked.  One line is printed for each diagnostic:
 
@@ -95,7 +95,9 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     """Yield the file; after a scene, the programs that the scene names."""
     kind = kind_of(file)
     if kind == SCENE:
-        yield from _check_scene(file, fix, quiet)
+        from axistwin.sweeps.sweep_file import is_sweep_file  # lazy import: pydantic
+
+        yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
         return
     try:
         text = load(file)
@@ -106,6 +108,18 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     check_kind(file, target)
     diagnose_it = partial(diagnose_text, suffix=kind, made=target, file=str(file))
     yield _fixed(file, diagnose_it, quiet, target) if fix else Checked(file, text, diagnose_it(text), target.model)
+
+
+def _check_sweep(file: Path) -> Checked:
+    from axistwin.scenes.source import read_text
+    from axistwin.sweeps import sweep_file
+
+    text = read_text(file)
+    try:
+        sweep_file.check(file)
+    except PlacedError as error:
+        return Checked(file, text, [as_diagnostic(error)])
+    return Checked(file, text, [])
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:

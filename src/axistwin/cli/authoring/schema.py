@@ -8,7 +8,8 @@ from axistwin.scenes.scene import Scene
 
 
 @click.command()
-def schema() -> None:
+@click.option("--sweep", is_flag=True, help="The schema of a sweep file.")
+def schema(sweep: bool) -> None:
     """Print the JSON Schema of a scene file; an editor then completes keys and reports errors during typing.
 
     Write the schema next to the scene, and name it in the scene's first line:
@@ -17,4 +18,9 @@ def schema() -> None:
       axistwin schema > scene.json
       #:schema scene.json
     """
+    if sweep:
+        from axistwin.sweeps.sweep_file import SweepFile
+
+        click.echo(json.dumps(SweepFile.model_json_schema(), indent=2, ensure_ascii=False))
+        return
     click.echo(json.dumps(Scene.schema(), indent=2, ensure_ascii=False))

@@ -39,12 +39,14 @@ def plot(
 ) -> int:
     """Draw position, velocity, following error, pins, registers and messages on one time axis.
 
-    TRACE is a file written by `--trace`: .csv, .vcd or .parquet.
+    TRACE is a file written by `--trace`: .csv, .vcd or .parquet.  Results of `axistwin sweep` are drawn as histograms,
+    scatter plots and heat maps.
 
     \b
     Examples:
       axistwin plot moves.vcd                                  writes moves.png
       axistwin plot moves.csv -o moves.svg --from 2 --to 3.5
+      axistwin plot torque.parquet -o torque.svg               results of a sweep
       axistwin plot night.parquet --show --signals 'motor.shaft.*,motor.RPE,motor.G'
     """
     from axistwin.plots.trace_chart import of_trace
@@ -57,6 +59,11 @@ def plot(
     path = out if out is not None or on_screen else trace.with_suffix(".png")
     if path is not None:
         check_suffix(path)
+    if trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace):
+        if on_screen or signals or since is not None or until is not None:
+            raise UsageError(f"{trace} holds results of a sweep: expected no option but --out and --title")
+        assert path is not None, "nothing is shown on the screen"
+        return _plot_sweep(trace, path, title)
     found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
         raise UsageError(f"--from {since:g}: expected a time before the trace's end at {to_seconds(found.end_ns):g} s")
@@ -66,6 +73,22 @@ def plot(
         click.echo(f"axistwin: {path}", err=True)
     if on_screen:
         show(chart)
+    return 0
+
+
+def _is_sweep(trace: Path) -> bool:
+    from axistwin.sweeps import is_sweep
+    from axistwin.traces.parquet import require_pyarrow
+
+    require_pyarrow()
+    return is_sweep(trace)
+
+
+def _plot_sweep(results: Path, path: Path, title: str | None) -> int:
+    from axistwin.sweeps import journal, pictures
+
+    pictures.save(journal.read(results), journal.plan_of(results), path, results.name if title is None else title)
+    click.echo(f"axistwin: {path}", err=True)
     return 0
 
 

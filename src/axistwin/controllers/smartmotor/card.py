@@ -11,12 +11,14 @@ from axistwin.controllers.smartmotor.front import FRONT
 from axistwin.controllers.smartmotor.kernel import jit
 from axistwin.controllers.smartmotor.kernel.core import prepare
 from axistwin.controllers.smartmotor.kernel.state import USER_PINS
+from axistwin.controllers.smartmotor.language.language import command
 from axistwin.controllers.smartmotor.listing import PROGRAM_NAME, Lines
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.registers import Registers
 from axistwin.controllers.smartmotor.rules import RULES
 from axistwin.controllers.smartmotor.terminals import EncoderPin, IndexLine
+from axistwin.errors import UsageError
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.alarms import Alarms
@@ -49,7 +51,7 @@ class SmartMotor:
         self.abilities = Abilities(
             uart=self.uart, rs485=self.rs485, alarms=self.alarms, registers=self._registers.table,
             follow=self._registers.follow, programs=self._lines.listings,
-            subscribe_lines=self._lines.progress.subscribe, hint=self.hint,
+            subscribe_lines=self._lines.progress.subscribe, hint=self.hint, assign=self.assign,
         )  # fmt: skip
 
     def power(self, on: bool) -> None:
@@ -86,6 +88,15 @@ class SmartMotor:
         self._motor.catch_up(changing=False)
         return trouble(self._motor)
 
+    def assign(self, name: str, value: int) -> None:
+        """Set a variable such as `a`, a motion parameter or a gain; gains are in force at once.  Raises UsageError."""
+        statement = command(f"{name}={value}")
+        if self._motor is None or statement.problem is not None or not name.isalnum():
+            raise UsageError(f"{name}={value} is no assignment of a SmartMotor: expected e.g. KP=100 or a=3")
+        self._motor.execute(self._motor.channels[0], statement.text)
+        if name in GAINS:
+            self._motor.execute(self._motor.channels[0], "F")
+
     def _restart(self) -> None:
         """Z: restart as at power-up."""
         self.power(False)
@@ -98,6 +109,8 @@ class SmartMotor:
         self.pins["brake"].set(True)
 
 
+GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
+"""Coefficients of the PID filter, which `F` puts into force."""
 ORDERS = (
     Order("RUN", b"RUN\r", "Start the stored program from the top"),
     Order("END", b"END\r", "End the program; motion goes on"),

@@ -1,0 +1,168 @@
+"""`axistwin sweep`: run a scene many times with other values; measure, and test claims."""
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+
+from axistwin.cli.common.parameters import FILE, Number
+from axistwin.errors import UsageError
+from axistwin.sweeps import journal
+from axistwin.sweeps.designs import DESIGNS
+from axistwin.sweeps.summary import lines, summary
+from axistwin.sweeps.sweep import Design, Progress, Sweep
+from axistwin.sweeps.sweep_file import is_sweep_file, load
+from axistwin.sweeps.workers import LIMIT_S
+
+COUNT = click.IntRange(min=1)
+
+
+@click.command()
+@click.argument("target", metavar="SCENE.toml|SWEEP.toml|RESULT.parquet", type=FILE)
+@click.option("--vary", metavar="PATH=VALUES", multiple=True, help="What varies, e.g. table.X.load.torque=0.05..0.4:8.")
+@click.option(
+    "--measure", metavar="NAME:SENTENCE", multiple=True, help="What is measured, e.g. 'end: final table.X.position'."
+)
+@click.option(
+    "--claim", metavar="NAME:SENTENCE", multiple=True, help="What must hold, e.g. 'safe: never table.X passes 12000'."
+)
+@click.option("--out", "-o", type=FILE, help="Results: FILE.parquet.  The same command goes on where it stopped.")
+@click.option("--for", "seconds", type=Number(min=0, min_open=True), help="Virtual time of each run.")
+@click.option("--design", type=click.Choice(list(DESIGNS)), help="Choice of the points; grid if left out.")
+@click.option("--runs", type=COUNT, help="Runs of a drawn design, or draws for each point of a grid.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of drawn values and of a search; 0 if left out.")
+@click.option("--search", type=COUNT, metavar="N", help="Look for the run that is worst for the claims, in N runs.")
+@click.option("--program", type=FILE, help="A program or conversation that is part of every run.")
+@click.option("--host", metavar="MODULE:FUNCTION", help="A Python host, called with the bench of each run.")
+@click.option("--workers", type=click.IntRange(min=0), help="Processes; 0: this one; default: one for each core.")
+@click.option(
+    "--limit",
+    type=Number(min=0, min_open=True),
+    default=LIMIT_S,
+    show_default=True,
+    help="Longest real time of a run, in seconds.",
+)
+@click.option("--summary", "as_text", is_flag=True, help="Print a summary of the results.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **options: Any) -> int:
+    """Run a scene many times with other values; write one row a run as Parquet.
+
+    PATH is controller.axis.option, controller.option, controller.program.NAME (the number first assigned to NAME),
+    controller.NAME (a variable or gain at power-up), fault.NAME.parameter, script.N.at, wire.N.delay_ms or seed.
+    VALUES: a..b (whole numbers: each), a..b:n, a..b:n:log, [a, b, c], normal(m, s), uniform(a, b),
+    triangular(a, c, b).  A run ends after --for, or else when everything rests, at most after 3,600 s.
+
+    A sweep file has the same options as keys; `axistwin check` checks the file.  Runs that fail a claim are kept as
+    scenes beside the results, up to 20.  docs/sweeps.md lists all sentences.
+
+    Exit code 0: all claims hold.  1: a claim or a run fails.  2: wrong usage.  130: interrupted.
+
+    \b
+    Examples:
+      axistwin sweep scene.toml --vary table.X.load.torque=0.05..0.4:8 \\
+          --measure 'lost: final table.X.lost' --out torque.parquet --summary
+      axistwin sweep scene.toml --vary seed=0..99 --claim 'safe: never table.X passes 12000' --out seeds.parquet
+      axistwin sweep scene.toml --vary 'knife.KP=normal(80, 8)' --runs 200 --for 5 \\
+          --measure 'error: max |knife.shaft.following_error|' --out gains.parquet
+      axistwin sweep scene.toml --vary script.0.at=0.1..5.0 --search 500 --claim 'safe: …' --out worst.parquet
+      axistwin sweep study.toml --out study.parquet
+      axistwin sweep study.parquet --summary
+    """
+    if target.suffix == ".parquet":
+        return _summarise(target, as_text=not as_json, as_json=as_json)
+    if out is None:
+        raise UsageError("the file for the results is missing: expected e.g. --out results.parquet")
+    made, design, seconds = _from_file(target, options) if is_sweep_file(target) else _from_options(target, options)
+    run = {"seconds": seconds, "design": design, "workers": options["workers"], "limit": options["limit"]}
+    try:
+        with _progress() as progress:
+            made.run(out, **run, progress=progress, tell=lambda words: click.echo(f"axistwin: {words}", err=True))
+    except KeyboardInterrupt:
+        done = journal.read(out).num_rows if _has_parts(out) else 0
+        click.echo(f"axistwin: interrupted after {done:,} runs: the same command goes on from there", err=True)
+        return 130
+    return _summarise(out, as_text=as_text, as_json=as_json)
+
+
+def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, float | None]:
+    made = Sweep(target, options["program"], options["host"])
+    for each in options["vary"]:
+        path, equals, values = each.partition("=")
+        if not equals or not path:
+            raise UsageError(f"--vary {each!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
+        made.vary(path, values)
+    for option, add in (("measure", made.measure), ("claim", made.claim)):
+        for each in options[option]:
+            name, colon, sentence = each.partition(":")
+            if not colon or " " in name.strip():
+                raise UsageError(f"--{option} {each!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
+            add(name.strip(), sentence.strip())
+    if not made.varied:
+        raise UsageError("nothing varies: add --vary PATH=VALUES, e.g. --vary seed=0..99")
+    return (
+        made,
+        Design(options["design"] or "grid", options["runs"], options["seed"] or 0, options["search"]),
+        options["seconds"],
+    )
+
+
+def _from_file(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, float | None]:
+    given = ("vary", "measure", "claim", "seconds", "design", "runs", "seed", "search", "program", "host")
+    names = [f"--{'for' if name == 'seconds' else name}" for name in given if options[name] not in (None, ())]
+    if names:
+        raise UsageError(f"{target} is a sweep file: set {', '.join(names)} in the file")
+    contents = load(target)
+    return contents.sweep(target), contents.chosen(), contents.seconds
+
+
+def _has_parts(out: Path) -> bool:
+    return any(out.with_name(f"{out.name}.parts").glob("part-*.parquet"))
+
+
+def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
+    """Print the summary that is asked for; return the exit code."""
+    table = journal.read(out)
+    plan = journal.plan_of(out) if out.exists() else json.loads(table.schema.metadata[journal.PLAN])
+    found = summary(table, plan)
+    if as_json:
+        click.echo(json.dumps(found, ensure_ascii=False))
+    elif as_text:
+        for line in lines(found):
+            click.echo(line)
+    for path in found["without_effect"]:
+        click.echo(f"axistwin: {path} changed no measure and no claim in any run", err=True)
+    failing = {name: one["fails"] for name, one in found["claims"].items() if one["fails"]}
+    for name, count in failing.items():
+        worst = found["claims"][name]["worst"][0]["run"]
+        click.echo(f"axistwin: {name} fails in {count} of {found['runs']} runs; the worst is run {worst}", err=True)
+    bad = {name: count for name, count in found["ended"].items() if name in ("error", "limit", "killed")}
+    for name, count in bad.items():
+        row = next(row for row in table.to_pylist() if row["ended"] == name)
+        click.echo(f"axistwin: {count} runs ended by {name}, such as run {row['run']}: {row['notes']}", err=True)
+    return 1 if failing or bad else 0
+
+
+@contextmanager
+def _progress() -> Iterator[Progress | None]:
+    """Show runs, failing runs and the time left, on a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        TextColumn("runs"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[failing]} failing"),
+    )
+    with Bar(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("runs", total=None, failing=0)
+        yield lambda done, every, failing: bar.update(task, completed=done, total=every, failing=failing)

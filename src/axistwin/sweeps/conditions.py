@@ -1,0 +1,146 @@
+"""Conditions on signals: `table.output1 high and (|motor.RPE| < 20 or not motor.D low)`."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from axistwin.errors import UsageError
+from axistwin.numbers import NumberError, real, shortened
+from axistwin.sweeps.recording import Recording
+from axistwin.sweeps.series import Series, combined
+
+Compare = Callable[[Any], Any]
+EXAMPLE = "'table.output1 high' or '|motor.RPE| < 20'"
+_SIGNS: dict[str, tuple[Callable[[Any, float], Any], Callable[[Any, float], Any]]] = {
+    "<": (np.less, lambda x, c: c - x),
+    "<=": (np.less_equal, lambda x, c: c - x),
+    ">": (np.greater, lambda x, c: x - c),
+    ">=": (np.greater_equal, lambda x, c: x - c),
+    "=": (np.equal, lambda x, c: -np.abs(x - c)),
+    "!=": (np.not_equal, lambda x, c: np.abs(x - c)),
+}
+"""Truth and robustness of a comparison, by its sign."""
+_TOKEN = re.compile(r"\s*(<=|>=|!=|[()|<>=]|[^\s()|<>=!]+)")
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A condition: its signals, its truth (1 or 0) and its robustness over time."""
+
+    text: str
+    signals: tuple[str, ...]
+    truth: Callable[[Recording], Series]
+    robustness: Callable[[Recording], Series]
+
+
+def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
+    """Return the truth and the robustness of a comparison with a number, as functions of the value."""
+    try:
+        limit = real(number)
+    except NumberError as error:
+        raise UsageError(str(error)) from None
+    holds, margin = _SIGNS[sign]
+    return lambda x: holds(x, limit).astype(float), lambda x: margin(x, limit)
+
+
+def _level(high: bool) -> tuple[Compare, Compare]:
+    """Return the truth and the robustness of a level, as functions of the value."""
+    return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
+
+
+def condition(text: str) -> Condition:
+    """Return the condition in a text.  Raises UsageError."""
+    reader = _Reader(text)
+    found = reader.either()
+    if reader.tokens:
+        raise reader.wrong()
+    return found
+
+
+class _Reader:
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.tokens = _TOKEN.findall(text)
+
+    def wrong(self) -> UsageError:
+        place = f" at {self.tokens[0]!r}" if self.tokens else ""
+        return UsageError(f"{shortened(self.text)} is no condition{place}: expected e.g. {EXAMPLE}")
+
+    def take(self, *wanted: str) -> str:
+        """Return the next token, which is one of `wanted` or any; "" if there is none."""
+        if not self.tokens or (wanted and self.tokens[0] not in wanted):
+            return ""
+        return str(self.tokens.pop(0))
+
+    def either(self) -> Condition:
+        found = self.both()
+        while self.take("or"):
+            found = self._joined(found, self.both(), np.maximum)
+        return found
+
+    def both(self) -> Condition:
+        found = self.single()
+        while self.take("and"):
+            found = self._joined(found, self.single(), np.minimum)
+        return found
+
+    def single(self) -> Condition:
+        if self.take("not"):
+            inner = self.single()
+            truth, margin = (
+                partial(_mapped, inner.truth, lambda x: 1 - x),
+                partial(_mapped, inner.robustness, np.negative),
+            )
+            return Condition(self.text, inner.signals, truth, margin)
+        if self.take("("):
+            inner = self.either()
+            if not self.take(")"):
+                raise self.wrong()
+            return inner
+        return self.atom()
+
+    def atom(self) -> Condition:
+        magnitude = bool(self.take("|"))
+        name = self.take()
+        if not name or name in "()|<>=" or (magnitude and not self.take("|")):
+            raise self.wrong()
+        series = partial(_magnitude if magnitude else _plain, name)
+        if level := self.take("high", "low"):
+            return self._of(name, series, *_level(level == "high"))
+        sign, number = self.take(*_SIGNS), self.take()
+        if not sign or not number:
+            raise self.wrong()
+        return self._of(name, series, *comparison(sign, number))
+
+    def _of(self, name: str, series: Callable[[Recording], Series], truth: Compare, margin: Compare) -> Condition:
+        return Condition(self.text, (name,), partial(_mapped, series, truth), partial(_mapped, series, margin))
+
+    def _joined(self, one: Condition, other: Condition, function: Callable[..., Any]) -> Condition:
+        truth = partial(_combined, function, one.truth, other.truth)
+        margin = partial(_combined, function, one.robustness, other.robustness)
+        return Condition(self.text, (*one.signals, *other.signals), truth, margin)
+
+
+def _plain(name: str, record: Recording) -> Series:
+    return record.series(name)
+
+
+def _magnitude(name: str, record: Recording) -> Series:
+    return record.series(name).map(np.abs)
+
+
+def _mapped(series: Callable[[Recording], Series], function: Compare, record: Recording) -> Series:
+    return series(record).map(function)
+
+
+def _combined(
+    function: Callable[..., Any],
+    one: Callable[[Recording], Series],
+    other: Callable[[Recording], Series],
+    record: Recording,
+) -> Series:
+    return combined(function, one(record), other(record))

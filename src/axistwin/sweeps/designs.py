@@ -1,0 +1,123 @@
+"""Designs: which combinations of values are run.
+
+`grid` is every combination, `zip` the first values together, then the second ones, and so on.  `random`, `lhs` (Latin
+hypercube) and `sobol` are `runs` points drawn from all values.  In a grid, distributions are drawn anew for each run,
+and `runs` repeats each combination.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from itertools import product
+from math import prod
+from typing import Any
+
+from axistwin.errors import MissingExtraError, UsageError
+from axistwin.fault_injection.chance import Chance
+from axistwin.sweeps.values import MOST, Value, Values
+
+Points = Sequence[tuple[Value, ...]]
+"""One tuple a run, in the order of the paths."""
+_SEEDS_APART = 0x9E37_79B9
+"""Distance between the seeds of two paths."""
+
+
+def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
+    """Return the points of a design.  Raises UsageError if the values do not fit the design."""
+    if design not in DESIGNS:
+        raise UsageError(f"no design {design!r}: there are {', '.join(DESIGNS)}")
+    found = DESIGNS[design](varied, runs, seed)
+    if len(found) > MOST:
+        raise UsageError(f"{len(found):,} runs: expected at most {MOST:,}")
+    return found
+
+
+def _grid(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
+    listed = _listed(varied)
+    _check_drawn(varied, listed, runs)
+    count = prod(len(values) for values in listed.values()) * (runs or 1)
+    if count > MOST:
+        raise UsageError(f"{count:,} runs: expected at most {MOST:,}: fewer values, or --design sobol --runs N")
+    combinations = (point for point in product(*listed.values()) for _ in range(runs or 1))
+    return _with_draws(varied, listed, list(combinations), seed)
+
+
+def _zip(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
+    listed = {path: values for path, values in _listed(varied).items() if len(values) > 1}
+    lengths = {path: len(values) for path, values in listed.items()}
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{path} {length}" for path, length in lengths.items())
+        raise UsageError(f"--design zip: the lists have different lengths ({told}): expected equal ones")
+    length = max(lengths.values(), default=1)
+    listed |= {path: list(each.listed) * length for path, each in varied.items() if len(each.listed) == 1}
+    listed = {path: listed[path] for path in varied if path in listed}
+    _check_drawn(varied, listed, runs)
+    together = [point for point in zip(*listed.values(), strict=True) for _ in range(runs or 1)]
+    return _with_draws(varied, listed, together if listed else [()] * (runs or 1), seed)
+
+
+def _listed(varied: Mapping[str, Values]) -> dict[str, Sequence[Value]]:
+    for path, values in varied.items():
+        if not values.listed and ".." in values.text:
+            raise UsageError(f"{path}={values.text}: a grid needs a count: expected e.g. {values.text}:5")
+    return {path: values.listed for path, values in varied.items() if values.listed}
+
+
+def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: int | None) -> None:
+    drawn = [path for path in varied if path not in listed]
+    if drawn and runs is None:
+        raise UsageError(f"{drawn[0]}={varied[drawn[0]].text} is drawn: give the number of draws, e.g. --runs 100")
+
+
+def _with_draws(
+    varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
+) -> Points:
+    """Insert the values that are drawn, from a sequence of random numbers per path."""
+    columns: dict[str, Iterator[Value]] = {}
+    for number, (path, values) in enumerate(varied.items()):
+        if path not in listed:
+            chance = Chance(seed + _SEEDS_APART * (number + 1))
+            columns[path] = (values.at(chance.unit()) for _ in combinations)
+    place = {path: number for number, path in enumerate(listed)}
+    return [
+        tuple(point[place[path]] if path in place else next(columns[path]) for path in varied) for point in combinations
+    ]
+
+
+def _random(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
+    chances = [Chance(seed + _SEEDS_APART * (number + 1)) for number in range(len(varied))]
+    unit = ([chance.unit() for chance in chances] for _ in range(_count(runs)))
+    return at_fractions(varied, unit)
+
+
+def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
+    return at_fractions(varied, _qmc().LatinHypercube(len(varied), rng=seed).random(_count(runs)).tolist())
+
+
+def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
+    count = _count(runs)
+    power = max(count - 1, 1).bit_length()  # the generator is balanced for powers of two
+    return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
+
+
+def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
+    """Return the points at these fractions of each path's distribution."""
+    return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
+
+
+def _count(runs: int | None) -> int:
+    if runs is None:
+        raise UsageError("the number of runs is missing: expected e.g. --runs 100")
+    return runs
+
+
+def _qmc() -> Any:
+    if find_spec("scipy") is None:
+        raise MissingExtraError("scipy", "sweeps")
+    from scipy.stats import qmc  # lazy import: half a second
+
+    return qmc
+
+
+DESIGNS: dict[str, Callable[[Mapping[str, Values], int | None, int], Points]] = {
+    "grid": _grid, "zip": _zip, "random": _random, "lhs": _lhs, "sobol": _sobol,
+}  # fmt: skip

@@ -1,0 +1,187 @@
+"""A job: a scene, what varies in it, and what is measured; and the run of one point of it."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from hashlib import sha256
+from importlib import import_module
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from axistwin.bench import Bench
+from axistwin.errors import AxistwinError, UsageError
+from axistwin.programs import running
+from axistwin.programs.command_lines import run_until_quiet
+from axistwin.scenes.scene import Scene
+from axistwin.scenes.toml_text import tables
+from axistwin.sweeps import recording
+from axistwin.sweeps.paths import Variation
+from axistwin.sweeps.sentences import Finding, Sentence, claim, measure
+from axistwin.sweeps.values import Value
+from axistwin.units import S, to_ns
+from axistwin.version import VERSION
+
+Row = dict[str, Any]
+BOUND_NS = 3600 * S
+"""Longest virtual time of a run without `for`."""
+OWN_COLUMNS = ("run", "ended", "seconds", "difference", "notes", "wall_s", "worker", "version", "scene")
+"""Columns besides paths, measures and claims."""
+APART = ("wall_s", "worker", "version")
+"""Columns that may differ between equal sweeps."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """The parts of a sweep that every worker needs."""
+
+    scene: Scene
+    paths: tuple[str, ...]
+    measures: Mapping[str, str] = field(default_factory=dict)
+    claims: Mapping[str, str] = field(default_factory=dict)
+    for_s: float | None = None
+    program: Path | None = None
+    host: str | None = None
+    """A Python host, `module:function`, that is called with the bench of each run."""
+
+    def hash(self) -> str:
+        """Return a hash of the scene and of the programs that it uses."""
+        texts = {Path(name).name: text for name, text in self.scene.programs.items()}
+        if self.program is not None:
+            texts[self.program.name] = self.program.read_text(encoding="latin-1")
+        digest = sha256(self.scene.text.encode())
+        for name, text in sorted(texts.items()):
+            digest.update(f"\0{name}\0{text}".encode())
+        return digest.hexdigest()[:16]
+
+
+class Runner:
+    """Runs single points of a job.  The scene has been read once.  Raises UsageError for a job that cannot run."""
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self.variation = Variation(job.scene, job.paths)
+        self.measures = {name: _named(name, text, measure) for name, text in job.measures.items()}
+        self.claims = {name: _named(name, text, claim) for name, text in job.claims.items()}
+        sentences = (*self.measures.values(), *self.claims.values())
+        self.signals = tuple(dict.fromkeys(name for sentence in sentences for name in sentence.signals))
+        self.events = tuple(dict.fromkeys(event for sentence in sentences for event in sentence.events))
+        self._hash = job.hash()
+        self._host = _function(job.host) if job.host else None
+        self._check()
+
+    def _check(self) -> None:
+        """Raise UsageError for signals, events or a program that do not fit the scene."""
+        self._program()
+        for name, sentence in {**self.measures, **self.claims}.items():
+            try:
+                recording.check(self.variation.base.build(), sentence.signals, sentence.events)
+            except UsageError as error:
+                message = str(error).partition("when=")[2] or str(error)
+                raise UsageError(f"{name}: {message}") from None
+
+    def _program(self) -> running.Program:
+        return running.scene_program() if self.job.program is None else running.load(self.job.program)
+
+    def row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
+        """Run a point; return its row.  A run that fails has the reason in its row."""
+        begin_s = perf_counter()
+        row = self.empty_row(number, values, worker)
+        try:
+            row |= self._run(values)
+        except AxistwinError as error:
+            row |= {"ended": "error", "notes": str(error)}
+        except Exception as error:  # noqa: BLE001  # a host of the user; the other runs go on
+            row |= {"ended": "error", "notes": f"{type(error).__name__}: {error}"}
+        row["wall_s"] = perf_counter() - begin_s
+        return row
+
+    def empty_row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
+        """Return the row of a run without results."""
+        row: Row = {"run": number, **dict(zip(self.job.paths, values, strict=True))}
+        row |= dict.fromkeys(self.measures)
+        for name in self.claims:
+            row |= {name: None, f"{name}.robustness": None, f"{name}.at_s": None}
+        about = {"wall_s": 0.0, "worker": worker, "version": VERSION, "scene": self._hash}
+        return {**row, "ended": "", "seconds": None, "difference": None, "notes": None, **about}
+
+    def _run(self, values: Sequence[Value]) -> Row:
+        bench = self.variation.scene(values).build()
+        program = self._program()
+        program.prepare(bench)
+        with recording.Recording(bench, self.signals, self.events) as record:
+            if self._host is not None:
+                self._host(bench)
+            difference = program.perform(bench, self._until_ns(bench)).difference if self.job.program else None
+            ended = self._finish(bench)
+        found: Row = {"ended": ended, "seconds": bench.seconds, "difference": difference and str(difference)}
+        notes = []
+        for name, sentence in self.measures.items():
+            finding = sentence.answer(record)
+            found[name] = finding.value
+            notes += _note(name, finding)
+        for name, sentence in self.claims.items():
+            finding = sentence.answer(record)
+            at_s = None if finding.at_ns is None else finding.at_ns / S
+            found |= {name: finding.holds, f"{name}.robustness": finding.robustness, f"{name}.at_s": at_s}
+            notes += _note(name, finding)
+        return {**found, "notes": "; ".join(notes) or None}
+
+    def _until_ns(self, bench: Bench) -> int | None:
+        return None if self.job.for_s is None else max(to_ns(self.job.for_s), bench.now)
+
+    def _finish(self, bench: Bench) -> str:
+        """Run to the end; return the reason for the end."""
+        if self.job.for_s is not None:
+            bench.clock.run_to(max(to_ns(self.job.for_s), bench.now))
+            return "for"
+        bench.clock.run_to(max(bench.now, min(bench.agenda_ns, BOUND_NS)))
+        rests = run_until_quiet(bench, BOUND_NS)
+        if rests and not any(axis.moving for each in bench.controllers.values() for axis in each.axes.values()):
+            return "rest"
+        bench.clock.run_to(max(bench.now, BOUND_NS))
+        return "bound"
+
+    def files(self, row: Row) -> dict[str, str]:
+        """Return a scene that repeats a run, and its programs, by file name."""
+        scene = self.variation.scene([row[path] for path in self.job.paths])
+        scene.build()
+        failed = [name for name in self.claims if row[name] is False]
+        end_s = self.job.for_s if self.job.for_s is not None else row["seconds"]
+        told = [f"# {name}: {self.claims[name].text}: fails at {row[f'{name}.at_s']:.9f} s\n" for name in failed]
+        program = f" {self.job.program}" if self.job.program else ""
+        note = f"# Run {row['run']}: axistwin run scene.toml{program} --for {end_s:.9g}\n"
+        return {**scene.programs, "scene.toml": f"{note}{''.join(told)}\n{tables(scene.data)}"}
+
+
+def _note(name: str, finding: Finding) -> list[str]:
+    return [f"{name}: {finding.reason}"] if finding.reason else []
+
+
+def _named(name: str, text: str, read: Callable[[str], Sentence]) -> Sentence:
+    try:
+        return read(text)
+    except UsageError as error:
+        raise UsageError(f"{name}: {error}") from None
+
+
+def _function(name: str) -> Callable[[Bench], object]:
+    module, _, function = name.partition(":")
+    found: Any = None
+    with suppress(ImportError, ValueError):
+        found = getattr(import_module(module), function or "-", None)
+    if not callable(found):
+        raise UsageError(f"host {name!r} cannot be imported: expected MODULE:FUNCTION, e.g. myhosts:press_button")
+    call: Callable[[Bench], object] = found
+    return call
+
+
+def check_names(names: Iterable[str], paths: Iterable[str]) -> None:
+    """Raise UsageError for a name of a measure or claim that cannot be a column."""
+    taken = {*paths, *OWN_COLUMNS}
+    for name in names:
+        if name in taken:
+            raise UsageError(f"there is a column {name!r} already: choose another name")
+        if not name.replace("_", "").replace("-", "").isalnum():
+            raise UsageError(f"{name!r} is no name: expected letters, digits, _ and -, e.g. cycle")
+        taken |= {name, f"{name}.robustness", f"{name}.at_s"}

@@ -1,0 +1,191 @@
+"""The results of a sweep: numbered parts beside the file, which become one Parquet file at the end.
+
+Each part is renamed into place when it is complete.  The plan of the sweep lies with the parts, and in the finished
+file: a sweep goes on where it stopped only with the same plan.
+"""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path
+from shutil import rmtree
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from axistwin.errors import TraceError, UsageError
+from axistwin.storage import write_whole
+from axistwin.sweeps.job import APART, Row
+from axistwin.traces.parquet import require_pyarrow
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+PLAN = b"axistwin.sweep"
+"""Key of the plan in the metadata of a Parquet file."""
+ROWS, FLUSH_S = 1000, 2.0
+"""Rows of a part at most, and the time after which a part is written."""
+Plan = Mapping[str, Any]
+
+
+class Journal:
+    """The rows of a sweep on their way to the file `out`.  Raises UsageError if `out` belongs to another sweep."""
+
+    def __init__(self, out: Path, plan: Plan, types: Mapping[str, str]) -> None:
+        require_pyarrow()
+        if out.suffix != ".parquet":
+            raise UsageError(f"{out.name!r} is no name for results: expected a name that ends in .parquet")
+        self.out, self.plan = out, plan
+        self.parts = out.with_name(f"{out.name}.parts")
+        self._types, self._rows = types, list[Row]()
+        self._written_s = monotonic()
+        self.complete = out.exists()
+        try:
+            self._open()
+        except OSError as error:
+            raise UsageError(f"{out} cannot be written: {error.strerror}") from None
+        self.done = self._runs()
+
+    def _open(self) -> None:
+        if self.complete:
+            _check_plan(self.out, plan_of(self.out), self.plan)
+            return
+        told = self.parts / "plan.json"
+        if told.exists():
+            _check_plan(self.parts, json.loads(told.read_text(encoding="utf-8")), self.plan)
+            return
+        self.parts.mkdir(parents=True, exist_ok=True)
+        write_whole(told, json.dumps(self.plan, indent=2, ensure_ascii=False).encode())
+
+    def _files(self) -> list[Path]:
+        return [self.out] if self.complete else sorted(self.parts.glob("part-*.parquet"))
+
+    def _runs(self) -> set[int]:
+        import pyarrow.parquet as pq
+
+        columns = (pq.read_table(file, columns=["run"])["run"].to_pylist() for file in self._files())
+        return {run for column in columns for run in column}
+
+    def add(self, row: Row) -> None:
+        """Add a row; now and then a part is written."""
+        self._rows.append(row)
+        if len(self._rows) >= ROWS or monotonic() - self._written_s > FLUSH_S:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the rows so far as a part."""
+        self._written_s = monotonic()
+        if not self._rows:
+            return
+        last = max((int(file.stem.partition("-")[2]) for file in self._files()), default=0)
+        _write(table(self._rows, self._types, self.plan), self.parts / f"part-{last + 1:06}.parquet")
+        self.done |= {row["run"] for row in self._rows}
+        self._rows = []
+
+    def finish(self) -> None:
+        """Join the parts to the Parquet file, in the order of the runs, and remove them."""
+        if self.complete:
+            return
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        self.flush()
+        parts = [pq.read_table(file) for file in self._files()] or [table([], self._types, self.plan)]
+        _write(pa.concat_tables(parts).sort_by("run"), self.out)
+        rmtree(self.parts)
+        self.complete = True
+
+
+def table(rows: Sequence[Row], types: Mapping[str, str], plan: Plan) -> "pa.Table":
+    """Return rows as a table.  `types`: kinds of the columns, "number", "whole", "truth", "text" or "numbers"."""
+    import pyarrow as pa
+
+    kinds = {
+        "number": pa.float64(), "whole": pa.int64(), "truth": pa.bool_(), "text": pa.string(),
+        "numbers": pa.list_(pa.float64()),
+    }  # fmt: skip
+    schema = pa.schema([(name, kinds[kind]) for name, kind in types.items()])
+    shown = [{name: _as_kind(row[name], kind) for name, kind in types.items()} for row in rows]
+    told = {PLAN: json.dumps(plan, ensure_ascii=False).encode()}
+    return pa.Table.from_pylist(shown, schema=schema).replace_schema_metadata(told)
+
+
+def _as_kind(value: Any, kind: str) -> Any:
+    if value is None:
+        return None
+    if kind == "text":
+        return value if isinstance(value, str) else json.dumps(value)
+    return float(value) if kind == "number" else value
+
+
+def kind_of(values: Sequence[Any]) -> str:
+    """Return the kind of a column for the values of a path."""
+    if all(isinstance(value, bool) for value in values):
+        return "truth"
+    if all(isinstance(value, int) and not isinstance(value, bool) for value in values):
+        return "whole"
+    return "number" if all(isinstance(value, int | float) for value in values) else "text"
+
+
+def _write(found: "pa.Table", path: Path) -> None:
+    import pyarrow.parquet as pq
+
+    unfinished = path.with_name(f"{path.name}.{os.urandom(6).hex()}.new")
+    try:
+        pq.write_table(found, unfinished, compression="zstd")
+        os.replace(unfinished, path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise UsageError(f"{path} cannot be written: {error.strerror or error}") from None
+
+
+def is_sweep(path: Path) -> bool:
+    """True if a file holds the results of a sweep."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return PLAN in (pq.read_schema(path).metadata or {})
+    except (OSError, pa.ArrowInvalid):
+        return False
+
+
+def plan_of(path: Path) -> Plan:
+    """Return the plan of a file of results.  Raises TraceError if the file is something else."""
+    import pyarrow.parquet as pq
+
+    if not is_sweep(path):
+        raise TraceError(f"{path}: no results of a sweep: expected a file written by axistwin sweep")
+    plan: Plan = json.loads(pq.read_schema(path).metadata[PLAN])
+    return plan
+
+
+def read(path: Path) -> "pa.Table":
+    """Return the results of a sweep, finished or not.  Raises UsageError or TraceError."""
+    require_pyarrow()
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    parts = sorted(path.with_name(f"{path.name}.parts").glob("part-*.parquet"))
+    if path.exists():
+        plan_of(path)
+        return pq.read_table(path)
+    if parts:
+        return pa.concat_tables([pq.read_table(part) for part in parts]).sort_by("run")
+    raise UsageError(f"{path} does not exist: expected the results of axistwin sweep … --out {path.name}")
+
+
+def digest(found: "pa.Table") -> str:
+    """Return a hash over the sorted rows, without columns that may differ between equal sweeps."""
+    kept = found.select([name for name in found.column_names if name not in APART]).sort_by("run")
+    rows = (json.dumps(row, sort_keys=True) for row in kept.to_pylist())
+    return sha256("\n".join(rows).encode()).hexdigest()[:16]
+
+
+def _check_plan(place: Path, old: Plan, new: Plan) -> None:
+    """Raise UsageError with the first difference between two plans."""
+    new = json.loads(json.dumps(new))
+    for key in dict.fromkeys((*old, *new)):
+        if old.get(key) != new.get(key):
+            was, now = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
+            raise UsageError(f"{place} is of another sweep: {key} was {was}, now {now}: choose another --out")

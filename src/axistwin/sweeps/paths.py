@@ -1,0 +1,229 @@
+"""Paths: what a sweep varies in a scene, by name.
+
+table.X.load.torque      an option of an axis; limits.1 is an element of a list, counted from 0
+table.wiring             an option of a controller
+knife.program.KP         the number first assigned to KP in the stored program
+knife.KP                 a variable or gain at power-up, before the program begins
+fault.cable.at           a time, seed or parameter of a fault, by its name
+script.0.at  wire.1.delay_ms  seed
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from axistwin.bench import Bench, Controller, product
+from axistwin.errors import SceneError, UsageError
+from axistwin.fault_injection.injector import free_name
+from axistwin.fault_injection.kinds import kind_of
+from axistwin.plant.axes import SERVO, STEPPER
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.scenes.scene import Scene
+from axistwin.scenes.source import instead
+from axistwin.sweeps.values import Value
+
+Keys = tuple[str | int, ...]
+TERMS = ("at", "nth", "duration", "seed")
+"""Properties of every fault that can be varied."""
+WIRE = ("delay_ms", "invert")
+OWN = ("line", "history", "master_ratio")
+"""Keys of a controller, besides its options, that can be varied."""
+LISTS = {"fault": "fault.NAME.parameter", "script": "script.0.at", "wire": "wire.0.delay_ms"}
+_CODE = r"""(?:"[^"]*"|[^'"])*?"""
+
+
+@dataclass(frozen=True)
+class Place:
+    """The place of a path: keys in the scene, or the number assigned to `variable` in the text of a program."""
+
+    path: str
+    keys: Keys
+    file: str = ""
+    variable: str = ""
+
+
+class Variation:
+    """The places of some paths in a scene.  `scene(values)` returns the scene with these values."""
+
+    def __init__(self, base: Scene, paths: Iterable[str]) -> None:
+        self.base = base.varied(_without_state(base.data))
+        bench = self.base.build()
+        self.places = [_place(self.base, bench, path) for path in paths]
+        self._texts = {place.file: _program(self.base, place.file) for place in self.places if place.file}
+
+    def scene(self, values: Sequence[Value]) -> Scene:
+        """Return the scene with these values.  Raises UsageError that names the path of a value that does not fit."""
+        data: Any = self.base.data
+        texts = dict(self._texts)
+        for place, value in zip(self.places, values, strict=True):
+            if place.file:
+                texts[place.file] = _assigned(texts[place.file], place, value)
+            else:
+                data = _put(data, place.keys, value)
+        return self.base.varied(data, texts)
+
+    def check(self, number: int, value: Value) -> None:
+        """Raise UsageError if a scene with this value of one path cannot be built."""
+        place = self.places[number]
+        alone = Variation.__new__(Variation)
+        alone.base, alone.places, alone._texts = self.base, [place], self._texts
+        try:
+            alone.scene([value]).build()
+        except SceneError as error:
+            raise UsageError(f"{place.path}={value}: {error.message}") from None
+        except UsageError as error:
+            raise UsageError(f"{place.path}={value}: {error}") from None
+
+
+def states(scene: Scene) -> list[str]:
+    """Return the names of the controllers with a state directory, which a sweep leaves alone."""
+    return [_called(table) for table in scene.data["controller"] if table.get("state") is not None]
+
+
+def _without_state(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    tables = [{key: value for key, value in table.items() if key != "state"} for table in data["controller"]]
+    return {**data, "controller": tables}
+
+
+def _called(table: Mapping[str, Any]) -> str:
+    return str(table.get("name") or table["model"].lower())
+
+
+def _place(scene: Scene, bench: Bench, path: str) -> Place:
+    first, *rest = path.split(".")
+    if path == "seed":
+        return Place(path, ("seed",))
+    if first in LISTS and first not in bench.controllers:
+        return Place(path, _in_list(scene, path, first, rest))
+    if first not in bench.controllers and len(bench.controllers) == 1:
+        first, rest = next(iter(bench.controllers)), [first, *rest]
+    if first not in bench.controllers or not rest:
+        there = (*bench.controllers, "fault", "script", "wire", "seed")
+        raise UsageError(f"{path} names nothing in the scene: {instead(first, there)}, e.g. table.X.load.torque")
+    return _in_controller(scene, bench[first], path, rest)
+
+
+def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
+    tables = scene.data.get(kind, [])
+    if len(rest) < 2:
+        raise UsageError(f"{path} is not complete: expected e.g. {LISTS[kind]}")
+    if kind == "fault":
+        names: list[str] = []
+        for table in tables:
+            names.append(table.get("name") or free_name(table["kind"], names))
+        if rest[0] not in names:
+            raise UsageError(f"{path}: no fault {rest[0]!r} in the scene: {_there(rest[0], names)}")
+        number = names.index(rest[0])
+        known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
+    else:
+        if not rest[0].isdecimal() or int(rest[0]) >= len(tables):
+            raise UsageError(f"{path}: no [[{kind}]] {rest[0]}: the scene has {len(tables)}, counted from 0")
+        number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
+    if rest[1] not in known or len(rest) > 2:
+        raise UsageError(f"{path}: no number {'.'.join(rest[1:])!r} here: {_there(rest[1], known)}")
+    return (kind, number, rest[1])
+
+
+def _there(word: str, known: Sequence[str]) -> str:
+    return instead(word, known) if known else "there are none"
+
+
+def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[str]) -> Place:
+    number = next(n for n, table in enumerate(scene.data["controller"]) if _called(table) == controller.name)
+    at: Keys = ("controller", number)
+    options = [each.name for each in fields(product(controller.product.model).options)]
+    if rest[0] == "program" and len(rest) == 2:
+        return _in_program(scene, path, at, rest[1])
+    if rest[0] in controller.axes and len(rest) > 1:
+        axis = controller.axes[rest[0]]
+        known = SERVO if isinstance(axis, ServoAxis) else STEPPER
+        if rest[1] in known:
+            return Place(path, _checked(scene, path, (*at, "axes", *map(_key, rest))))
+        if not (controller.has_variables and len(rest) == 2):
+            raise UsageError(f"{path}: the axis has no option {rest[1]!r}: {instead(rest[1], known)}")
+        rest = rest[1:]
+    if rest[0] in OWN:
+        return Place(path, _checked(scene, path, (*at, *map(_key, rest))))
+    if rest[0] in options:
+        return Place(path, _checked(scene, path, (*at, "options", *map(_key, rest))))
+    if controller.has_variables and len(rest) == 1 and _assignable(controller, rest[0]):
+        return Place(path, (*at, "variables", rest[0]))
+    known_here = (*controller.axes, *options, *OWN, *(["program"] if controller.has_variables else []))
+    raise UsageError(f"{path} names nothing in the scene: {instead(rest[0], known_here)}")
+
+
+def _assignable(controller: Controller, name: str) -> bool:
+    try:
+        controller.assign(name, 1)
+    except UsageError:
+        return False
+    return True
+
+
+def _key(part: str) -> str | int:
+    return int(part) if part.isdecimal() else part
+
+
+def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
+    """Return the keys.  Raises UsageError for an element of a list that the scene does not have."""
+    at: Any = scene.data
+    for key in keys:
+        if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
+            size = f"has {len(at)} elements" if isinstance(at, list) else "is not in the scene"
+            raise UsageError(f"{path}: no element {key}: the list {size}; elements count from 0")
+        if isinstance(at, list):
+            at = at[key] if isinstance(key, int) else None
+        else:
+            at = at.get(key) if isinstance(at, Mapping) else None
+    return keys
+
+
+def _put(node: Any, keys: Keys, value: Value) -> Any:
+    """Return a copy of the tables along `keys` with another value; missing tables are added."""
+    if not keys:
+        return value
+    key, rest = keys[0], keys[1:]
+    if isinstance(node, list):
+        assert isinstance(key, int), "lists have numbers as keys"
+        return [*node[:key], _put(node[key], rest, value), *node[key + 1 :]]
+    table = {"model": node} if isinstance(node, str) else node or {}  # a data sheet by name
+    return {**table, key: _put(table.get(key), rest, value)}
+
+
+# Numbers in programs
+
+
+def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
+    table = scene.data["controller"][at[1]]
+    if "program" not in table:
+        raise UsageError(f'{path}: {_called(table)} has no program: add program = "….sms" to the scene')
+    users = [_called(other) for other in scene.data["controller"] if other.get("program") == table["program"]]
+    if len(users) > 1:
+        both = " and ".join(users)
+        raise UsageError(f"{path}: {table['program']} is the program of {both}: give each a file of its own")
+    file = str(scene.file.parent / Path(table["program"]))
+    place = Place(path, (*at, "program"), file, variable)
+    _assigned(_program(scene, file), place, 0)
+    return place
+
+
+def _program(scene: Scene, file: str) -> str:
+    return scene.text_of(file)
+
+
+def _assigned(text: str, place: Place, value: Value) -> str:
+    """Return a program in which the number first assigned to the variable is `value`."""
+    if type(value) is not int:
+        raise UsageError(f"{place.path}={value}: expected a whole number in a program, e.g. {place.variable}=100")
+    number = re.compile(rf"(?<![\w@.]){re.escape(place.variable)}=[ ]*(-?\d+)(?![\w.])", re.ASCII)
+    lines = text.split("\n")
+    for n, line in enumerate(lines):
+        code = re.match(_CODE + r"(?='|$)", line)
+        found = number.search(line, 0, code.end() if code else len(line))
+        if found:
+            lines[n] = f"{line[: found.start(1)]}{value}{line[found.end(1) :]}"
+            return "\n".join(lines)
+    name, example = Path(place.file).name, f"{place.variable}=100"
+    raise UsageError(f"{place.path}: {name} assigns no number to {place.variable}: expected e.g. {example}")

@@ -1,0 +1,98 @@
+"""Draw the results of a sweep: a row for each measure and for each claim's robustness.
+
+A row has a histogram, a scatter plot over each path, and a heat map if two paths of numbers vary.  Runs that fail a
+claim are red; the worst runs of a claim have their numbers.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from axistwin.errors import TraceError
+from axistwin.plots.picture import ALARM, COLOURS, INK, STYLE, check_suffix, write_figure
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_PATHS = 4
+"""Paths with a scatter plot of their own; the first ones are drawn."""
+WORST = 3
+_SIZE = 2.6, 2.2
+"""Width and height of one plot in inches."""
+
+
+def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = "") -> None:
+    """Draw the results to a PNG or SVG file.  Raises TraceError if nothing was measured."""
+    check_suffix(path)
+    names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
+    if not names:
+        raise TraceError(f"{title or path}: no measures and no claims to draw")
+    import matplotlib as mpl
+
+    with mpl.rc_context(STYLE):
+        from matplotlib.figure import Figure
+
+        write_figure(_drawn(Figure(), table, plan, names, title), path)
+
+
+def _drawn(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: Sequence[str], title: str) -> "Figure":
+    paths = [path for path in plan["varied"] if _is_number(table, path)][:MOST_PATHS]
+    maps = len(paths) == 2
+    columns = 1 + len(paths) + maps
+    figure.set_size_inches(_SIZE[0] * columns, _SIZE[1] * len(names) + 0.4)
+    figure.set_layout_engine("constrained")
+    grid = figure.subplots(len(names), columns, squeeze=False)
+    failing = np.zeros(table.num_rows, bool)
+    for name in plan["claims"]:
+        failing |= np.array([holds is False for holds in table[name].to_pylist()], bool)
+    runs = np.array(table["run"].to_pylist())
+    for row, name in zip(grid, names, strict=True):
+        values = _numbers(table[name].to_pylist())
+        _histogram(row[0], name, values)
+        marked = np.argsort(values)[:WORST] if name.endswith(".robustness") else np.empty(0, int)
+        for axes, path in zip(row[1:], paths, strict=False):
+            _scatter(axes, path, _numbers(table[path].to_pylist()), values, failing)
+            for n in marked[np.isfinite(values[marked])]:
+                at = float(table[path][int(n)].as_py()), float(values[n])
+                axes.annotate(str(runs[n]), at, fontsize=7, color=INK, xytext=(3, 3), textcoords="offset points")
+        if maps:
+            _heat_map(figure, row[-1], paths, [_numbers(table[path].to_pylist()) for path in paths], values)
+    if title:
+        figure.suptitle(title, x=0.012, ha="left", fontsize=11, color=INK)
+    return figure
+
+
+def _is_number(table: "pa.Table", path: str) -> bool:
+    return str(table.schema.field(path).type) in ("double", "int64")
+
+
+def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":
+    """Return values as numbers: a list as its mean, no answer and infinity as nan."""
+    flat = [np.mean(value) if isinstance(value, list) else np.nan if value is None else value for value in values]
+    found = np.array(flat, float)
+    found[~np.isfinite(found)] = np.nan
+    return found
+
+
+def _histogram(axes: "Axes", name: str, values: Any) -> None:
+    axes.hist(values[np.isfinite(values)], bins=30, color=COLOURS[0])
+    axes.set_xlabel(name)
+    axes.set_ylabel("runs")
+
+
+def _scatter(axes: "Axes", path: str, at: Any, values: Any, failing: Any) -> None:
+    axes.scatter(at[~failing], values[~failing], s=8, color=COLOURS[0], linewidths=0)
+    axes.scatter(at[failing], values[failing], s=8, color=ALARM, linewidths=0)
+    axes.set_xlabel(path)
+
+
+def _heat_map(figure: "Figure", axes: "Axes", paths: Sequence[str], at: Sequence[Any], values: Any) -> None:
+    drawn = axes.scatter(at[0], at[1], c=values, s=14, marker="s", cmap="viridis", linewidths=0)
+    axes.set_xlabel(paths[0])
+    axes.set_ylabel(paths[1])
+    if np.isfinite(values).any():
+        figure.colorbar(drawn, ax=axes)

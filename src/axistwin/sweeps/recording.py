@@ -1,0 +1,209 @@
+"""Record what the measures and claims of a sweep need from one run: signals as changes, events as times.
+
+A signal is one of a trace (`docs/traces.md`), or of an axis:
+
+    position, lost            of a stepper: where the motor is, and the pulses that it has not followed
+    velocity                  of a servo: counts per second over the latest sample
+    following_error           of a servo: commanded less actual position, in counts
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from axistwin.bench import Bench
+from axistwin.errors import UsageError
+from axistwin.plant.counts import Samples
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant.stepper import StepperAxis
+from axistwin.scenes.source import instead
+from axistwin.sweeps.series import Series, Times, combined
+from axistwin.traces.batch import Part
+from axistwin.traces.signals import REAL, STEP, TEXT, Signal, catalogue
+from axistwin.traces.trace import Tracer
+from axistwin.units import S
+
+SERVO = {"velocity": ("position",), "following_error": ("commanded", "position")}
+STEPPER = {"position": ("pulses",), "lost": ("pulses",)}
+"""Signals of axes besides those of a trace, and what they are made of."""
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """The lost steps of a stepper from a time on; `losing` gives them by the pulses of the move, if more are lost."""
+
+    since_ns: int
+    lost: int
+    origin: int
+    losing: Callable[[int], int] | None
+
+
+class Recording:
+    """The signals and events of these names on a bench, from now to the end of the context."""
+
+    def __init__(self, bench: Bench, signals: Iterable[str], events: Iterable[str]) -> None:
+        self.bench = bench
+        self.end_ns = bench.now
+        self._here = next(iter(bench.controllers)) if len(bench.controllers) == 1 else ""
+        self._known = {signal.full: signal for signal in catalogue(bench) if signal.kind not in (STEP, TEXT)}
+        self._also = {f"{s.scope}.{name}": s.full for s in self._known.values() for name in s.also}
+        self._names = {name: self._full(name) for name in signals}
+        self._events: dict[str, list[int]] = {sentence: [] for sentence in events}
+        self._plans: dict[str, list[_Plan]] = {}
+        self._periods: dict[str, int] = {}
+        """Time from sample to sample, by servo axis."""
+        wanted = {part for name in self._names.values() for part in self._parts(name)}
+        self._signals = [signal for name, signal in self._known.items() if name in wanted]
+        self._stack = ExitStack()
+        self._blocks: list[list[Part]] = [[] for _ in self._signals]
+
+    def __enter__(self) -> Self:
+        """Subscribe.  Raises UsageError for an event that the bench cannot have."""
+        for sentence, times in self._events.items():
+            happened = partial(self._happened, times)
+            self._stack.callback(self.bench.when(sentence, happened, self._here))
+        for name in self._names.values():
+            scope, _, which = name.rpartition(".")
+            axis = self._axis(scope)
+            if isinstance(axis, StepperAxis) and which in STEPPER and scope not in self._plans:
+                self._plans[scope] = []
+                self._note_plan(scope, axis)
+                self._stack.callback(axis.on_motion.subscribe(partial(self._note_plan, scope, axis)))
+            elif isinstance(axis, ServoAxis) and which == "velocity":
+                self._stack.callback(axis.subscribe(partial(self._note_period, scope)))
+        if self._signals:
+            self._tracer = Tracer(self.bench, self._signals)
+            self._tracer.consumer = self._take
+            self._first = self._tracer.first()
+            self._stack.enter_context(self._tracer)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        if kind is None:
+            self.end_ns = self.bench.now
+            if self._signals:
+                self._tracer.finish()
+        self._stack.close()
+
+    def series(self, name: str) -> Series:
+        """Return a signal of the finished run."""
+        return self._series(self._names[name])
+
+    def times(self, sentence: str) -> Times:
+        """Return the times of an event, in order."""
+        return np.array(self._events[sentence], np.int64)
+
+    def axis_signal(self, sentence: str) -> str | None:
+        """Return the signal of the position of the axis in `X passes 1000`; None for other events."""
+        axis, verb, *_ = [*sentence.split(), "", ""]
+        return f"{axis}.position" if verb == "passes" else None
+
+    def _happened(self, times: list[int]) -> None:
+        times.append(self.bench.now)
+
+    def _note_plan(self, scope: str, axis: StepperAxis) -> None:
+        """Note the lost steps of a move that begins or changes."""
+        self._plans[scope].append(_Plan(self.bench.now, axis.lost, axis.train.move.origin, axis.losing()))
+
+    def _note_period(self, scope: str, samples: Samples) -> None:
+        if samples.period_ns:
+            self._periods[scope] = samples.period_ns
+
+    def _take(self, parts: list[Part], _: list[bytes]) -> None:
+        for part in parts:
+            self._blocks[part.signal].append(part)
+
+    # Names
+
+    def _full(self, name: str) -> str:
+        """Return the full name of a signal.  Raises UsageError if there is none."""
+        for candidate in (name, f"{self._here}.{name}"):
+            if candidate in self._known or self._parts(candidate) != (candidate,):
+                return candidate
+            if candidate in self._also:
+                return self._also[candidate]
+        there = [*self._known, *self._derived()]
+        raise UsageError(f"no signal {name!r} here: {instead(name, there)}")
+
+    def _derived(self) -> list[str]:
+        found = []
+        for controller in self.bench.controllers.values():
+            for axis_name, axis in controller.axes.items():
+                table = SERVO if isinstance(axis, ServoAxis) else STEPPER
+                found += [f"{controller.name}.{axis_name}.{name}" for name in table]
+        return found
+
+    def _parts(self, name: str) -> tuple[str, ...]:
+        """Return the signals of a trace that a signal is made of."""
+        if name in self._known:
+            return (name,)
+        scope, _, which = name.rpartition(".")
+        axis = self._axis(scope)
+        table = {} if axis is None else SERVO if isinstance(axis, ServoAxis) else STEPPER
+        return tuple(f"{scope}.{part}" for part in table[which]) if which in table else (name,)
+
+    def _axis(self, scope: str) -> Any:
+        controller, _, axis = scope.rpartition(".")
+        found = self.bench.controllers.get(controller)
+        return None if found is None else found.axes.get(axis)
+
+    # Signals
+
+    def _series(self, name: str) -> Series:
+        if name in self._known:
+            return self._traced(name)
+        scope, _, which = name.rpartition(".")
+        if which == "following_error":
+            return combined(np.subtract, self._traced(f"{scope}.commanded"), self._traced(f"{scope}.position"))
+        if which == "velocity":
+            return self._velocity(scope)
+        lost = self._lost_of(scope)
+        return lost if which == "lost" else combined(np.subtract, self._traced(f"{scope}.pulses"), lost)
+
+    def _traced(self, name: str) -> Series:
+        number = next(n for n, signal in enumerate(self._signals) if signal.full == name)
+        signal: Signal = self._signals[number]
+        first = self._first[number]
+        assert not isinstance(first, bytes), "texts are not measured"
+        blocks = self._blocks[number]
+        times = np.concatenate([np.zeros(1, np.int64), *(part.times for part in blocks)])
+        given = (part.values.view(float) if signal.kind == REAL else part.values for part in blocks)
+        values = np.concatenate([np.array([first], float), *(each.astype(float) for each in given)])
+        return Series.of(times, values, self.end_ns)
+
+    def _lost_of(self, scope: str) -> Series:
+        """Return the lost steps: constant between moves and in moves without a slip, else as planned pulse by pulse."""
+        pulses, plans = self._traced(f"{scope}.pulses"), self._plans[scope]
+        times: list[Times] = []
+        values: list[list[int]] = []
+        for plan, until_ns in zip(plans, [*(plan.since_ns for plan in plans[1:]), self.end_ns + 1], strict=True):
+            times.append(np.array([plan.since_ns], np.int64))
+            values.append([plan.lost])
+            if plan.losing is not None:
+                inside = (pulses.times >= plan.since_ns) & (pulses.times < until_ns)
+                times.append(pulses.times[inside])
+                values.append([plan.losing(int(abs(at - plan.origin))) for at in pulses.values[inside]])
+        return Series.of(np.concatenate(times), np.concatenate(values).astype(float), self.end_ns)
+
+    def _velocity(self, scope: str) -> Series:
+        """Return the velocity of a servo: the way of a sample, from the end of this sample to that of the next."""
+        position, period_ns = self._traced(f"{scope}.position"), self._periods.get(scope, S)
+        moved, ways = position.times[1:], np.diff(position.values)
+        ends = moved + period_ns
+        rests = np.diff(moved, append=self.end_ns + 2 * period_ns) > period_ns
+        starts = np.concatenate((np.zeros(1, np.int64), moved, ends[rests]))
+        values = np.concatenate((np.zeros(1), ways * S / period_ns, np.zeros(int(rests.sum()))))
+        order = np.argsort(starts, kind="stable")
+        within = starts[order] <= self.end_ns
+        return Series.of(starts[order][within], values[order][within], self.end_ns)
+
+
+def check(bench: Bench, signals: Sequence[str], events: Sequence[str]) -> None:
+    """Raise UsageError for a signal or an event that the bench cannot have."""
+    with Recording(bench, signals, events):
+        pass

@@ -1,0 +1,93 @@
+"""Search for the worst run: CMA-ES over the fractions of each path's values, generation by generation.
+
+The result depends on the seed and not on the number of workers.  A generation without any difference, or one that has
+converged, is followed by a new start at a random point.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from math import isfinite
+from typing import Any
+
+from axistwin.errors import MissingExtraError, UsageError
+from axistwin.fault_injection.chance import Chance
+from axistwin.sweeps.designs import at_fractions
+from axistwin.sweeps.job import Row
+from axistwin.sweeps.journal import Journal
+from axistwin.sweeps.values import Values
+from axistwin.sweeps.workers import Engine
+
+FAR = 1e12
+"""Stands for an infinite robustness."""
+SIGMA = 0.3
+"""First step, as a fraction of the range."""
+
+
+def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
+    """Raise an error if there is nothing to search, or no library to search with."""
+    if find_spec("cmaes") is None:
+        raise MissingExtraError("cmaes", "sweeps")
+    if not claims:
+        raise UsageError("--search looks for the run that fails a claim: add --claim 'NAME: SENTENCE'")
+    for path, values in varied.items():
+        if not values.ordered:
+            raise UsageError(f"{path}={values.text}: a search needs numbers in order: expected e.g. 0.05..0.4")
+    if not varied:
+        raise UsageError("--search needs something to vary: add --vary PATH=VALUES")
+
+
+def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
+    """Return the claims' robustness in the runs of an unfinished search, by run."""
+    import pyarrow.parquet as pq
+
+    columns = ["run", *(f"{name}.robustness" for name in claims)]
+    parts = (pq.read_table(file, columns=columns).to_pylist() for file in sorted(results.parts.glob("part-*")))
+    return {row["run"]: row for part in parts for row in part}
+
+
+def badness(row: Row, claims: Sequence[str]) -> float:
+    """Return the least robustness of a run; FAR without a finite one."""
+    found = [row[f"{name}.robustness"] for name in claims]
+    finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]
+    return min(finite, default=FAR)
+
+
+def search(
+    engine: Engine,
+    varied: Mapping[str, Values],
+    claims: Sequence[str],
+    count: int,
+    seed: int,
+    before: Mapping[int, Row],
+) -> Iterator[Row]:
+    """Yield the rows of `count` runs; those in `before` are not repeated."""
+    chance = Chance(seed)
+    strategy, asked = _start(len(varied), chance, first=True), 0
+    while asked < count:
+        size = min(strategy.population_size, count - asked)
+        units = [strategy.ask() for _ in range(size)]
+        values = at_fractions(varied, [[min(x, 1 - 2**-53) for x in unit[: len(varied)]] for unit in units])
+        scores = {run: badness(before[run], claims) for run in range(asked, asked + size) if run in before}
+        tasks = [(asked + n, point) for n, point in enumerate(values) if asked + n not in before]
+        for row in engine.map(tasks):
+            scores[row["run"]] = badness(row, claims)
+            yield row
+        told = [scores[asked + n] for n in range(size)]
+        asked += size
+        if size < strategy.population_size:
+            return
+        if len(set(told)) == 1 or not any(map(isfinite, told)):
+            strategy = _start(len(varied), chance)
+            continue
+        strategy.tell(list(zip(units, told, strict=True)))
+        if strategy.should_stop():
+            strategy = _start(len(varied), chance)
+
+
+def _start(dimensions: int, chance: Chance, *, first: bool = False) -> Any:
+    import numpy as np
+    from cmaes import CMA
+
+    size = max(2, dimensions)  # the library has no search in one dimension
+    mean = np.array([0.5 if first else chance.unit() for _ in range(size)])
+    return CMA(mean, SIGMA, bounds=np.array([[0.0, 1.0]] * size), seed=chance.below(1 << 31))

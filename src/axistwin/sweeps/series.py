@@ -1,0 +1,59 @@
+"""Piecewise constant signals over a run, as the measures and claims use them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axistwin.units import S
+
+Times = NDArray[np.int64]
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """A signal: `values[n]` holds from `times[n]` to the next time, the last one up to `end_ns`."""
+
+    times: Times
+    values: NDArray[Any]
+    end_ns: int
+
+    @classmethod
+    def of(cls, times: Times, values: NDArray[Any], end_ns: int) -> "Series":
+        """Return a signal from changes in order of time; of several at one time the last one counts."""
+        last = np.append(np.diff(times) > 0, True)
+        return cls(times[last], values[last], end_ns)
+
+    @property
+    def seconds(self) -> Numbers:
+        """Duration of each piece in seconds."""
+        found: Numbers = np.diff(self.times, append=self.end_ns) / S
+        return found
+
+    def at(self, times: Times) -> NDArray[Any]:
+        """Return the values at these times."""
+        found: NDArray[Any] = self.values[np.maximum(np.searchsorted(self.times, times, "right") - 1, 0)]
+        return found
+
+    def within(self, begin_ns: int, end_ns: int) -> NDArray[Any]:
+        """Return the values from `begin_ns` to `end_ns`, both included."""
+        first = max(int(np.searchsorted(self.times, begin_ns, "right")) - 1, 0)
+        return self.values[first : max(int(np.searchsorted(self.times, end_ns, "right")), first + 1)]
+
+    def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> "Series":
+        """Return the signal of a function of the value."""
+        return Series(self.times, function(self.values), self.end_ns)
+
+
+def combined(function: Callable[..., NDArray[Any]], *parts: Series) -> Series:
+    """Return the signal of a function of several signals, on the union of their times."""
+    times = np.unique(np.concatenate([part.times for part in parts]))
+    return Series(times, function(*(part.at(times) for part in parts)), max(part.end_ns for part in parts))
+
+
+def minimum(values: Sequence[float] | NDArray[Any]) -> float:
+    """Return the least value; infinity if there is none."""
+    return float(np.min(values)) if len(values) else float("inf")

@@ -1,0 +1,213 @@
+"""A sweep: a scene, what varies, what is measured and claimed; run it to a table.
+
+from axistwin.sweeps import Sweep
+
+found = (
+    Sweep("scene.toml")
+    .vary("table.X.load.torque", "0.05..0.4:8")
+    .measure("lost", "final table.X.lost")
+    .run(seconds=10)
+)
+found.to_pandas()
+"""
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Self
+
+from axistwin.errors import UsageError
+from axistwin.scenes.scene import Scene
+from axistwin.storage import write_whole
+from axistwin.sweeps import journal, searching
+from axistwin.sweeps.designs import Points, points
+from axistwin.sweeps.job import Job, Row, Runner, check_names
+from axistwin.sweeps.journal import Journal
+from axistwin.sweeps.sentences import measure
+from axistwin.sweeps.values import Value, Values, read
+from axistwin.sweeps.workers import LIMIT_S, Engine, Task, ThisProcess, Workers, prepare
+from axistwin.version import VERSION
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+KEPT = 20
+"""Largest number of failing runs that are kept as scenes."""
+Progress = Callable[[int, int, int], object]
+"""Called with the number of finished runs, of all runs, and of runs in which a claim fails."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """How the points of a sweep are chosen; `search`: number of runs that look for the worst point."""
+
+    name: str = "grid"
+    runs: int | None = None
+    seed: int = 0
+    search: int | None = None
+
+
+class Sweep:
+    """A sweep of a scene: a file, a `Scene` or a dict.  `program` and `host` take part in every run."""
+
+    def __init__(
+        self, scene: Scene | str | Path | Mapping[str, Any], program: str | Path | None = None, host: str | None = None
+    ) -> None:
+        if isinstance(scene, Scene):
+            self.scene = scene
+        else:
+            self.scene = Scene.given(scene) if isinstance(scene, Mapping) else Scene.load(scene)
+        self.scene.build()  # reads its programs
+        self.program, self.host = None if program is None else Path(program), host
+        self.varied: dict[str, Values] = {}
+        self.measures: dict[str, str] = {}
+        self.claims: dict[str, str] = {}
+
+    def vary(self, path: str, values: Value) -> Self:
+        """Vary what `path` names: `.vary("table.X.load.torque", "0.05..0.4:8")`, or a list.  Raises UsageError."""
+        if path in self.varied:
+            raise UsageError(f"{path} is varied twice: expected one list of values")
+        try:
+            self.varied[path] = read(values)
+        except UsageError as error:
+            raise UsageError(f"{path}: {error}") from None
+        return self
+
+    def measure(self, name: str, sentence: str) -> Self:
+        """Measure in each run: `.measure("cycle", "from table.output1 rises to table.output1 falls")`."""
+        check_names([name], [*self.varied, *self.measures, *self.claims])
+        self.measures[name] = sentence
+        return self
+
+    def claim(self, name: str, sentence: str) -> Self:
+        """Claim of each run: `.claim("safe", "never table.X passes 12000 while table.output1 high")`."""
+        check_names([name], [*self.varied, *self.measures, *self.claims])
+        self.claims[name] = sentence
+        return self
+
+    def plan(self, design: Design, seconds: float | None) -> dict[str, Any]:
+        """Return everything that the rows depend on."""
+        varied = {path: values.text for path, values in self.varied.items()}
+        job = self._job(seconds)
+        return {
+            "version": VERSION, "scene": job.hash(), "varied": varied, "design": design.name, "runs": design.runs,
+            "seed": design.seed, "search": design.search, "measures": self.measures, "claims": self.claims,
+            "for": seconds, "program": self.program and self.program.name, "host": self.host,
+        }  # fmt: skip
+
+    def _job(self, seconds: float | None) -> Job:
+        return Job(self.scene, tuple(self.varied), self.measures, self.claims, seconds, self.program, self.host)
+
+    def check(self, design: Design | None = None, seconds: float | None = None) -> tuple[Runner, Points]:
+        """Return what runs the points, and the points.  Raises UsageError for anything that cannot run."""
+        design = design or Design()
+        runner = Runner(self._job(seconds))
+        for number, values in enumerate(self.varied.values()):
+            for value in values.samples:
+                runner.variation.check(number, value)
+        if design.search is not None:
+            searching.check(self.varied, self.claims)
+            return runner, ()
+        return runner, points(design.name, self.varied, design.runs, design.seed)
+
+    def run(
+        self,
+        out: str | Path | None = None,
+        *,
+        seconds: float | None = None,
+        design: Design | None = None,
+        workers: int | None = None,
+        limit: float = LIMIT_S,
+        progress: Progress | None = None,
+        tell: Callable[[str], None] = lambda words: None,
+    ) -> "pa.Table":
+        """Run all points and return the table, one row a run; with `out` as a Parquet file that can be resumed.
+
+        `seconds`: virtual time of each run.  `workers`: number of processes; 0 runs in this process; None: one for each
+        core.  `limit`: longest real time of a run in seconds.  Raises UsageError before anything runs.
+        """
+        if out is None:
+            with TemporaryDirectory() as directory:
+                return self.run(
+                    Path(directory) / "sweep.parquet", seconds=seconds, design=design, workers=workers, limit=limit,
+                    progress=progress, tell=tell,
+                )  # fmt: skip
+        design, out = design or Design(), Path(out)
+        runner, found = self.check(design, seconds)
+        results = Journal(out, self.plan(design, seconds), self._types(found))
+        if not results.complete:
+            engine = self._engine(runner, workers, limit, tell)
+            self._run(runner, results, engine, design, found, progress)
+        return journal.read(out)
+
+    def _engine(self, runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
+        count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
+        count = (os.cpu_count() or 1) if count is None else count
+        prepare(runner)  # compiles before several workers would
+        return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
+
+    def _run(
+        self, runner: Runner, results: Journal, engine: Engine, design: Design, found: Points, progress: Progress | None
+    ) -> None:
+        all_runs = design.search or len(found)
+        done, failing = len(results.done), 0
+        kept = len([*_kept(results.out).glob("run-*")])
+        try:
+            with engine:
+                for row in self._rows(engine, results, design, found):
+                    results.add(row)
+                    done += 1
+                    if any(row[name] is False for name in self.claims):
+                        failing += 1
+                        kept += kept < KEPT and _keep(runner, row, _kept(results.out))
+                    if progress is not None:
+                        progress(done, all_runs, failing)
+        finally:
+            results.flush()
+        results.finish()
+
+    def _rows(self, engine: Engine, results: Journal, design: Design, found: Points) -> Iterator[Row]:
+        if design.search is not None:
+            known = searching.known(results, self.claims)
+            yield from searching.search(engine, self.varied, tuple(self.claims), design.search, design.seed, known)
+            return
+        yield from engine.map(_tasks(found, results.done))
+
+    def _types(self, found: Points) -> dict[str, str]:
+        """Return the kinds of all columns."""
+        columns: list[Sequence[Value]] = [*zip(*found, strict=True)]
+        columns = columns or [values.samples for values in self.varied.values()]
+        types = {"run": "whole"}
+        types |= {path: journal.kind_of(column) for path, column in zip(self.varied, columns, strict=True)}
+        types |= {name: "numbers" if _is_list(text) else "number" for name, text in self.measures.items()}
+        for name in self.claims:
+            types |= {name: "truth", f"{name}.robustness": "number", f"{name}.at_s": "number"}
+        texts = dict.fromkeys(("difference", "notes", "worker", "version", "scene"), "text")
+        return {**types, "ended": "text", "seconds": "number", "wall_s": "number", **texts}
+
+
+def _is_list(text: str) -> bool:
+    return measure(text).text.endswith(" each")
+
+
+def _tasks(found: Points, done: set[int]) -> Iterator[Task]:
+    skip = frozenset(done)
+    return ((number, values) for number, values in enumerate(found) if number not in skip)
+
+
+def _kept(out: Path) -> Path:
+    return out.with_name(f"{out.stem}-failing")
+
+
+def _keep(runner: Runner, row: Row, directory: Path) -> bool:
+    """Write a scene that repeats a failing run."""
+    with suppress(OSError):
+        for name, text in runner.files(row).items():
+            file = directory / f"run-{row['run']}" / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(file, text.encode())
+        return True
+    return False

@@ -1,0 +1,128 @@
+"""A sweep file: the options of `axistwin sweep` in TOML.
+
+scene = "scene.toml"
+for = 10
+design = "sobol"
+runs = 256
+
+[vary]
+"table.X.load.torque" = "0.05..0.4"
+
+[measure]
+cycle = "from table.output1 rises to table.output1 falls"
+
+[claim]
+safe = "never table.X passes 12000 while table.output1 high"
+"""
+
+import tomllib
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from axistwin.errors import AxistwinError, PlacedError, SceneError
+from axistwin.scenes import places
+from axistwin.scenes.source import read_text
+from axistwin.scenes.toml_places import place_of
+from axistwin.sweeps.sentences import CLAIMS, MEASURES, Form
+from axistwin.sweeps.sweep import Design, Sweep
+
+
+def _told(forms: tuple[Form, ...]) -> str:
+    return "; ".join(f"{form.form}: {form.meaning}" for form in forms)
+
+
+class SweepFile(BaseModel):
+    """Contents of a sweep file."""
+
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True, populate_by_name=True, strict=True)
+
+    scene: str
+    """The scene, relative to this file."""
+    program: str | None = None
+    """A program or conversation that is part of every run, relative to this file."""
+    host: Annotated[str, Field(pattern=r"^[\w.]+:\w+$")] | None = None
+    """A Python host, MODULE:FUNCTION, that is called with the bench of each run."""
+    seconds: float | None = Field(default=None, alias="for", gt=0)
+    """Virtual time of each run in seconds; if left out, a run ends when everything rests."""
+    design: Literal["grid", "zip", "random", "lhs", "sobol"] = "grid"
+    """Choice of the points."""
+    runs: Annotated[int, Field(ge=1)] | None = None
+    """Number of runs of a drawn design, or of draws for each point of a grid."""
+    seed: Annotated[int, Field(ge=0)] = 0
+    """Seed of drawn values."""
+    search: Annotated[int, Field(ge=1)] | None = None
+    """Number of runs that look for the worst point, instead of a design."""
+    vary: Annotated[dict[str, Any], Field(min_length=1)]
+    """Values by path: "0.05..0.4:8", "normal(1, 0.1)", [1, 2, 4]."""
+    measure: Annotated[dict[str, str], Field(description=f"Measures by name.  {_told(MEASURES)}")] = {}
+    claim: Annotated[dict[str, str], Field(description=f"Claims by name.  {_told(CLAIMS)}")] = {}
+
+    def sweep(self, file: Path) -> Sweep:
+        """Return the sweep.  Raises an error at its place in the file."""
+        text = read_text(file)
+        program = None if self.program is None else file.parent / self.program
+        made: Sweep = _placing(file, text, ("scene",), lambda: Sweep(file.parent / self.scene, program, self.host))
+        for key, table, add in (
+            ("vary", self.vary, made.vary), ("measure", self.measure, made.measure), ("claim", self.claim, made.claim),
+        ):  # fmt: skip
+            for name, value in table.items():
+                _placing(file, text, (key, name), partial(add, name, value))
+        return made
+
+    def chosen(self) -> Design:
+        """Return the design."""
+        return Design(self.design, self.runs, self.seed, self.search)
+
+
+def is_sweep_file(file: Path) -> bool:
+    """True for a TOML file that names a scene; a scene itself has controllers."""
+    try:
+        data = tomllib.loads(read_text(file))
+    except (ValueError, RecursionError):
+        return False
+    return "scene" in data and "controller" not in data
+
+
+def load(file: Path) -> SweepFile:
+    """Read a sweep file.  Raises SceneError with the place of the first error."""
+    text = read_text(file)
+    try:
+        return SweepFile.model_validate(tomllib.loads(text))
+    except ValueError as error:
+        if not isinstance(error, ValidationError):
+            raise SceneError(f"not TOML: {error}", file=str(file)) from None
+        first = error.errors()[0]
+        line, column = place_of(tuple(first["loc"]), places(text))
+        key = ".".join(map(str, first["loc"]))
+        raise SceneError(f"{key}: {first['msg'].lower()}", file=str(file), line=line, column=column) from None
+
+
+def check(file: Path) -> None:
+    """Raise an error with its place in the file if the sweep cannot run."""
+    contents, text = load(file), read_text(file)
+    made = contents.sweep(file)
+    try:
+        made.check(contents.chosen(), contents.seconds)
+    except PlacedError:
+        raise
+    except AxistwinError as error:
+        named = str(error).partition("=")[0].partition(":")[0]
+        tables = ((key, name) for key in ("vary", "measure", "claim") for name in getattr(contents, key))
+        at = next((keys for keys in tables if keys[1] == named), ("design",))
+        line, column = place_of(at, places(text))
+        raise SceneError(str(error), file=str(file), line=line, column=column) from None
+
+
+def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
+    """Return the result; an error without a place gets that of `keys`."""
+    try:
+        return do()
+    except PlacedError:
+        raise
+    except AxistwinError as error:
+        line, column = place_of(keys, places(text))
+        raise SceneError(str(error), file=str(file), line=line, column=column) from None

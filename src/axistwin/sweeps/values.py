@@ -1,0 +1,169 @@
+"""VALUES of a variation: `1..5`, `0.05..0.4:8`, `1..1000:4:log`, `[a, b]`, `normal(m, s)`, `uniform(a, b)`.
+
+A grid takes the listed values.  A sampled design draws from the same text: `a..b` is then the whole interval.
+"""
+
+import re
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from math import exp, log, sqrt
+from statistics import NormalDist
+from typing import Any
+
+from axistwin.errors import UsageError
+from axistwin.numbers import NumberError, check_values, real, shortened, whole
+
+Value = Any
+"""A number, a text or a list, as a scene may contain it."""
+MOST = 1_000_000
+"""Largest number of values of one path."""
+EXAMPLES = "1..5, 0.05..0.4:8, 1..1000:4:log, [1, 2], normal(1, 0.1), uniform(0, 1) or triangular(0, 1, 3)"
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_RANGE = re.compile(rf"(?P<low>{_NUMBER})\.\.(?P<high>{_NUMBER})(?::(?P<count>\d+))?(?P<log>:log)?", re.ASCII)
+_DRAWN = re.compile(r"(?P<name>[a-z]+)\((?P<given>[^()]*)\)")
+_WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Values:
+    """The values of one path.  `listed`: those of a grid; empty if they can only be drawn."""
+
+    text: str
+    listed: Sequence[Value]
+    at: Callable[[float], Value]
+    """Returns the value at a fraction of the distribution, from 0 to below 1."""
+    ordered: bool = True
+    """False for a list without numbers, which a search cannot follow."""
+
+    @property
+    def samples(self) -> list[Value]:
+        """Values to check before a sweep: all of a short list, else the ends and the middle."""
+        if len(self.listed) > len(_ENDS):
+            return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
+        return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
+
+
+_ENDS = (0.0, 0.001, 0.5, 0.999, 1 - 2**-53)
+
+
+def read(given: Value) -> Values:
+    """Return the values that a text, a list or a single value stands for.  Raises UsageError."""
+    if isinstance(given, list):
+        return _listed(str(given), given)
+    if not isinstance(given, str):
+        return _listed(str(given), [given])
+    text = given.strip()
+    if found := _RANGE.fullmatch(text):
+        return _range(text, found)
+    if found := _DRAWN.fullmatch(text):
+        return _distribution(text, found["name"], found["given"])
+    if ".." in text and not text.startswith(('"', "'", "[")):
+        raise UsageError(f"{shortened(text)} is no range: expected e.g. {EXAMPLES}")
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return _listed(text, [_bare(text)])
+    check_values(value)
+    return _listed(text, value if isinstance(value, list) else [value])
+
+
+def _bare(text: str) -> Value:
+    """Return a text without quotation marks.  Raises UsageError for a text that looks like something else."""
+    if not text or text[0] in "[{(\"'":
+        raise UsageError(f"{shortened(text)} cannot be read: expected e.g. {EXAMPLES}")
+    return text
+
+
+def _listed(text: str, values: Sequence[Value]) -> Values:
+    if not values:
+        raise UsageError("an empty list: expected at least one value, e.g. [1, 2]")
+    numbers = all(isinstance(value, int | float) for value in values)
+    return Values(text, values, lambda fraction: values[int(fraction * len(values))], ordered=numbers)
+
+
+def _number(text: str) -> float:
+    try:
+        return whole(text) if _WHOLE.fullmatch(text) else real(text)
+    except NumberError as error:
+        raise UsageError(str(error)) from None
+
+
+def _range(text: str, found: re.Match[str]) -> Values:
+    low, high = _number(found["low"]), _number(found["high"])
+    if not low < high:
+        raise UsageError(f"{text}: the range is the wrong way round: expected {found['high']}..{found['low']}")
+    logarithmic = found["log"] is not None
+    if logarithmic and low <= 0:
+        raise UsageError(f"{text}: a logarithmic range begins above 0, e.g. 1..1000:4:log")
+    whole_ends = isinstance(low, int) and isinstance(high, int)
+    if found["count"] is not None:
+        listed = _points(text, low, high, int(found["count"]), logarithmic)
+    else:
+        listed = range(int(low), int(high) + 1) if whole_ends and not logarithmic else ()
+    if len(listed) > MOST:
+        raise UsageError(f"{text}: {len(listed):,} values: expected at most {MOST:,}; give a count, e.g. {text}:100")
+    if whole_ends and (found["count"] is None or all(isinstance(value, int) for value in listed)):
+        return Values(text, listed, partial(_whole_at, int(low), int(high), logarithmic))
+    return Values(text, listed, partial(_between, low, high, logarithmic))
+
+
+def _points(text: str, low: float, high: float, count: int, logarithmic: bool) -> Sequence[Value]:
+    if not 2 <= count <= MOST:
+        raise UsageError(f"{text}: expected a count from 2 to {MOST:,}, e.g. {low}..{high}:5")
+    values: list[float] = [low, *(_between(low, high, logarithmic, n / (count - 1)) for n in range(1, count - 1)), high]
+    if isinstance(low, int) and isinstance(high, int) and all(float(value).is_integer() for value in values):
+        return [int(value) for value in values]
+    return [float(value) for value in values]
+
+
+def _between(low: float, high: float, logarithmic: bool, fraction: float) -> float:
+    if logarithmic:
+        return exp(log(low) + (log(high) - log(low)) * fraction)
+    return low + (high - low) * fraction
+
+
+def _whole_at(low: int, high: int, logarithmic: bool, fraction: float) -> int:
+    if logarithmic:
+        return min(high, max(low, round(_between(low, high, True, fraction))))
+    return low + int(fraction * (high - low + 1))
+
+
+def _normal(mean: float, deviation: float, fraction: float) -> float:
+    return NormalDist(mean, deviation).inv_cdf(min(max(fraction, 2**-53), 1 - 2**-53))
+
+
+def _triangular(low: float, mode: float, high: float, fraction: float) -> float:
+    span, share = high - low, (mode - low) / (high - low)
+    if fraction < share:
+        return low + sqrt(fraction * span * (mode - low))
+    return high - sqrt((1 - fraction) * span * (high - mode))
+
+
+def _uniform(low: float, high: float, fraction: float) -> float:
+    return low + (high - low) * fraction
+
+
+DISTRIBUTIONS: dict[str, tuple[Callable[..., float], str, Callable[[list[float]], bool]]] = {
+    "normal": (_normal, "normal(mean, deviation) with a deviation above 0", lambda given: given[1] > 0),
+    "uniform": (_uniform, "uniform(low, high) with low below high", lambda given: given[0] < given[1]),
+    "triangular": (
+        _triangular, "triangular(low, mode, high) in this order",
+        lambda given: given[0] <= given[1] <= given[2] and given[0] < given[2],
+    ),
+}  # fmt: skip
+"""Distributions by name: the value at a fraction, the form, and the check of its parameters."""
+
+
+def _distribution(text: str, name: str, given: str) -> Values:
+    if name not in DISTRIBUTIONS:
+        raise UsageError(f"{text}: no distribution {name!r}: there are {', '.join(DISTRIBUTIONS)}")
+    value_at, form, fits = DISTRIBUTIONS[name]
+    try:
+        numbers = [real(part) for part in given.split(",")]
+    except NumberError:
+        raise UsageError(f"{text}: expected {form}") from None
+    if len(numbers) != form.partition(")")[0].count(",") + 1 or not fits(numbers):
+        raise UsageError(f"{text}: expected {form}")
+    return Values(text, (), partial(value_at, *numbers))

@@ -1,0 +1,219 @@
+"""Worker processes of this machine: each runs one point after the other.
+
+A worker that is killed is replaced, and its run is repeated, up to three times.  A run that exceeds the time limit ends
+with its worker.  Rows come in the order in which runs end; a row does not depend on its worker.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Lock, Thread
+from time import monotonic
+from typing import Any, BinaryIO, Protocol, Self
+
+from axistwin.sweeps.job import Job, Row, Runner
+from axistwin.sweeps.values import Value
+
+Task = tuple[int, Sequence[Value]]
+"""Number of a run and its values."""
+TRIES = 3
+LIMIT_S = 600.0
+_POLL_S = 0.2
+
+
+class Engine(Protocol):
+    """Something that runs tasks."""
+
+    def __enter__(self) -> Self:
+        """Start."""
+
+    def __exit__(self, *_: object) -> None:
+        """End, also in the middle of runs."""
+
+    def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
+        """Yield the row of each task, in any order."""
+
+
+class ThisProcess:
+    """Runs tasks in this process, one after the other, without a time limit."""
+
+    def __init__(self, runner: Runner) -> None:
+        self._runner = runner
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Nothing has been started."""
+
+    def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
+        """Yield the row of each task."""
+        for number, values in tasks:
+            yield self._runner.row(number, values)
+
+
+class Workers:
+    """A number of worker processes for a job."""
+
+    def __init__(
+        self, runner: Runner, count: int, limit_s: float = LIMIT_S, tell: Callable[[str], None] = print
+    ) -> None:
+        self._runner, self._limit_s, self._tell = runner, limit_s, tell
+        self._setup = pickle.dumps(runner.job)
+        self._workers = [_Worker(f"worker {n + 1}", self._setup) for n in range(count)]
+        self._lock = Lock()
+        self._ended = False
+
+    def __enter__(self) -> Self:
+        for worker in self._workers:
+            worker.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended = True
+        for worker in self._workers:
+            worker.kill()
+
+    @property
+    def processes(self) -> list[int]:
+        """Numbers of the worker processes."""
+        return [worker.process.pid for worker in self._workers if worker.process is not None]
+
+    def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
+        """Yield the row of each task, as soon as its run ends."""
+        waiting, rows = iter(tasks), SimpleQueue[Row | BaseException | None]()
+        threads = [Thread(target=self._serve, args=(worker, waiting, rows), daemon=True) for worker in self._workers]
+        for thread in threads:
+            thread.start()
+        running = len(threads)
+        while running:
+            try:
+                row = rows.get(timeout=_POLL_S)
+            except Empty:
+                self._end_late_runs()
+                continue
+            if isinstance(row, BaseException):
+                raise row
+            if row is None:
+                running -= 1
+            else:
+                yield row
+
+    def _end_late_runs(self) -> None:
+        for worker in self._workers:
+            if worker.busy_s() > self._limit_s:
+                worker.late = True
+                worker.kill()
+
+    def _serve(
+        self, worker: "_Worker", waiting: Iterator[Task], rows: "SimpleQueue[Row | BaseException | None]"
+    ) -> None:
+        """Give tasks to a worker until there are none."""
+        try:
+            while not self._ended:
+                with self._lock:
+                    task = next(waiting, None)
+                if task is None:
+                    break
+                row = self._perform(worker, task)
+                if row is not None:
+                    rows.put(row)
+        except BaseException as error:  # noqa: BLE001  # raised in the thread of the caller
+            rows.put(error)
+        rows.put(None)
+
+    def _perform(self, worker: "_Worker", task: Task) -> Row | None:
+        for _ in range(TRIES):
+            with suppress(EOFError, OSError, pickle.UnpicklingError):
+                return worker.perform(task)
+            if self._ended:
+                return None
+            worker.kill()
+            late, worker.late = worker.late, False
+            worker.start()
+            if late:
+                note = f"no end after {self._limit_s:g} s of real time"
+                return {**self._runner.empty_row(*task, worker.name), "ended": "limit", "notes": note}
+            self._tell(f"{worker.name} was killed in run {task[0]}: the run is repeated")
+        return {**self._runner.empty_row(*task, worker.name), "ended": "killed", "notes": "the worker was killed"}
+
+
+class _Worker:
+    """One process, which is given tasks over its standard input."""
+
+    def __init__(self, name: str, setup: bytes) -> None:
+        self.name, self.late = name, False
+        self.process: subprocess.Popen[bytes] | None = None
+        self._setup = setup
+        self._since_s: float | None = None
+
+    def start(self) -> None:
+        """Start the process; it sets itself up while the caller goes on."""
+        package = str(Path(__file__).resolve().parents[2])
+        path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", "from axistwin.sweeps.workers import work; work()", self.name],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
+            start_new_session=True,  # Ctrl-C is for the parent
+        )  # fmt: skip
+        with suppress(OSError):
+            self._pipe(self.process.stdin).write(self._setup)
+
+    def perform(self, task: Task) -> Row:
+        """Run a task in the process.  Raises EOFError or OSError if the process ends."""
+        assert self.process is not None, "the worker has been started"
+        pickle.dump(task, self._pipe(self.process.stdin))
+        self._pipe(self.process.stdin).flush()
+        self._since_s = monotonic()
+        row: Row = pickle.load(self._pipe(self.process.stdout))  # noqa: S301  # our own process
+        self._since_s = None
+        return row
+
+    def busy_s(self) -> float:
+        """Return the time since the present run was handed over, in seconds; 0 without one."""
+        since_s = self._since_s
+        return 0.0 if since_s is None else monotonic() - since_s
+
+    def kill(self) -> None:
+        """End the process at once."""
+        self._since_s = None
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+            for pipe in (self.process.stdin, self.process.stdout):
+                with suppress(OSError):
+                    self._pipe(pipe).close()
+
+    def _pipe(self, pipe: Any) -> BinaryIO:
+        assert pipe is not None, "the process has pipes"
+        stream: BinaryIO = pipe
+        return stream
+
+
+def work() -> None:
+    """Run tasks from standard input until it ends: the main function of a worker process."""
+    with suppress(ValueError):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what a host prints is no row
+    job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent
+    runner = Runner(job)
+    prepare(runner)
+    with suppress(EOFError, BrokenPipeError):  # the parent has ended
+        while True:
+            number, values = pickle.load(tasks)  # noqa: S301
+            pickle.dump(runner.row(number, values, sys.argv[1]), rows)
+            rows.flush()
+
+
+def prepare(runner: Runner) -> None:
+    """Compile what runs in every sample, once per process."""
+    controllers = runner.variation.base.build().controllers.values()
+    for made in {controller.product.model: controller.product for controller in controllers}.values():
+        made.prepare(None, len(controllers))
