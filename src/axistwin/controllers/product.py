@@ -33,6 +33,10 @@ class PulseAxis(Protocol):
         """Stop the pulses at once."""
 
     @property
+    def unmade(self) -> int:
+        """Net pulses that a held output has not made; 0 unless a stand-in drives a real motor."""
+
+    @property
     def encoder_count(self) -> int | None:
         """Encoder counts after quadrature, from an arbitrary zero; None: no encoder."""
 

@@ -30,13 +30,13 @@ LEAD_S = 0.01
 """Step commands must leave this long before their first pulse."""
 SOON_S = 0.05
 """Time after which a command has certainly reached a board that answers."""
-MOST_SILENT_S = 1.0
-"""A board that acknowledges nothing for this long has failed."""
+MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
+"""A board that acknowledges nothing for this long has failed.  A board that has just been reset takes longer."""
 WORST_FIT_S = 50e-6
 """Largest error of the clock fit with which motion may start."""
 CLOCK_S, CLOCK_AT_START_S = 1.0, 0.02
 """Intervals at which the board's clock is read."""
-ANSWER_S, MOST_REQUESTS = 0.25, 8
+ANSWER_S, MOST_REQUESTS = 0.25, 24
 """Time after which a request is repeated, and number of requests."""
 REPORT_S = 0.1
 """Interval at which the board repeats the state of its triggers, as responses may be lost."""
@@ -134,8 +134,9 @@ class Board:
         self._now_s = now_s
         if self.state is State.FAILED:
             return b""
-        if self.channel.silent_s(now_s) > MOST_SILENT_S:
-            self._fail("the board does not answer: check its cable, its power and its firmware, then go on")
+        most_s = MOST_SILENT_S if self.dictionary.constants else MOST_SILENT_AT_START_S
+        if self.channel.silent_s(now_s) > most_s:
+            self.fail("the board does not answer: check its cable, its power and its firmware, then go on")
             return b""
         self._repeat_requests()
         if self._objects.steppers:
@@ -154,7 +155,7 @@ class Board:
                 self.clock.add(self._clock_sent_s, self._now_s, values["clock"])
                 self._clock_sent_s = None
             case "shutdown" | "is_shutdown" if self.state is State.READY:
-                self._fail(f"the board has stopped: {values['static_string_id']}")
+                self.fail(f"the board has stopped: {values['static_string_id']}")
             case "trsync_state" if self.state is State.READY and not values["can_trigger"]:
                 self._triggered(values["oid"], values["trigger_reason"])
         for request in [each for each in self._requests if each.name == name]:
@@ -162,7 +163,7 @@ class Board:
                 self._requests.remove(request)
                 self._advance(request.procedure, values)
 
-    def _fail(self, reason: str) -> None:
+    def fail(self, reason: str) -> None:
         """Give the board up until `restart`."""
         if self.state is not State.FAILED:
             self.state = State.FAILED
@@ -183,7 +184,7 @@ class Board:
         except StopIteration:
             return
         except AxistwinError as error:
-            self._fail(str(error))
+            self.fail(str(error))
             return
         if content:
             self.channel.send(content)
@@ -196,7 +197,7 @@ class Board:
                 request.left -= 1
                 request.again_at_s = self._now_s + ANSWER_S
                 if not request.left:
-                    self._fail(f"the board does not answer ({request.name}): check its firmware, then go on")
+                    self.fail(f"the board does not answer ({request.name}): check its firmware, then go on")
                     return
                 self.channel.send(request.content)
 

@@ -97,7 +97,8 @@ class Dictionary:
                 return "output", {"text": _TEXT.sub("…", self._outputs[number])}
             if number not in self._responses:
                 return "", {}
-            response, values = self._responses[number], {}
+            response = self._responses[number]
+            values: dict[str, Any] = {}
             for name, is_string in response.parameters:
                 value, at = frames.read_integer(content, at)
                 if is_string:

@@ -181,8 +181,7 @@ def objects(wiring: Wiring, dictionary: Dictionary) -> Objects:
     for pin, oid in enables.items():
         off, longest = int(pin.inverted), round(wiring.watchdog_s * dictionary.clock_hz)
         made.append(_output(dictionary, oid, pin, off, longest))
-    for oid in (*groups.values(), *watches.values()):
-        made.append(encode("config_trsync", oid=oid))
+    made += [encode("config_trsync", oid=oid) for oid in (*groups.values(), *watches.values())]
     for given in wiring.inputs:
         pin = given.pin
         made.append(encode("config_endstop", oid=endstops[given.to], pin=pins[pin.name], pull_up=pin.pull))
