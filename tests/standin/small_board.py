@@ -18,8 +18,8 @@ COMMANDS = [
     "queue_step oid=%c interval=%u count=%hu add=%hi", "set_next_step_dir oid=%c dir=%c",
     "reset_step_clock oid=%c clock=%u", "stepper_get_position oid=%c",
     "stepper_stop_on_trigger oid=%c trsync_oid=%c", "config_endstop oid=%c pin=%c pull_up=%c",
-    "endstop_home oid=%c clock=%u sample_ticks=%u sample_count=%c rest_ticks=%u pin_value=%c trsync_oid=%c"
-    " trigger_reason=%c", "endstop_query_state oid=%c", "config_trsync oid=%c",
+    ("endstop_home oid=%c clock=%u sample_ticks=%u sample_count=%c rest_ticks=%u pin_value=%c trsync_oid=%c"
+     " trigger_reason=%c"), "endstop_query_state oid=%c", "config_trsync oid=%c",
     "trsync_start oid=%c report_clock=%u report_ticks=%u expire_reason=%c",
     "trsync_set_timeout oid=%c clock=%u", "trsync_trigger oid=%c reason=%c",
     "config_digital_out oid=%c pin=%u value=%c default_value=%c max_duration=%u",
@@ -45,7 +45,7 @@ DESCRIBED = {
 }
 
 
-class Shutdown(Exception):
+class ShutdownError(Exception):
     """The firmware stops everything."""
 
 
@@ -83,7 +83,7 @@ class SmallBoard:
             self.ticks, _, action = heapq.heappop(self._later)
             try:
                 action()
-            except Shutdown as reason:
+            except ShutdownError as reason:
                 self._stop(str(reason))
         self.ticks = end
 
@@ -124,7 +124,7 @@ class SmallBoard:
                 continue
             try:
                 getattr(self, f"do_{command.name}")(*values)
-            except Shutdown as reason:
+            except ShutdownError as reason:
                 self._stop(str(reason))
 
     def _stop(self, reason):
@@ -145,7 +145,7 @@ class SmallBoard:
         self._answer("clock", self.ticks & 0xFFFF_FFFF)
 
     def do_emergency_stop(self):
-        raise Shutdown("Command request")
+        raise ShutdownError("Command request")
 
     def do_clear_shutdown(self):
         self.shutdown = 0
@@ -171,7 +171,7 @@ class SmallBoard:
     def do_queue_step(self, oid, interval, number, add):
         self.oids[oid].queue(interval & 0xFFFF_FFFF, number, add)
         if sum(len(part.waiting) for part in self.oids.values() if isinstance(part, Stepper)) > self.moves:
-            raise Shutdown("Move queue overflow")
+            raise ShutdownError("Move queue overflow")
 
     def do_set_next_step_dir(self, oid, direction):
         self.oids[oid].next_direction = direction
@@ -233,7 +233,7 @@ class Stepper:
     def _plan(self):
         due = self.last + self.now[0]
         if due < self.board.ticks - 16:
-            raise Shutdown("Timer too close")
+            raise ShutdownError("Timer too close")
         era = self.era
         self.board.at(due, lambda: self._pulse(due, era))
 
@@ -308,7 +308,7 @@ class Output:
 
     def _expire(self, era):
         if era == self.era:
-            raise Shutdown("Missed scheduling of next digital out event")
+            raise ShutdownError("Missed scheduling of next digital out event")
 
     def stop(self):
         self.era += 1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axistwin.standin.events import Failed, InputChanged, Stopped
+from axistwin.standin.events import Failed, Stopped
 from axistwin.standin.wiring import AxisPins, BoardPin, InputPin
 
 from .avr_board import AvrBoard
@@ -32,79 +32,54 @@ def uno():
 
 
 def started(board, axes, inputs=(), horizon_s=0.1):
-    return Metal(board, axes=axes, inputs=inputs, outputs=(), horizon_s=horizon_s).start(1.0)
+    return Metal(board, axes=axes, inputs=inputs, outputs=(), horizon_s=horizon_s).start(0.6)
 
 
-def check_edges(metal, step, times, worst_us):
-    errors = metal.errors_us(step, times)
-    assert np.abs(errors).max() < worst_us
-    assert errors.std() < 5
-
-
-def test_pulses_of_an_uno(uno):
+def test_an_uno(uno):
+    """Pulses in both directions, a limit at the board, the way back, and silence."""
     metal = started(uno, (UNO,), UNO_INPUTS)
-    out, back = metal.even(3000, 4000), metal.even(500, 1000)
-    metal.move("table.X", +1, out, 0.95)
-    check_edges(metal, "PD2", out, 22)
-    back = metal.even(300, 1000)
-    metal.move("table.X", -1, back, 0.45)
-    assert [direction for _, direction in uno.pulses["PD2"]] == [+1] * 3000 + [-1] * 300
-    check_edges(metal, "PD2", back, 22)
-    metal.board.stop("a human")
-    metal.run(0.1)
-    assert [event for event in metal.events if isinstance(event, Stopped)] == [Stopped("a human", {"table.X": 2700})]
+    out = metal.even(800, 4000)
+    metal.move("table.X", +1, out, 0.32)
+    back = metal.even(100, 2000)
+    metal.move("table.X", -1, back, 0.16)
+    pulses = uno.pulses["PD2"]
+    assert [direction for _, direction in pulses] == [+1] * 800 + [-1] * 100
+    errors = metal.errors_us("PD2", np.concatenate([out, back]))
+    assert np.abs(errors).max() < 60  # three timers of the board may be due at once
+    assert errors.std() < 15
 
-
-def test_the_limit_of_an_uno_and_the_way_back(uno):
-    metal = started(uno, (UNO,), UNO_INPUTS)
-    times = metal.even(2000, 4000)
-    metal.move("table.X", +1, times, 0.3)
+    times = metal.even(800, 4000)
+    metal.move("table.X", +1, times, 0.15)
     uno.set("PC0", 0)
-    made = len(uno.pulses["PD2"])
-    metal.move("table.X", +1, times, 0.1)
-    assert len(uno.pulses["PD2"]) - made <= 1
+    made = len(pulses)
+    assert made > 950
+    metal.move("table.X", +1, times, 0.05)
+    assert len(pulses) - made <= 1
     [stopped] = [event for event in metal.events if isinstance(event, Stopped)]
-    assert stopped.by == "table.limit_plus"
-    assert stopped.positions == {"table.X": len(uno.pulses["PD2"])}
+    assert (stopped.by, stopped.positions) == ("table.limit_plus", {"table.X": len(pulses) - 200})
+
     metal.board.resume("table")
-    metal.move("table.X", -1, metal.even(50, 1000), 0.3)
-    assert [direction for _, direction in uno.pulses["PD2"]][made + 1 :].count(-1) in (49, 50)
-    uno.set("PC0", 1)
-    uno.set("PC1", 0)
-    metal.run(0.1)
-    changes = [(event.to, event.level) for event in metal.events if isinstance(event, InputChanged)]
-    assert changes[0] == ("table.limit_plus", False)
-    assert set(changes[1:]) == {("table.limit_plus", True), ("table.input1", True)}
-
-
-def test_silence_stops_an_uno_and_drops_its_enable(uno):
-    metal = started(uno, (UNO,), UNO_INPUTS, horizon_s=0.4)
-    times = metal.even(4000, 4000)
-    metal.move("table.X", +1, times, 0.5)
-    assert uno.levels["PB0"] == 0
+    metal.move("table.X", -1, metal.even(400, 4000), 0.14)
     metal.alive, died = False, metal.now
-    metal.run(0.3)
+    metal.run(0.14)
     assert uno.levels["PB0"] == 1
     assert uno.time_s(uno.since["PB0"]) - died < 0.12
-    assert uno.time_s(uno.pulses["PD2"][-1][0]) - died < 0.12
+    assert uno.time_s(pulses[-1][0]) - died < 0.12
     metal.alive = True
-    metal.run(0.1)
-    assert any(isinstance(event, Failed) for event in metal.events)
-    metal.board.restart(metal.now)
-    metal.run(0.8)
-    made = len(uno.pulses["PD2"])
-    assert metal.events[-1].positions == {"table.X": made}
+    metal.run(0.05)
+    assert isinstance(metal.events[-1], Failed)
 
 
 def test_three_axes_of_a_mega():
     board = AvrBoard("atmega2560", {"PF0": "PF1", "PF6": "PF7", "PL3": "PL1"})
     try:
         metal = started(board, MEGA)
-        trains = {axis.axis: metal.even(1500, 5000) + 0.000_037 * n for n, axis in enumerate(MEGA)}
-        metal.move_all({axis: (+1, times) for axis, times in trains.items()}, 0.5)
+        trains = {axis.axis: metal.even(600, 5000) + 0.000_037 * n for n, axis in enumerate(MEGA)}
+        metal.move_all({axis: (+1, times) for axis, times in trains.items()}, 0.3)
         assert not [event for event in metal.events if isinstance(event, Stopped | Failed)]
-        assert [len(board.pulses[step]) for step in ("PF0", "PF6", "PL3")] == [1500] * 3
+        assert [len(board.pulses[step]) for step in ("PF0", "PF6", "PL3")] == [600] * 3
         for axis in MEGA:
-            check_edges(metal, axis.step.name, trains[axis.axis], 40)
+            errors = metal.errors_us(axis.step.name, trains[axis.axis])
+            assert np.abs(errors).max() < 40
     finally:
         board.close()

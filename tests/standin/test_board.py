@@ -43,9 +43,9 @@ def test_a_change_of_direction_and_an_inverted_pin():
 @pytest.mark.parametrize("drift", [-200e-6, 200e-6])
 def test_a_drifting_clock(drift):
     metal = Metal(SmallBoard(drift)).start()
-    times = metal.even(8000, 500)
+    times = metal.even(2000, 250)
     metal.move("table.X", +1, times)
-    assert len(metal.small.pulses[2]) == 8000
+    assert len(metal.small.pulses[2]) == 2000
     assert np.abs(metal.errors_us(2, times)).max() < 25
 
 
@@ -170,6 +170,15 @@ def test_after_a_shutdown_a_human_goes_on():
     assert len(metal.small.pulses[2]) == 140
 
 
+def test_after_a_reset_of_the_board_the_position_is_unknown():
+    metal = Metal().start()
+    metal.small.off()
+    metal.board.fail("unplugged")
+    metal.board.restart(metal.now)
+    metal.run(1.0)
+    assert kinds(metal, Failed)[-1].reason.startswith("the board was reset, so its position is unknown")
+
+
 def test_late_pulses_stop_the_motors_with_a_reason():
     metal = Metal().start()
     metal.move("table.X", +1, metal.even(100, 1000))
@@ -237,7 +246,11 @@ def test_a_queue_that_is_too_small():
 @pytest.mark.parametrize(
     ("axes", "inputs", "message"),
     [
-        ((X, Y), (InputPin("table.input1", BoardPin("P2")),), "pin P2 has two uses, table.X step and table.input1 input"),
+        (
+            (X, Y),
+            (InputPin("table.input1", BoardPin("P2")),),
+            "pin P2 has two uses, table.X step and table.input1 input",
+        ),
         ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
         ((X,), (InputPin("other.limit", BoardPin("P9"), stops=0),), "other.limit stops an axis of other"),
     ],

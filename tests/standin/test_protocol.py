@@ -77,7 +77,7 @@ def test_a_damaged_dictionary_is_an_error_of_one_line(data):
 
 @given(st.binary(max_size=40))
 def test_no_response_raises(content):
-    name, values = Dictionary(DESCRIBED).decode(content)
+    _name, values = Dictionary(DESCRIBED).decode(content)
     assert isinstance(values, dict)
 
 

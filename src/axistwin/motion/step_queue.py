@@ -58,7 +58,7 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
     """Return the longest command whose pulses are within these bounds, which are relative to the pulse before."""
-    if not 0 < high[0] or low[0] > MOST_INTERVAL:
+    if high[0] <= 0 or low[0] > MOST_INTERVAL:
         raise ValueError(f"no pulse after {int(high[0])} ticks: expected 1 to {MOST_INTERVAL}")
     best, reach = _fit(low[:1], high[:1]), 2
     assert best is not None, "one pulse is possible"

@@ -1,8 +1,8 @@
 """One board: it is configured, receives step commands, and reports inputs; without input or output of its own.
 
-    CONNECTING ──▶ READY ◀──▶ axes of a controller stopped (limit, late, a human's stop)
-        │            │
-        └──▶ FAILED ◀┘        the firmware has stopped, or does not answer
+CONNECTING ──▶ READY ◀──▶ axes of a controller stopped (limit, late, a human's stop)
+    │            │
+    └──▶ FAILED ◀┘        the firmware has stopped, or does not answer
 """
 
 from collections import deque
@@ -262,6 +262,8 @@ class Board:
         was_configured = config["is_config"]
         if config["is_config"] and config["crc"] & 0xFFFF_FFFF != made.crc:
             raise LinkError("the board is configured for another scene: press its reset button, then go on")
+        if self._motors and not was_configured:
+            raise LinkError("the board was reset, so its position is unknown: begin again with --unhomed, then home")
         if config["is_shutdown"]:
             self._send("clear_shutdown")
         if not config["is_config"]:
@@ -274,8 +276,7 @@ class Board:
         needed = SPARE_MOVES + len(self.wiring.outputs) + 12 * len(self.wiring.axes)
         if self.moves < needed:
             raise LinkError(f"the board's queue has {self.moves} entries: expected at least {needed}: use fewer axes")
-        if not self._motors or not was_configured:
-            self._at_start |= {axis: motor.position for axis, motor in self._motors.items()}
+        if not self._motors:
             self._motors = {axis.axis: _Motor(axis, made.steppers[axis.axis]) for axis in self.wiring.axes}
 
     def _read_positions(self, groups: tuple[str, ...]) -> Procedure:
@@ -514,4 +515,3 @@ class Board:
 
 def _due(motor: _Motor) -> int:
     return motor.waiting[0][1]
-

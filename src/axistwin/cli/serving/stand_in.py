@@ -35,8 +35,8 @@ def stand_in(scene: str, board: str | None, dry_run: bool, unhomed: bool) -> int
     """Take the place of a dead controller: its host talks to the emulated one, and real motors turn.
 
     The scene's table [stand-in] maps axes, inputs and outputs to the pins of a board with Klipper's micro-controller
-    firmware.  Everything at the pins happens one constant horizon later.  While the motors are live, type `stop` or Enter
-    to stop them, and `go` to go on after a stop.
+    firmware.  Everything at the pins happens one constant horizon later.  While the motors are live, type `stop`
+    or Enter to stop them, and `go` to go on after a stop.
 
     The journal of each run says where the motors are.  After a run that did not end properly the next one refuses to
     start, until you give --unhomed and home the machine.
@@ -77,7 +77,10 @@ class _Run:
         journal = Journal(self.plan.journal)
         loop = asyncio.get_running_loop()
         server = Server(self.bench)
-        deliver: Callable[[Sender, Event], object] = lambda *event: loop.call_soon_threadsafe(self._handle, *event)
+
+        def deliver(sender: Sender, event: Event) -> None:
+            loop.call_soon_threadsafe(self._handle, sender, event)
+
         senders = [
             Sender(Board(wiring, self.plan.horizon_s, journal.note, self._at_start), line, deliver)
             for line, wiring in lines
