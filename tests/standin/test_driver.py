@@ -128,12 +128,11 @@ def test_inputs_and_outputs(if1):
 
 
 def test_an_1811_drives_a_legacy_drive():
-    limit = InputPin("table.cw_limit", LIMIT.pin, stops=+1, stops_at=True)
+    limit = InputPin("table.cw_limit", BoardPin("P8", inverted=True), stops=+1, stops_at=True)
     axis = AxisPins("table.motor", X.step, X.direction, X.enable)
     twin = Twin("1811", (axis,), (limit,), (OutputPin("table.shutdown", OUTPUT.pin),))
     board, small = twin.controller, twin.metal.small
     twin.run(1.2)
-    board.pins["cw_limit"].drive(False)
 
     def command(*values, seconds):
         for value in values:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -73,11 +74,20 @@ def test_a_dry_run_prints_every_pin_and_opens_no_port(scene, capsys):
         assert line in out.splitlines()
 
 
+def test_the_page_shows_what_a_dry_run_prints(capsys, monkeypatch):
+    home = Path(__file__).parents[2]
+    monkeypatch.chdir(home)
+    shown = re.search(
+        r"^```console\n\$ axistwin (.*)\n((?:.*\n)*?)```$", (home / "docs" / "stand_in.md").read_text(), re.MULTILINE
+    )
+    assert run(capsys, *shown[1].split())[:2] == (0, shown[2])
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"^P8"', '"P2"', ":10:1: pin P2 has two uses, table.X step and table.limit_plus input: expected one"),
-        ("table.X", "table.W", ":20:1: no axis 'table.W': there are table.X, table.Y, table.Z"),
+        ('"^P8"', '"P2"', ": pin P2 has two uses, table.X step and table.limit_plus input: expected one"),
+        ("table.X", "table.W", ": no axis 'table.W': there are table.X, table.Y, table.Z"),
         ('"!P4"', '"P 4"', "stand-in.axis.enable"),
         ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms 2000 is above horizon_ms 1000"),
         ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of the controller"),
@@ -89,7 +99,7 @@ def test_mistakes_in_the_scene_are_one_line_with_the_place(scene, capsys, old, n
     code, out, err = run(capsys, "stand-in", scene(SCENE.replace(old, new)), "--dry-run")
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert "table.toml:" in err
-    assert message.removeprefix(":10:1").removeprefix(":20:1") in err
+    assert message in err
 
 
 def test_a_scene_without_a_stand_in(scene, capsys):
