@@ -3,7 +3,8 @@
 import pytest
 
 from axistwin.bench import product
-from axistwin.controllers.compumotor.checker.texts import LAYOUTS, SPECIAL, Words, explain_message, name_of
+from axistwin.controllers.compumotor.checker.texts import LAYOUTS, SPECIAL, Words, name_of
+from axistwin.controllers.compumotor.commands import COMMANDS_1811
 from axistwin.controllers.compumotor.language import Opcode
 from axistwin.errors import ProgramError
 
@@ -83,7 +84,7 @@ def test_what_is_no_command(text, column, message):
     ],
 )
 def test_a_message(message, words):
-    assert explain_message(bytes.fromhex(message).ljust(16, b"\0")) == words
+    assert Words(COMMANDS_1811).explain_message(bytes.fromhex(message).ljust(16, b"\0")) == words
 
 
 def test_a_streamed_velocity_has_a_direction():
@@ -105,4 +106,4 @@ def test_names_are_different_and_no_hex():
 
 def test_every_message_can_be_told():
     for opcode in (*LAYOUTS, *SPECIAL):
-        assert explain_message(bytes([opcode]).ljust(16, b"\xff"))
+        assert Words(COMMANDS_1811).explain_message(bytes([opcode]).ljust(16, b"\xff"))

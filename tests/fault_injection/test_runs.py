@@ -49,7 +49,7 @@ def board():
 def happens(bench, sentence):
     """A list that grows with the times at which this happens."""
     times = []
-    triggers.read(sentence, bench, bench.faults)(lambda: times.append(bench.now))
+    triggers.read(sentence, bench)(lambda: times.append(bench.now))
     return times
 
 
@@ -149,7 +149,7 @@ def test_a_device_without_programs_runs_nothing(table, monkeypatch):
     controller = table["table"]
     monkeypatch.setattr(controller, "product", replace(controller.product, programs=()))
     with pytest.raises(UsageError, match="table runs no programs: the model if1 stores none"):
-        triggers.read("table runs 1", table, table.faults)
+        triggers.read("table runs 1", table)
     monkeypatch.setattr(controller, "_abilities", Abilities())
     assert controller.programs == {}
     controller.subscribe_lines(print)()

@@ -109,6 +109,7 @@ class Stage:
 
         Afterwards its pages are deleted and its tasks are cancelled.
         """
+        assert not Client.page_routes, "a panel has been opened in this process: run it in a process of its own"
         if self._runner is None:
             self._runner, self._ending = asyncio.Runner(), AsyncExitStack()
             self._runner.run(self._begin())

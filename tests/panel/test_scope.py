@@ -235,18 +235,18 @@ CHANGES = ((0, 0), (10, 5), (20, 2), (30, 8), (40, 1))
 def test_a_number_that_passes_a_value_is_an_edge(slope, first, last):
     trigger, track = Trigger(slope=slope, value=3), track_of(*CHANGES)
 
-    assert trigger.first(track, 1, 100) == first
-    assert trigger.last(track, 1, 100) == last
-    assert trigger.last(track, 41, 100) is None
+    found = trigger.edges(track, 1, 100)
+    assert (found[0], found[-1]) == (first, last)
+    assert trigger.edges(track, 41, 100) == []
 
 
 def test_to_come_to_the_value_is_enough_on_the_way_up():
-    assert Trigger(value=5).first(track_of(*CHANGES), 0, 100) == 10
-    assert Trigger(value=6).first(track_of(*CHANGES), 0, 100) == 30
+    assert Trigger(value=5).edges(track_of(*CHANGES), 0, 100)[0] == 10
+    assert Trigger(value=6).edges(track_of(*CHANGES), 0, 100)[0] == 30
 
 
 def test_what_a_signal_begins_with_is_no_edge():
-    assert Trigger().first(track_of((5, 1), kind=LEVEL), 0, 100) is None
+    assert Trigger().edges(track_of((5, 1), kind=LEVEL), 0, 100) == []
 
 
 def test_the_window_is_fixed_to_the_newest_edge_with_enough_behind_it(bench, recorder, screen):

@@ -16,6 +16,12 @@ from .talking import SAMPLE_S
 FUNCTIONS = servo.rotate, servo_law.control, servo.overloaded, servo.resting, servo.rest
 
 
+def tune(i, tuning):
+    """Put KP KI KD KL KS KV KA KG in force."""
+    for slot, value in enumerate(tuning, state.TUNING):
+        i[slot] = value
+
+
 class Rig:
     """A motor in position mode with its drive on; `compiled`: with functions compiled by Numba."""
 
@@ -28,7 +34,7 @@ class Rig:
         self.i[state.DRIVE], self.i[state.MODE] = state.DRIVE_ON, state.M_POSITION
         machine.fit(self.i, self.f, motor, self.load)
         if motor is not None:
-            machine.tune(self.i, motor.tuning)
+            tune(self.i, motor.tuning)
         functions = FUNCTIONS
         if compiled:
             self.i, self.f = np.array(self.i), np.array(self.f)

@@ -215,12 +215,12 @@ def test_a_command_that_is_never_ended():
                                   "BAUD(0)=9600", "ADDR=2"])  # fmt: skip
 def test_what_4_76_has_for_a_word_of_class_5_can_be_read(text):
     assert read(text).problem.rule is rules.LATER
-    here = class5.command(text).here
+    here = class5.find(text, class5.COMMANDS).here
     assert [read(word).problem for word in here.split()] == [None] * len(here.split())
 
 
 def test_no_command_of_4_76_is_taken_for_one_of_class_5():
-    assert [c.code for c in COMMANDS if class5.command(str(c.code)) is not None] == []
+    assert [c.code for c in COMMANDS if class5.find(str(c.code), class5.COMMANDS) is not None] == []
 
 
 @given(st.text(alphabet=st.characters(max_codepoint=255), max_size=80), st.booleans())

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor.language.image import decode, encode, labels, strip, sums
+from axistwin.controllers.smartmotor.language.image import Decoder, encode, labels, strip, sums
 
 SOURCE = """\
    a=1          ' the start
@@ -21,6 +21,13 @@ C5
 # 0 a=1, 4 C5, 7 WHILE a<3, 17 a=a+1, 23 LOOP, 28 IF a==3, 36 RETURN, 43 ELSE, 48 END, 52 ENDIF, 58 the end
 TEXT = "a=1\nC5\nWHILE a<3\na=a+1\nLOOP\nIF a==3\nRETURN\nELSE\nEND\nENDIF\n"
 WITH_JUMPS = "a=1\nC5\n$W001CLE a<3\na=a+1\n$L0007P\n$I0030 a==3\nRETURN\n$E003AE\nEND\nENDIF\n"
+
+
+def decode(data):
+    """The text of what has been loaded, and whether it is intact by its header."""
+    decoder = Decoder()
+    decoder.feed(data)
+    return decoder.result()
 
 
 def test_comments_and_needless_blanks_are_not_kept():

@@ -76,11 +76,11 @@ def test_a_sample_without_statements_leaves_alone_what_is_not_looked_at_then():
 
 
 def stores(function) -> set[tuple[str, str]]:
-    """Into which array it stores, and the first name of the index."""
+    """Into which array it stores, and the first name of the index, an attribute of a module."""
     found = set()
     for node in ast.walk(ast.parse(inspect.getsource(function))):
         if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
-            names = [part.id for part in ast.walk(node.slice) if isinstance(part, ast.Name)]
+            names = [part.attr for part in ast.walk(node.slice) if isinstance(part, ast.Attribute)]
             found.add((ast.unparse(node.value), names[0] if names else ""))
     return found
 

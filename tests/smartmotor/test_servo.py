@@ -9,7 +9,7 @@ from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_la
 from axistwin.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
 
-from .rig import Rig
+from .rig import Rig, tune
 from .talking import SAMPLE_S
 
 FRAMES = sorted(SERVO_MOTORS)
@@ -21,7 +21,7 @@ def tuned(**tuning):
     """A motor with this tuning and nothing else, its drive on, its shaft jammed."""
     rig = Rig(FRAME23)
     names = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"
-    machine.tune(rig.i, [tuning.get(name, 1 if name == "ks" else 0) for name in names])
+    tune(rig.i, [tuning.get(name, 1 if name == "ks" else 0) for name in names])
     machine.set_jam(rig.f, True)
     return rig
 

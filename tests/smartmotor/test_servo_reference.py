@@ -9,7 +9,7 @@ from axistwin.controllers.smartmotor.kernel import jit, machine, state
 from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
 from .reference.machine import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo
-from .rig import Rig
+from .rig import Rig, tune
 
 PLAIN_AND_COMPILED = [
     False,
@@ -58,7 +58,7 @@ class Pair:
         self.law.rate, self.law.amps, self.law.direction = (int(i[slot]) for slot in LAW)
         if random.random() < 0.3:
             self.law.tuning = tuple(random.choice((0, 1, random.randint(0, 65535))) for _ in range(8))
-            machine.tune(i, self.law.tuning)
+            tune(i, self.law.tuning)
 
     def sample(self):
         """Do one sample of both, with the trajectory in motion; return their overloads."""

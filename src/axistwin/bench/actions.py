@@ -278,7 +278,9 @@ def port_action(port: SerialPort, target: str, value: str) -> Callable[[], objec
         case "instant":
             return partial(setattr, port, "instant", _level(value))
         case "drop":
-            return _dropping(port, value)
+            if value != "pending":
+                raise ProgramError(f"invalid drop {value!r}: expected pending")
+            return port.drop_pending
     return partial(setattr, port.host, "format", _line(value, port))
 
 
@@ -295,12 +297,6 @@ def _flow(value: str) -> Flow:
         ) from None
 
 
-def _dropping(port: SerialPort, value: str) -> Callable[[], object]:
-    if value != "pending":
-        raise ProgramError(f"invalid drop {value!r}: expected pending")
-    return port.drop_pending
-
-
 def _nothing_called(name: str, known: Iterable[str]) -> ProgramError:
     return ProgramError(f"unknown name {name!r}: expected one of {', '.join(known)}")
 
@@ -314,7 +310,8 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
         return lambda: bool(getattr(port, subject))
     name, _, attribute = subject.partition(".")
     if name in controller.axes and attribute in attributes(controller.axes[name]):
-        return _axis_question(controller.axes[name], attribute)
+        axis = controller.axes[name]
+        return partial(getattr, axis.encoder, "count") if attribute == "encoder" else partial(getattr, axis, attribute)
     motor = motor_of(controller)
     if motor is not None and subject == "ambient":
         return lambda: controller.ambient
@@ -362,12 +359,6 @@ def _axis_action(axis: Axis, what: str, value: str) -> Callable[[], object]:
     if what == "load":
         return partial(axis.load, _real(value))
     return partial(axis.encoder.displace, _count(value))
-
-
-def _axis_question(axis: Axis, attribute: str) -> Callable[[], Value]:
-    if attribute == "encoder":
-        return partial(getattr, axis.encoder, "count")
-    return partial(getattr, axis, attribute)
 
 
 def _level(value: str, *others: str) -> bool:

@@ -38,7 +38,6 @@ class Bench:
         self.clock = Clock()
         self.controllers: dict[str, Controller] = {}
         self.lines: dict[str, SharedLine] = {}
-        """Daisy chains and RS-485 lines by name."""
         self.origin: dict[str, str] = {}
         """Origin of the bench: `scene` (its name and hash), `seed`."""
         self.agenda_ns = 0
@@ -102,7 +101,7 @@ class Bench:
         """
         from axistwin.fault_injection import triggers  # lazy import: most benches have no triggers
 
-        return triggers.read(sentence, self, self.faults, here)(happens)
+        return triggers.read(sentence, self, here)(happens)
 
     def run(self, seconds: float) -> None:
         """Advance virtual time by `seconds`; all events due by then, inclusive, happen.

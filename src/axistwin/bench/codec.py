@@ -13,7 +13,8 @@ from axistwin.bench import rules
 from axistwin.controllers.product import Language, Product
 from axistwin.errors import ProgramError
 
-_SHOWN = {ord("\r"): r"\r", ord("\n"): r"\n", ord("\\"): r"\\"}
+_SHOWN = [chr(byte) if 0x20 <= byte < 0x7F else f"\\x{byte:02X}" for byte in range(256)]
+_SHOWN[ord("\r")], _SHOWN[ord("\n")], _SHOWN[ord("\\")] = r"\r", r"\n", r"\\"
 _BLANK = r"\x20"
 _MEANT = {"r": b"\r", "n": b"\n", "\\": b"\\"}
 _WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character of checked text
@@ -44,7 +45,7 @@ class Characters:
 
     def show(self, data: bytes) -> str:
         """Return bytes as text; blanks at either end are escaped, because they would be invisible."""
-        text = "".join(map(_show, data))
+        text = "".join([_SHOWN[byte] for byte in data])
         middle = text.strip(" ")
         before = len(text) - len(text.lstrip(" "))
         after = len(text) - len(middle) - before
@@ -104,12 +105,6 @@ class Hex:
     def words(self, data: bytes, by_host: bool) -> str:
         """Return the command or message in words."""
         return self.language.explain(data) if by_host else self.language.explain_message(data)
-
-
-def _show(byte: int) -> str:
-    if byte in _SHOWN:
-        return _SHOWN[byte]
-    return chr(byte) if 0x20 <= byte < 0x7F else f"\\x{byte:02X}"
 
 
 def _escaped(escape: re.Match[str], at: int) -> bytes:

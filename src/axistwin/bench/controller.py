@@ -34,19 +34,15 @@ class Controller:
         self.axes: Mapping[str, Axis] = axes
         self.pins: Mapping[str, Pin] = device.pins
         self.bench: Bench | None = None
-        """The bench that the controller is on."""
         self._device, self._plug = device, plug
         self._clock = next(iter(self.pins.values())).clock
         self.by_hand = ByHand(self._clock)
         """Reports a person's actions: `power`."""
         self.powered = False
-        """True while the power is on."""
-        self._turns: deque[bool] = deque()
-        """Turns of the power switch in progress, in order."""
+        self._turns: deque[bool] = deque()  # turns of the power switch in progress, in order
         self.given: Mapping[str, Any] = {}
         """The options given to `Bench.add`, except those about the storage of its state."""
         self.store: MemoryStore | FileStore = MemoryStore()
-        """Memory that persists without power."""
         self._abilities = device.abilities
         self._second = fit_second_port(self._abilities, plug)
         self._asked_for_second = False

@@ -4,8 +4,8 @@ To observe the data of other hosts, use `bench/events.py`.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Protocol
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
 
 from axistwin.bench import endpoints
 from axistwin.bench.bench import Bench
@@ -15,22 +15,29 @@ from axistwin.sim.serial_port import SerialPort
 from axistwin.units import MS
 
 
-class Host(Protocol):
+@dataclass(frozen=True)
+class Host:
     """Sends and receives data."""
+
+    write: Callable[[bytes], None]
+    """Sends data as soon as possible."""
+    subscribe_received: Callable[[Callable[[bytes], None]], Callable[[], None]]
+    """Calls a function with received data; returns an unsubscribe function."""
+    _port: SerialPort | BusHost
 
     @property
     def pending(self) -> int:
         """Amount of data that has not been sent yet."""
+        return self._port.pending
 
     @property
     def pause_ns(self) -> int:
         """Silence after which the received data are complete."""
+        return 3 * self._port.host.format.frame_ns if isinstance(self._port, SerialPort) else 20 * MS
 
-    def write(self, data: bytes) -> None:
-        """Send data as soon as possible."""
 
-    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `callback` with received data.  Return an unsubscribe function."""
+def _at_port(port: SerialPort) -> Host:
+    return Host(port.write, lambda callback: port.subscribe_received(lambda byte, _: callback(bytes([byte]))), port)
 
 
 @contextmanager
@@ -38,13 +45,10 @@ def host_of(controller: Controller) -> Iterator[Host]:
     """Yield a host for this controller.  On a bus the host serves the registers until the context ends."""
     attend = controller.product.attend
     if attend is None:
-        yield _Serial(controller.serial)
+        yield _at_port(controller.serial)
         return
-    attendant = attend(controller.bus)
-    try:
-        yield _Bus(attendant)
-    finally:
-        attendant.close()
+    with closing(attend(controller.bus)) as attendant:
+        yield Host(attendant.write, attendant.subscribe_received, attendant)
 
 
 @contextmanager
@@ -54,40 +58,4 @@ def host_at(bench: Bench, name: str) -> Iterator[Host]:
         with host_of(bench[name]) as host:
             yield host
     else:
-        yield _Serial(bench.port(name))
-
-
-class _Serial:
-    def __init__(self, port: SerialPort) -> None:
-        self._port = port
-
-    @property
-    def pending(self) -> int:
-        return self._port.pending
-
-    @property
-    def pause_ns(self) -> int:
-        return 3 * self._port.host.format.frame_ns
-
-    def write(self, data: bytes) -> None:
-        self._port.write(data)
-
-    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        return self._port.subscribe_received(lambda byte, _: callback(bytes([byte])))
-
-
-class _Bus:
-    pause_ns = 20 * MS
-
-    def __init__(self, attendant: BusHost) -> None:
-        self._attendant = attendant
-
-    @property
-    def pending(self) -> int:
-        return self._attendant.pending
-
-    def write(self, data: bytes) -> None:
-        self._attendant.write(data)
-
-    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        return self._attendant.subscribe_received(callback)
+        yield _at_port(bench.port(name))

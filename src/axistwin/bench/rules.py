@@ -66,4 +66,3 @@ RULES = (
         IF1 + '[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"', ".toml",
     ),
 )  # fmt: skip
-"""All rules, in the order of the codes."""

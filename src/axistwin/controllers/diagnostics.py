@@ -32,7 +32,6 @@ class Rule:
     explanation: str
     """The controller's reaction, and the remedy."""
     example: str
-    """A program that violates the rule."""
     suffix: str = ""
     """File suffix of the example, if it is not the family's own."""
 
@@ -76,7 +75,6 @@ class Diagnostic:
     message: str
     chapter: str = ""
     code: str = ""
-    """Code of the violated rule."""
     end_line: int = 0
     end_column: int = 0
     """The column after the last one concerned; 0: only the beginning is known."""

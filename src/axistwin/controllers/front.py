@@ -19,8 +19,8 @@ class Tone(Enum):
 
 
 @dataclass(frozen=True)
-class Lamp:
-    """A lamp for a terminal or a bit of a register."""
+class _Item:
+    """What a display shows of one source."""
 
     label: str
     """The label: a letter or number of the manual."""
@@ -28,13 +28,18 @@ class Lamp:
     """A short description."""
     source: str
     """The name of a terminal or a register."""
+
+
+@dataclass(frozen=True)
+class Lamp(_Item):
+    """A lamp for a terminal or a bit of a register."""
+
     bit: int | None = None
     """Number of the bit in the register, from 0; None: any value but 0 lights the lamp."""
     lit: bool = True
     """The level at which the lamp is lit."""
     tone: Tone = Tone.PLAIN
     doc: str = ""
-    """Further explanation."""
 
     def shows(self, value: int | None) -> bool:
         """Return True if this level or value lights the lamp.  Without power (None) the lamp is dark."""
@@ -45,12 +50,9 @@ class Lamp:
 
 
 @dataclass(frozen=True)
-class Word:
+class Word(_Item):
     """A register shown in words."""
 
-    label: str
-    name: str
-    source: str
     words: Mapping[Any, str] = field(default_factory=dict)
     """Words by value; other values are shown as numbers."""
     tones: Mapping[Any, Tone] = field(default_factory=dict)
@@ -64,16 +66,12 @@ class Word:
 
 
 @dataclass(frozen=True)
-class Reading:
+class Reading(_Item):
     """A register shown as a quantity: its value times `scale`, in a unit."""
 
-    label: str
-    name: str
-    source: str
     unit: str = ""
     scale: float = 1
     digits: int = 0
-    """Number of decimals."""
     doc: str = ""
 
     def shows(self, value: int | None) -> str:

@@ -2,57 +2,20 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.diagnostics import Checker, Rule
 from axistwin.controllers.front import Group
-from axistwin.motion.profile import Profile
 from axistwin.plant.axes import MakeAxis, stepper_axis
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
-from axistwin.sim.pins import Pin, SensedPin
+from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
-from axistwin.sim.signal import Signal
-
-
-class PulseAxis(Protocol):
-    """An axis as a stepper controller uses it."""
-
-    def start(self, profile: Profile, direction: int) -> None:
-        """Begin a move now."""
-
-    def replace(self, profile: Profile) -> None:
-        """Replace the profile of the present move; `profile` is given from the start of the move."""
-
-    def halt(self) -> None:
-        """Stop the pulses at once."""
-
-    @property
-    def unmade(self) -> int:
-        """Net pulses that a held output has not made; 0 unless a stand-in drives a real motor."""
-
-    @property
-    def encoder_count(self) -> int | None:
-        """Encoder counts after quadrature, from an arbitrary zero; None: no encoder."""
-
-    def wire_index(self, pin: SensedPin) -> None:
-        """Connect the encoder's channel Z to a terminal, if there is an encoder."""
-
-    def encoder_counted(self, within_ns: int) -> bool:
-        """True if the encoder has counted in the last `within_ns`."""
-
-    @property
-    def encoder_direction(self) -> int:
-        """Direction of the encoder's last motion: +1 or -1."""
-
-    @property
-    def on_push(self) -> Signal[[]]:
-        """Emitted when the load has been pushed."""
 
 
 class Store(Protocol):
@@ -102,7 +65,8 @@ class Listing:
     """Lines that take no time and never run: labels, ends of blocks."""
 
 
-class ControlLines(Protocol):
+@dataclass(frozen=True)
+class ControlLines:
     """The four control lines of a plug."""
 
     dtr: Pin
@@ -116,7 +80,6 @@ class Handshake:
     """Control lines of a serial plug."""
 
     plug: ControlLines
-    """The lines at the plug."""
     inside: ControlLines
     """The lines inside the device; they depend on the wiring of the plug."""
 
@@ -174,20 +137,13 @@ class Device(Protocol):
         """Switch the power on or off."""
 
 
-class Placed(Protocol):
-    """A byte, and its place in a text."""
+class Placed(NamedTuple):
+    """A byte, and the column, from 0, of its text."""
 
-    @property
-    def byte(self) -> int:
-        """The byte."""
-
-    @property
-    def column(self) -> int:
-        """Its column, from 0."""
-
-    @property
-    def width(self) -> int:
-        """Its width in columns."""
+    byte: int
+    column: int
+    width: int = 2
+    """The length of the word that contains the byte."""
 
 
 class Language(Protocol):
@@ -236,10 +192,6 @@ class Order:
     doc: str
 
 
-def _no_orders(program: str) -> tuple[Order, ...]:  # noqa: ARG001  # whatever its name
-    return ()
-
-
 @dataclass(frozen=True)
 class Product:
     """One model: its construction and its command set."""
@@ -255,7 +207,6 @@ class Product:
     make_axis: MakeAxis = stepper_axis
     """Makes an axis from its options.  The bench fits the switches in the options later."""
     check: Checker | None = None
-    """Finds problems in a program."""
     rules: tuple[Rule, ...] = ()
     """The rules of `check`, in the order of the codes."""
     line: UartFormat | None = None
@@ -275,7 +226,7 @@ class Product:
     """Returns a hint about this installation in one line; usually empty."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
     """Prepares a number of controllers for a speed (None: maximum speed), so that no host has to wait later."""
-    orders: Callable[[str], tuple[Order, ...]] = _no_orders
+    orders: Callable[[str], tuple[Order, ...]] = lambda program: ()
     """Returns the host's requests that run or stop a stored program; the argument is one of `programs`."""
     programs: tuple[str, ...] = ()
     """Names of the programs that it can store; several names each end in a number."""
@@ -284,6 +235,4 @@ class Product:
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Makes a host for its registers, if it is on a bus."""
     joystick: JoystickInputs | None = None
-    """The inputs for a joystick, if it has them."""
     front: tuple[Group, ...] = ()
-    """Its front panel."""

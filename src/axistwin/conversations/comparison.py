@@ -15,7 +15,6 @@ from itertools import pairwise
 from axistwin.bench import Bench
 from axistwin.bench.actions import Value, agrees, level_name, shown
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
-from axistwin.bench.codec import Codec
 from axistwin.conversations.conversation import Conversation, write
 from axistwin.conversations.player import Difference, Player, open_channels
 from axistwin.errors import ProgramError
@@ -90,7 +89,7 @@ def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIEN
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
-        comparer = _Comparer(conversation, bench, conversation.codec, to_ns(patience_s))
+        comparer = _Comparer(conversation, bench, to_ns(patience_s))
         comparer.subscribe(stack)
         for act in [comparer.prepare(act) for act in conversation.acts]:
             act()
@@ -127,8 +126,8 @@ def _clock(act: Act) -> int | None:
 class _Comparer(Player):
     """A player that continues after differences and notes them."""
 
-    def __init__(self, conversation: Conversation, bench: Bench, codec: Codec, patience_ns: int) -> None:
-        super().__init__(conversation, bench, codec)
+    def __init__(self, conversation: Conversation, bench: Bench, patience_ns: int) -> None:
+        super().__init__(conversation, bench)
         self.found: list[Compared] = []
         self._patience_ns = patience_ns
         self._times: dict[str, deque[int]] = {name: deque() for name in self.received}

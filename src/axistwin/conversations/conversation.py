@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 from axistwin.bench import FAMILIES, product, rules
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
@@ -167,17 +168,27 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     rest = found["rest"].strip()
     column = indent + len(found[0]) - len(found["rest"].lstrip())
     try:
-        return _READERS[found["mark"]](rest, codec, number, found["name"] or "")
+        return _act(found["mark"], rest, codec, {"line": number, "controller": found["name"] or ""})
     except ProgramError as error:
         raise error.at(file, number, column + (error.column or 1)) from None
 
 
-def _comment(text: str, _codec: Codec, line: int, controller: str) -> Act:
-    return Comment(text, line=line, controller=controller)
+def _act(mark: str, text: str, codec: Codec, place: dict[str, Any]) -> Act:
+    match mark:
+        case ";":
+            return Comment(text, **place)
+        case "+":
+            return Wait(_time_ns(_without_comment(text)), **place)
+        case ">":
+            return Say(codec.read(text), **place)
+        case "<":
+            return Hear(codec.hear(text), **place)
+        case "!":
+            return Do(*_name_and_value(text, "! input1 high"), **place)
+    return Expect(*_name_and_value(text, "= X.position 1000"), **place)
 
 
-def _wait(text: str, _codec: Codec, line: int, controller: str) -> Act:
-    number = _without_comment(text)
+def _time_ns(number: str) -> int:
     try:
         if not _SECONDS.fullmatch(number):
             raise NumberError(f"{shortened(number)} is not a time")
@@ -188,28 +199,7 @@ def _wait(text: str, _codec: Codec, line: int, controller: str) -> Act:
     if ns >= MOST_NS:
         message = f"{shortened(number)} s is too long: expected less than 9.2e9 s (292 years)"
         raise ProgramError(message, code=rules.NO_TIME.code, width=len(number))
-    return Wait(ns, line=line, controller=controller)
-
-
-def _say(text: str, codec: Codec, line: int, controller: str) -> Act:
-    return Say(codec.read(text), line=line, controller=controller)
-
-
-def _hear(text: str, codec: Codec, line: int, controller: str) -> Act:
-    return Hear(codec.hear(text), line=line, controller=controller)
-
-
-def _do(text: str, _codec: Codec, line: int, controller: str) -> Act:
-    target, value = _name_and_value(text, "! input1 high")
-    return Do(target, value, line=line, controller=controller)
-
-
-def _expect(text: str, _codec: Codec, line: int, controller: str) -> Act:
-    subject, value = _name_and_value(text, "= X.position 1000")
-    return Expect(subject, value, line=line, controller=controller)
-
-
-_READERS = {";": _comment, "+": _wait, ">": _say, "<": _hear, "!": _do, "=": _expect}
+    return ns
 
 
 def _name_and_value(text: str, example: str) -> tuple[str, str]:

@@ -14,7 +14,6 @@ from itertools import takewhile
 from axistwin.bench import Bench, Controller, endpoints
 from axistwin.bench.actions import FAULT_ACTS, Value, act_at, agrees, question, shown
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
-from axistwin.bench.codec import Codec
 from axistwin.bench.hosts import Host, host_at
 from axistwin.conversations.conversation import Conversation
 from axistwin.errors import ProgramError, UsageError
@@ -66,14 +65,14 @@ Played = Callable[[], object]
 """A prepared act; its result is a Difference, or is ignored."""
 
 
-def play(conversation: Conversation, bench: Bench, codec: Codec | None = None) -> Difference | None:
+def play(conversation: Conversation, bench: Bench) -> Difference | None:
     """Play a conversation; return the first difference, or None.
 
     Raises ProgramError, before anything is done, if the conversation names something that the bench does not have.
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
-        player = Player(conversation, bench, codec or conversation.codec)
+        player = Player(conversation, bench)
         player.subscribe(stack)
         for act in [player.prepare(act) for act in conversation.acts]:
             if isinstance(difference := act(), Difference):
@@ -84,11 +83,11 @@ def play(conversation: Conversation, bench: Bench, codec: Codec | None = None) -
 class Player:
     """Plays the acts of a conversation one by one."""
 
-    def __init__(self, conversation: Conversation, bench: Bench, codec: Codec) -> None:
-        self.conversation, self.bench, self.codec = conversation, bench, codec
+    def __init__(self, conversation: Conversation, bench: Bench) -> None:
+        self.conversation, self.bench, self.codec = conversation, bench, conversation.codec
         self.received: dict[str, bytearray] = {name: bytearray() for name in endpoints.names(bench)}
         self.hosts: dict[str, Host] = {}
-        self.patience_s = self._patience()
+        self.patience_s = conversation.seconds_in("patience", PATIENCE_S)
 
     def subscribe(self, stack: ExitStack) -> None:
         """Subscribe to replies until `stack` is closed."""
@@ -112,7 +111,7 @@ class Player:
             case Comment():
                 return lambda: None
             case Wait():
-                return partial(self._wait, act.ns)
+                return lambda: self.bench.clock.run_to(self.bench.now + act.ns)
             case Say():
                 return partial(self.hosts[self._endpoint(act)].write, act.data)
             case Hear():
@@ -120,7 +119,9 @@ class Player:
             case Do():
                 return act_at(self.bench, self._controller_name(act), act.target, act.value)
             case Expect():
-                read_value = self._clock if act.subject == "clock" else question(self._controller(act), act.subject)
+                read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
+                if act.subject != "clock":
+                    read_value = question(self._controller(act), act.subject)
                 agrees(read_value(), act.value)  # raises now if the expected value is impossible
                 return lambda: self._expect(act, read_value())
         raise AssertionError(act)
@@ -151,19 +152,10 @@ class Player:
             f"the controller is missing: expected its name and a colon first, one of {', '.join(self.received)}"
         )
 
-    def _patience(self) -> float:
-        return self.conversation.seconds_in("patience", PATIENCE_S)
-
-    def _clock(self) -> Decimal:
-        return Decimal(self.bench.now) / S
-
-    def _wait(self, ns: int) -> None:
-        self.bench.clock.run_to(self.bench.now + ns)
-
     def _hear(self, act: Hear, name: str) -> Difference | None:
         received = self.received[name]
         if not act.data:
-            return self._unexpected(act.line, received) if received else None
+            return self._difference(act.line, "unexpected reply", b"", bytes(received)) if received else None
         while len(received) < len(act.data) and act.data.startswith(received):
             if not self._wait_for_more(received, self.patience_s):
                 what = f"the reply is incomplete after {self.patience_s:g} s of silence"
@@ -185,13 +177,11 @@ class Player:
             pass
         return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
 
-    def _unexpected(self, line: int, received: bytearray) -> Difference:
-        return self._difference(line, "unexpected reply", b"", bytes(received))
-
     def unclaimed_reply(self) -> Difference | None:
         """Return a difference if characters were received that no `<` has claimed."""
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
-        return next((self._unexpected(last, received) for received in self.received.values() if received), None)
+        found = next((bytes(received) for received in self.received.values() if received), None)
+        return None if found is None else self._difference(last, "unexpected reply", b"", found)
 
     def _expect(self, act: Expect, value: Value) -> Difference | None:
         if agrees(value, act.value):

@@ -106,9 +106,7 @@ class Recorder:
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
         """Record the present value of something that is observed from now on, such as a control line."""
-        self._flush_reply()
-        self._wait_until(self.bench.now)
-        self._add(Expect(subject, value, controller=self._name(controller)))
+        self._record_now(self.bench.now, Expect(subject, value, controller=self._name(controller)))
 
     def catch_up(self) -> None:
         """Record the pending reply if nothing more can belong to it."""
@@ -175,16 +173,18 @@ class Recorder:
     def _changed(self, event: LevelChanged) -> None:
         """Record changes of the host's control lines.  Changes by a controller are not acts."""
         if event.pin.startswith("host."):
-            self._flush_reply()
-            self._wait_until(event.time_ns)
             target = event.pin.removeprefix("host.")
-            self._add(self._line_act(event.controller, target, level_name(event.level)))
+            self._record_now(event.time_ns, self._line_act(event.controller, target, level_name(event.level)))
 
     def _record_action(self, time_ns: int, controller: str, target: str, value: str) -> None:
         """Record an action at a machine."""
+        self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
+
+    def _record_now(self, time_ns: int, act: Act) -> None:
+        """Record an act after the reply so far."""
         self._flush_reply()
         self._wait_until(time_ns)
-        self._add(Do(target, value, controller=self._name(controller)))
+        self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
         """Return the act for a host line event other than data: break, DTR, RTS, format."""
@@ -265,9 +265,9 @@ class TalkFile:
 
 
 @contextmanager
-def recording(bench: Bench, headers: Mapping[str, str] | None = None) -> Iterator[Recorder]:
-    """Record the events on the bench within this context.  `headers`: the conversation's first comments."""
-    recorder = Recorder(bench, _headers(bench) if headers is None else headers)
+def recording(bench: Bench) -> Iterator[Recorder]:
+    """Record the events on the bench within this context."""
+    recorder = Recorder(bench, _headers(bench))
     with observing(bench, recorder.record):
         yield recorder
     recorder.finish()

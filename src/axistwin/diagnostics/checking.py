@@ -93,7 +93,7 @@ def load(program: Path) -> str:
     return load_source(program).decode("ascii") if kind_of(program) == ".sms" else conversation.load_text(program)
 
 
-def as_diagnostic(error: PlacedError, severity: Severity = Severity.ERROR) -> Diagnostic:
+def as_diagnostic(error: PlacedError) -> Diagnostic:
     """Return the diagnostic for a line that could not be read at all."""
     line, column = error.line or 1, error.column or 1
     end = column + error.width
@@ -101,7 +101,7 @@ def as_diagnostic(error: PlacedError, severity: Severity = Severity.ERROR) -> Di
     if error.instead:
         fix = Fix(f"write {error.instead}", (Edit(line, column, line, end, error.instead),), error.sure)
     code = error.code or rules.UNREADABLE.code
-    return Diagnostic(line, column, severity, error.message, "", code, line, end, fix)
+    return Diagnostic(line, column, Severity.ERROR, error.message, "", code, line, end, fix)
 
 
 def _diagnose(text: str, suffix: str, checker: Checker, codec: Codec, file: str) -> list[Diagnostic]:
@@ -146,11 +146,11 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
         case ".talk":
             return _conversation(acts, lines, codec)
         case ".181x":
-            return _commands(acts, lines, codec)
+            return _typed(acts, lambda act: _sent(act, codec.places(lines[act.line - 1].partition(";")[0].rstrip())))
         case ".sms":
             return _stored(acts)
         case _:
-            return _typed(acts)
+            return _typed(acts, _line)
 
 
 @dataclass
@@ -160,13 +160,6 @@ class _SentData:
     sessions: list[Session] = field(default_factory=list)
     characters: list[Sent] = field(default_factory=list)
     initialised: bool = False
-
-    def say(self, act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> None:
-        """Append the bytes of `act`, each with its column counted from `begin`."""
-        self.characters += (
-            Sent(byte, act.line, begin + column + 1, width)
-            for byte, (column, width) in zip(act.data, places, strict=True)
-        )
 
     def switch_off(self) -> None:
         self.sessions.append(Session(tuple(self.characters), self.initialised))
@@ -181,29 +174,19 @@ def _conversation(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> It
             line = lines[act.line - 1].rstrip()
             begin = re.compile(r"[^>]*>\s*").match(line)
             assert begin is not None
-            host.say(act, codec.places(line[begin.end() :]), begin.end())
+            host.characters += _sent(act, codec.places(line[begin.end() :]), begin.end())
         _power(act, host)
     for host in hosts.values():
         host.switch_off()
         yield host.sessions
 
 
-def _typed(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
+def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
+    """Yield the characters for the only controller; `sent` returns those of a line."""
     host = _SentData(initialised=True)
     for act in acts:
         if isinstance(act, Say):
-            host.characters += _line(act)
-        _power(act, host)
-    host.switch_off()
-    yield host.sessions
-
-
-def _commands(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
-    """Return the commands for a board on a bus, one per line."""
-    host = _SentData(initialised=True)
-    for act in acts:
-        if isinstance(act, Say):
-            host.say(act, codec.places(lines[act.line - 1].partition(";")[0].rstrip()))
+            host.characters += sent(act)
         _power(act, host)
     host.switch_off()
     yield host.sessions
@@ -212,6 +195,12 @@ def _commands(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterat
 def _stored(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
     """Return all characters of a motor's source, with its comments."""
     yield [Session(tuple(sent for act in acts if isinstance(act, Say) for sent in _line(act)), stored=True)]
+
+
+def _sent(act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> Iterator[Sent]:
+    """Return the bytes of a command, each with its column counted from `begin`."""
+    pairs = zip(act.data, places, strict=True)
+    return (Sent(byte, act.line, begin + column + 1, width) for byte, (column, width) in pairs)
 
 
 def _line(act: Say) -> Iterator[Sent]:

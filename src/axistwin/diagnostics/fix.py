@@ -44,14 +44,11 @@ def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
     taken: list[Edit] = []
     for each in fixable:
         assert each.fix is not None
-        if not any(_overlap(edit, other) for edit in each.fix.edits for other in taken):
+        edges = [(edit[:2], edit[2:4], other[:2], other[2:4]) for edit in each.fix.edits for other in taken]
+        if not any(begin <= other_end and other_begin <= end for begin, end, other_begin, other_end in edges):
             chosen.append(each)
             taken += each.fix.edits
     return chosen
-
-
-def _overlap(one: Edit, other: Edit) -> bool:
-    return one[:2] <= other[2:4] and other[:2] <= one[2:4]
 
 
 def apply(text: str, edits: Iterable[Edit]) -> str:

@@ -1,7 +1,7 @@
 """Output formats of diagnostics: text, JSON, SARIF 2.1.0, GitHub workflow commands."""
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 import click
 
-from axistwin.controllers.diagnostics import Diagnostic, Edit, Severity
+from axistwin.controllers.diagnostics import Diagnostic, Severity
 from axistwin.diagnostics.codes import select
 from axistwin.version import VERSION
 
@@ -69,17 +69,13 @@ def as_github(checked: Checked) -> Iterator[str]:
     """Return one workflow command per diagnostic."""
     for each in checked.found:
         end_line, end = each.end
-        name = _property(str(checked.file))
+        name = _data(str(checked.file)).replace(":", "%3A").replace(",", "%2C")
         place = f"file={name},line={each.line},col={each.column},endLine={end_line},endColumn={end},title={each.code}"
         yield f"::{each.severity} {place}::{_data(_message(each))}"
 
 
 def _data(text: str) -> str:
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
 
 
 # SARIF
@@ -106,7 +102,8 @@ def _rule(code: str) -> dict[str, Any]:
 
 
 def _result(file: Path, diagnostic: Diagnostic, codes: Sequence[str]) -> dict[str, Any]:
-    artifact = {"uri": _uri(file)}
+    # a relative path stays relative to the working directory of the check
+    artifact = {"uri": file.as_uri() if file.is_absolute() else quote(file.as_posix())}
     line, column = diagnostic.end
     region = _region(diagnostic.line, diagnostic.column, line, column)
     result: dict[str, Any] = {
@@ -117,19 +114,14 @@ def _result(file: Path, diagnostic: Diagnostic, codes: Sequence[str]) -> dict[st
         "locations": [{"physicalLocation": {"artifactLocation": artifact, "region": region}}],
     }
     if diagnostic.fix is not None:
-        changes = [{"artifactLocation": artifact, "replacements": _replacements(diagnostic.fix.edits)}]
+        edits = [
+            {"deletedRegion": _region(*edit[:4]), "insertedContent": {"text": edit.text}}
+            for edit in diagnostic.fix.edits
+        ]
+        changes = [{"artifactLocation": artifact, "replacements": edits}]
         result["fixes"] = [{"description": {"text": diagnostic.fix.title}, "artifactChanges": changes}]
     return result
 
 
-def _replacements(edits: Iterable[Edit]) -> list[dict[str, Any]]:
-    return [{"deletedRegion": _region(*edit[:4]), "insertedContent": {"text": edit.text}} for edit in edits]
-
-
 def _region(line: int, column: int, end_line: int, end_column: int) -> dict[str, int]:
     return {"startLine": line, "startColumn": column, "endLine": end_line, "endColumn": end_column}
-
-
-def _uri(file: Path) -> str:
-    """Return the URI of a file; a relative path stays relative to the working directory of the check."""
-    return file.as_uri() if file.is_absolute() else quote(file.as_posix())

@@ -1,11 +1,10 @@
 """Language support for `.181x`: commands for an 1810 or 1811, one per line."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 
 from axistwin.bench.codec import codec_of
-from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.checker.program import acceptable
 from axistwin.controllers.compumotor.checker.texts import SWITCHES, name_of
 from axistwin.controllers.compumotor.language import DontCare, Number, OneOf, Opcode, Ranges, Switch
@@ -25,7 +24,7 @@ class Commands:
 
     def __init__(self, made: Product, suffix: str = ".181x") -> None:
         self.made, self.suffix = made, suffix
-        self.names = {name_of(command): command for command in _opcodes(made.commands)}
+        self.names = {name_of(command): command for command in made.commands if isinstance(command, Opcode)}
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the command on a line, with the parameter at the place emphasised."""
@@ -108,10 +107,6 @@ class Commands:
         acts, _ = read_acts(lines, self.suffix, codec)
         listed = [session for host in sessions(acts, lines, self.suffix, codec) for session in host]
         return listed[-1] if listed else Session(())
-
-
-def _opcodes(commands: CommandSet) -> Iterable[Opcode]:
-    return (command for command in commands if isinstance(command, Opcode))
 
 
 def _command(line: str) -> str:

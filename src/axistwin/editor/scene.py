@@ -13,7 +13,7 @@ from typing import Any
 from axistwin.bench import FAMILIES, product
 from axistwin.editor.answers import Hover, Item, Symbol
 from axistwin.editor.talk import terminals
-from axistwin.scenes.tables import SERVO_SCHEMA, SceneFile, has_servo
+from axistwin.scenes.tables import SERVO_SCHEMA, has_servo, scene_schema
 
 _HEADER = re.compile(r"\s*(?P<brackets>\[\[?)\s*(?P<path>[\w.\"'-]*)")
 _REST = re.compile(r"[\w-]*")
@@ -108,14 +108,9 @@ def _model(lines: list[str], line: int) -> str:
 # The schema
 
 
-@cache
-def _schema() -> dict[str, Any]:
-    return SceneFile.model_json_schema(by_alias=True)
-
-
 def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
     """Return the allowed keys of the table at this path, each with its schema."""
-    schema = _schema()
+    schema = scene_schema()
     if path[:2] == ["controller", "options"] and len(path) == 2 and model:
         return _options(model)
     if path == ["controller", "axes"] and model:

@@ -28,10 +28,7 @@ MARKS = {
 
 
 class Conversations:
-    """`.talk` files.  `model`: for conversations whose first comments name no model."""
-
-    def __init__(self, model: str = "") -> None:
-        self.model = model
+    """`.talk` files."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the data in the family's terms, of a pin or an axis, or of the mark."""
@@ -41,7 +38,7 @@ class Conversations:
         begin = len(found["before"])
         if at < begin:
             return Hover(f"**{found['mark']}** {MARKS[found['mark']]}", found.start("mark"), found.end("mark"))
-        made = _product(lines, self.model)
+        made = _product(lines)
         if made is None or found["mark"] not in "><":
             return _terminal(made, found["rest"], at - begin, begin) if found["mark"] in "!=" else None
         return _data_hover(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
@@ -52,7 +49,7 @@ class Conversations:
         found = _LINE.match(text)
         if found is None:
             return [Item(mark, "value", meaning) for mark, meaning in MARKS.items()] if not text.strip() else []
-        made = _product(lines, self.model)
+        made = _product(lines)
         if found["mark"] == ";":
             return _headers(found["rest"])
         if made is None:
@@ -66,14 +63,14 @@ class Conversations:
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
         """Return the sequences sent by the host."""
-        made = _product(lines, self.model)
+        made = _product(lines)
         if made is None or FAMILIES[made.model] != "digiplan":
             return []
         return [symbol for number, line in enumerate(lines, 1) for symbol in _sequences(line, number)]
 
 
-def _product(lines: list[str], model: str) -> Product | None:
-    named = named_model(lines) or model
+def _product(lines: list[str]) -> Product | None:
+    named = named_model(lines)
     return product(named) if named.lower() in FAMILIES else None
 
 

@@ -10,6 +10,7 @@ The kinds are in `kinds`, what a fault may wait for in `triggers`.
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from itertools import count
 from typing import Any
 
 from axistwin.errors import UsageError
@@ -55,11 +56,6 @@ class Terms:
         if self.seed is not None and type(self.seed) is not int:
             raise UsageError(f"seed={self.seed!r}: expected a whole number")
 
-    def check_at(self, now_ns: int) -> None:
-        """Raise UsageError if the time `at` has passed."""
-        if self.at is not None and to_ns(self.at) < now_ns:
-            raise UsageError(f"at={self.at:g} has passed: the time is {to_seconds(now_ns):g} s")
-
 
 class Fault:
     """One fault on a bench.  Its `name` is the name of its kind by default."""
@@ -92,7 +88,7 @@ class Fault:
                 return
             with by_itself(self._faults.world.clock):
                 self._mend()
-            self._faults._tell(self, "ends")
+            self._faults.changes.emit(self, "ends")
         self.state = State.OVER
 
     # Called by `Faults`
@@ -104,7 +100,7 @@ class Fault:
         clock = self._faults.world.clock
         chance = None if self.seed is None else Chance(self.seed)
         self.state, self.began_ns = State.ON, clock.now
-        self._faults._tell(self, "begins")
+        self._faults.changes.emit(self, "begins")
         lasts = duration_ns is not None
         with by_itself(clock):
             self._mend = self.kind.begin(Case(clock, self.spot, self.values, chance, lasts, self._over, self._others))
@@ -126,10 +122,7 @@ class Fault:
         """Finish a fault that has ended by itself."""
         if self.on:
             self.state = State.OVER
-            self._faults._tell(self, "ends")
-
-    def _wait_for(self, unsubscribe: Callable[[], object]) -> None:
-        self._unsubscribe = unsubscribe
+            self._faults.changes.emit(self, "ends")
 
     def _stop_waiting(self) -> None:
         unsubscribe, self._unsubscribe = self._unsubscribe, None
@@ -145,7 +138,7 @@ class Faults:
         self._those: dict[str, Fault] = {}
         self.announced: tuple[str, ...] = ()
         """Names of faults to be added later, so that triggers may name them."""
-        self._changes: Signal[Fault, str] = Signal()
+        self.changes: Signal[Fault, str] = Signal()
 
     def __iter__(self) -> Iterator[Fault]:
         return iter(tuple(self._those.values()))
@@ -195,7 +188,8 @@ class Faults:
         arm = self.trigger(terms.when, terms.here)
 
         def do() -> Fault:
-            terms.check_at(self.world.clock.now)
+            if terms.at is not None and to_ns(terms.at) < (now_ns := self.world.clock.now):
+                raise UsageError(f"at={terms.at:g} has passed: the time is {to_seconds(now_ns):g} s")
             fault = Fault(self, self._free_name(terms.name, kind), chosen, spot, values, terms.seed)
             self._those[fault.name] = fault
             self._start(fault, arm, terms)
@@ -205,7 +199,7 @@ class Faults:
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
         """Return the trigger that a fault waits for; None: no trigger.  Raises UsageError for an invalid sentence."""
-        return None if when is None else triggers.read(when, self.world, self, here)
+        return None if when is None else triggers.read(when, self.world, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
         """Return the spot where a fault of this kind acts.  Raises UsageError if nothing has this name."""
@@ -234,7 +228,7 @@ class Faults:
 
     def subscribe(self, callback: Listener) -> Callable[[], None]:
         """Call `callback(fault, what)` when a fault "begins" and when it "ends".  Return an unsubscribe function."""
-        return self._changes.subscribe(callback)
+        return self.changes.subscribe(callback)
 
     def _start(self, fault: Fault, arm: triggers.Arm | None, terms: "Terms") -> None:
         clock = self.world.clock
@@ -250,7 +244,8 @@ class Faults:
             if arm is None:
                 begin()
             else:  # after all other events of that moment
-                fault._wait_for(arm(_NthTime(terms.nth, lambda: clock.call_later(0, begin))))
+                times = count(1)
+                fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 
         def due() -> None:
             clock.background -= 1
@@ -270,9 +265,6 @@ class Faults:
             if other.on and other.kind is fault.kind and other.spot.name == fault.spot.name:
                 other.mend()
 
-    def _tell(self, fault: Fault, what: str) -> None:
-        self._changes.emit(fault, what)
-
     def _free_name(self, wanted: str | None, kind: str) -> str:
         taken = {name for name, fault in self._those.items() if fault.state is not State.OVER}
         if wanted is not None and wanted in taken:
@@ -286,18 +278,6 @@ def free_name(kind: str, taken: Collection[str]) -> str:
     """Return the default name of a fault of this kind."""
     candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
     return next(name for name in candidates if name not in taken)
-
-
-class _NthTime:
-    """Calls an action at the n-th call, once."""
-
-    def __init__(self, nth: int, action: Callable[[], object]) -> None:
-        self._left, self._action = nth, action
-
-    def __call__(self) -> None:
-        self._left -= 1
-        if self._left == 0:
-            self._action()
 
 
 def _check_seconds(what: str, given: float) -> None:

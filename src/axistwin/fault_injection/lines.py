@@ -1,10 +1,10 @@
 """Faults on serial lines: characters, breaks, baud rates, handshake lines, cables."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from axistwin.errors import UsageError
 from axistwin.fault_injection.places import Spot
-from axistwin.fault_injection.table import Case, Mend
+from axistwin.fault_injection.table import Case, Mend, all_of, ended
 from axistwin.sim import disturbance
 from axistwin.sim.disturbance import Disturbance, Effect
 from axistwin.sim.frames import FASTEST_BAUD
@@ -66,7 +66,7 @@ def line_break(case: Case) -> Mend:
     duration_ns = to_ns(case.values["seconds"])
     for line in _lines(case):
         line.short(duration_ns)
-    return _nothing
+    return ended
 
 
 def cut(case: Case) -> Mend:
@@ -74,7 +74,7 @@ def cut(case: Case) -> Mend:
     mends = [line.sever() for line in _lines(case)]
     if case.values["way"] == "both":
         mends += [pin.hold(False) for pin in _port(case).control_lines.values()]
-    return lambda: _each(mends)
+    return all_of(mends)
 
 
 def handshake(case: Case) -> Mend:
@@ -105,15 +105,9 @@ def _all(case: Case, effect: Effect) -> Mend:
 
 
 def _disturb(case: Case, disturbances: list[Disturbance]) -> Mend:
-    def one_over() -> None:
-        if all(other.over for other in disturbances):
-            case.over()
-
-    ends = []
-    for line, one in zip(_lines(case), disturbances, strict=True):
-        one.on_over = one_over
-        ends.append(line.disturb(one))
-    return lambda: _each(ends)
+    for one in disturbances:
+        one.on_over = lambda: case.over() if all(other.over for other in disturbances) else None
+    return all_of([line.disturb(one) for line, one in zip(_lines(case), disturbances, strict=True)])
 
 
 def _lines(case: Case) -> Iterable[Line]:
@@ -126,12 +120,3 @@ def _lines(case: Case) -> Iterable[Line]:
 def _port(case: Case) -> SerialPort:
     assert case.spot.port is not None, "a line was found"
     return case.spot.port
-
-
-def _each(actions: Iterable[Callable[[], object]]) -> None:
-    for action in actions:
-        action()
-
-
-def _nothing() -> None:
-    """Do nothing: the fault has ended at once."""

@@ -7,17 +7,12 @@ from typing import Any
 
 from axistwin.errors import UsageError
 from axistwin.fault_injection.places import Spot
-from axistwin.fault_injection.table import Case, Mend
+from axistwin.fault_injection.table import Case, Mend, all_of, ended
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.pins import Pin
 from axistwin.units import MS
-
-
-def _nothing() -> None:
-    """Do nothing: the fault has ended at once."""
-
 
 # Terminals
 
@@ -36,7 +31,7 @@ class Bounce:
     def __init__(self, case: Case) -> None:
         self._case, self._pin = case, _pin(case)
         self._bouncing = False
-        self._let_go: Callable[[], None] = _nothing
+        self._let_go: Callable[[], None] = ended
         self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
@@ -66,7 +61,7 @@ class Bounce:
             self._release()
 
     def _release(self) -> None:
-        let_go, self._let_go = self._let_go, _nothing
+        let_go, self._let_go = self._let_go, ended
         let_go()
 
     def _pause_ns(self) -> int:
@@ -85,13 +80,7 @@ def open_limit(case: Case) -> Mend:
     product, pins = case.spot.machine.product, case.spot.machine.pins
     assert product.limit_pins is not None, "it has been checked"
     sides = {"minus": product.limit_pins[:1], "plus": product.limit_pins[1:], "both": product.limit_pins}
-    ends = [pins[name].hold(not product.closed_level) for name in sides[case.values["side"]]]
-
-    def mend() -> None:
-        for end in ends:
-            end()
-
-    return mend
+    return all_of([pins[name].hold(not product.closed_level) for name in sides[case.values["side"]]])
 
 
 def check_limits(spot: Spot) -> None:
@@ -106,7 +95,7 @@ def check_limits(spot: Spot) -> None:
 def encoder_slips(case: Case) -> Mend:
     """Turn the encoder on its shaft, once."""
     _axis(case).encoder.slip(case.values["counts"])
-    return _nothing
+    return ended
 
 
 def encoder_loses(case: Case) -> Mend:
@@ -181,7 +170,7 @@ def load(case: Case) -> Mend:
 def push(case: Case) -> Mend:
     """Displace the load."""
     _axis(case).encoder.displace(case.values["counts"])
-    return _nothing
+    return ended
 
 
 def check_push(spot: Spot) -> None:
@@ -193,13 +182,7 @@ def check_push(spot: Spot) -> None:
 def drive_fault(case: Case) -> Mend:
     """Switch the drive off and signal the fault: the motor has no torque."""
     let_go = case.spot.machine.pins[_fault_pin(case.spot)].hold(False)
-    energise = _axis(case).weaken(0.0)
-
-    def mend() -> None:
-        energise()
-        let_go()
-
-    return mend
+    return all_of([_axis(case).weaken(0.0), let_go])
 
 
 def check_drive(spot: Spot) -> None:

@@ -66,6 +66,10 @@ class World(Protocol):
     def lines(self) -> Mapping[str, Any]:
         """The lines that motors share, by name."""
 
+    @property
+    def faults(self) -> Any:
+        """The fault injector."""
+
     def port(self, name: str) -> SerialPort:
         """Return the host's end of a line."""
 

@@ -124,6 +124,20 @@ Mend = Callable[[], None]
 """Ends a fault."""
 
 
+def ended() -> None:
+    """Do nothing: the fault has ended at once."""
+
+
+def all_of(ends: Iterable[Mend]) -> Mend:
+    """Return a function that calls all of these."""
+
+    def mend() -> None:
+        for end in ends:
+            end()
+
+    return mend
+
+
 @dataclass(frozen=True)
 class Kind:
     """One kind of fault.  `begin` begins it and returns its end; `at_once`: it ends immediately."""

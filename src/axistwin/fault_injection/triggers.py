@@ -15,7 +15,8 @@ The controller's name may be left out where it is clear.
 
 import re
 from collections.abc import Callable, Iterable
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any
 
 from axistwin.controllers.product import Listing
 from axistwin.errors import UsageError
@@ -24,7 +25,6 @@ from axistwin.fault_injection.places import Find, Machine, Spot, World
 from axistwin.numbers import whole
 from axistwin.plant.axes import MOST_POSITION, Axis
 from axistwin.sim.frames import LineError
-from axistwin.sim.pins import Pin
 from axistwin.sim.signal import Signal
 
 Unsubscribe = Callable[[], object]
@@ -38,41 +38,29 @@ _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>[rn\\]))")
 _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
-class KnownFaults(Protocol):
-    """The faults of a bench, as a sentence names them."""
-
-    @property
-    def names(self) -> Iterable[str]:
-        """Names of the faults so far."""
-
-    @property
-    def announced(self) -> Iterable[str]:
-        """Names of faults that follow."""
-
-    def subscribe(self, callback: Callable[[Any, str], None]) -> Unsubscribe:
-        """Call `callback(fault, what)` when a fault "begins" and when it "ends".  Return an unsubscribe function."""
-
-
 def other_fault(text: str | None) -> str | None:
     """Return the name of the fault that this sentence waits for; None: it waits for something else."""
     found = _SENTENCE.fullmatch((text or "").strip())
     return found["who"] if found is not None and _VERBS.get(found["verb"]) is _other_fault else None
 
 
-def read(text: str, world: World, faults: KnownFaults, here: str = "") -> Arm:
+def read(text: str, world: World, here: str = "") -> Arm:
     """Return the trigger that this sentence describes.  Raises UsageError for an invalid sentence."""
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in _VERBS:
         raise UsageError(f"when={text!r}: expected a sentence, e.g. 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
-    return _VERBS[found["verb"]](_Wish(world, faults, here, found["who"], found["verb"], found["what"] or ""))
+    return _VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
 
 
+@dataclass(frozen=True)
 class _Wish:
     """The parts of a sentence."""
 
-    def __init__(self, world: World, faults: KnownFaults, here: str, who: str, verb: str, what: str) -> None:
-        self.world, self.faults, self.here = world, faults, here
-        self.who, self.verb, self.what = who, verb, what
+    world: World
+    here: str
+    who: str
+    verb: str
+    what: str
 
     def spot(self, found: Iterable[tuple[str, Find]], thing: str) -> Spot:
         return places.find(places.names(found, self.here), self.who, thing)
@@ -116,15 +104,7 @@ def _edge(wish: _Wish) -> Arm:
     if wish.what:
         raise wish.wrong("input1 rises")
     wanted = {"rises": (True,), "falls": (False,), "changes": (True, False)}[wish.verb]
-
-    def arm(happens: Callable[[], None]) -> Unsubscribe:
-        def changed(changed_pin: Pin) -> None:
-            if changed_pin.level in wanted:
-                happens()
-
-        return pin.subscribe_edges(changed)
-
-    return arm
+    return lambda happens: pin.subscribe_edges(lambda pin: happens() if pin.level in wanted else None)
 
 
 def _receives(wish: _Wish) -> Arm:
@@ -132,7 +112,8 @@ def _receives(wish: _Wish) -> Arm:
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
-        return _messages(bus.subscribe_sent if hears else bus.subscribe_received, _hexadecimal(wish))
+        subscribe, pattern = bus.subscribe_sent if hears else bus.subscribe_received, _hexadecimal(wish)
+        return lambda happens: subscribe(lambda message: happens() if message.startswith(pattern) else None)
     line = port.to_device if hears else port.from_device
     return _characters(line.receiver.received, _written(wish))
 
@@ -158,10 +139,6 @@ def _characters(received: Signal[int, LineError], pattern: bytes) -> Arm:
         return received.subscribe(take)
 
     return arm
-
-
-def _messages(subscribe: Callable[[Callable[[bytes], None]], Unsubscribe], pattern: bytes) -> Arm:
-    return lambda happens: subscribe(lambda message: happens() if message.startswith(pattern) else None)
 
 
 def _written(wish: _Wish) -> bytes:
@@ -236,10 +213,10 @@ def _silence(listing: Listing, line: int) -> str:
 
 
 def _other_fault(wish: _Wish) -> Arm:
-    known = dict.fromkeys((*wish.faults.names, *wish.faults.announced))
+    known = dict.fromkeys((*wish.world.faults.names, *wish.world.faults.announced))
     if wish.who not in known:
         raise UsageError(f"no fault {wish.who!r} here: there are {', '.join(known) or 'none yet'}")
-    return lambda happens: wish.faults.subscribe(
+    return lambda happens: wish.world.faults.subscribe(
         lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
     )
 

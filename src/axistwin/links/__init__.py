@@ -5,19 +5,10 @@ from typing import TYPE_CHECKING
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
-    from axistwin.links.manual_pacer import ManualPacer
-    from axistwin.links.pacing import Pacer, read_speed
-    from axistwin.links.serialdev import SerialDevice
+    from axistwin.links.pacing import Pacer
     from axistwin.links.server import Server
-    from axistwin.links.urls import PortUrl, parse, parse_as
+    from axistwin.links.urls import PortUrl, parse
 else:
-    __getattr__ = lazy(
-        __name__,
-        manual_pacer="ManualPacer",
-        pacing="Pacer read_speed",
-        serialdev="SerialDevice",
-        server="Server",
-        urls="PortUrl parse parse_as",
-    )
+    __getattr__ = lazy(__name__, pacing="Pacer", server="Server", urls="PortUrl parse")
 
-__all__ = ["ManualPacer", "Pacer", "PortUrl", "SerialDevice", "Server", "parse", "parse_as", "read_speed"]
+__all__ = ["Pacer", "PortUrl", "Server", "parse"]

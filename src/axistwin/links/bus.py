@@ -28,7 +28,6 @@ from axistwin.sim.registers import CONTROL
 LONGEST = 1024
 """Longest request line in bytes; a longer line is discarded and answered with an error."""
 MAX_BLOCK = 256
-"""Largest block transfer in bytes."""
 USAGE = "r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
 
 
@@ -86,6 +85,8 @@ class Slot(SingleClient["Master"]):
 class Master(Connection):
     """A client of the bus socket: the bus master."""
 
+    answers = True
+
     def __init__(self, slot: Slot) -> None:
         super().__init__(slot)
         self.slot = slot
@@ -121,9 +122,10 @@ class Master(Connection):
             case ["r", offset]:
                 return f"{self.slot.bus.read(_offset(offset)):02x}"
             case ["r", offset, count]:
-                return self._read(_offset(offset), _count(count))
+                number, times = _offset(offset), _count(count)
+                return " ".join(f"{self.slot.bus.read(number):02x}" for _ in range(times))
             case ["w", offset, *values] if values:
-                return self._store(_offset(offset), [_byte(value) for value in values])
+                return self._store(_offset(offset), [_number(value, 16, 0xFF, "byte") for value in values])
             case ["i"]:
                 return str(int(self.slot.bus.interrupt))
             case ["s", "0" | "1" as on]:
@@ -133,9 +135,6 @@ class Master(Connection):
                 self.slot.bus.init()
                 return "ok"
         raise UsageError(f"unknown request {_shown(' '.join(words))}: expected {USAGE}")
-
-    def _read(self, offset: int, count: int) -> str:
-        return " ".join(f"{self.slot.bus.read(offset):02x}" for _ in range(count))
 
     def _store(self, offset: int, values: list[int]) -> str:
         if len(values) > MAX_BLOCK:
@@ -176,23 +175,11 @@ class Master(Connection):
 
     # Slow and closed clients
 
-    def pause_writing(self) -> None:
-        """Stop reading from a client that does not read its answers."""
-        self.stalled = True
-        self.pause()
-
     def resume_writing(self) -> None:
         """Continue after the client has read its answers."""
-        self.stalled = False
-        if not self.slot.full:
-            self.resume()
+        super().resume_writing()
         if self._unsubscribe is not None and self._last_reported is not self.slot.bus.interrupt:
             self._report(self.slot.bus.interrupt)
-
-    def resume(self) -> None:
-        """Continue reading from the client, unless the client does not read."""
-        if not self.stalled:
-            super().resume()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Release the slot after the client has disconnected."""
@@ -213,10 +200,6 @@ def _count(text: str) -> int:
     if not count:
         raise UsageError(f"invalid count '0': expected a number from 1 to {MAX_BLOCK}, e.g. 16")
     return count
-
-
-def _byte(text: str) -> int:
-    return _number(text, 16, 0xFF, "byte")
 
 
 def _number(text: str, base: int, highest: int, what: str) -> int:

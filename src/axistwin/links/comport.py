@@ -10,9 +10,12 @@ DSR and CTS, which are the device's DTR and RTS.  Line errors of received charac
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum, IntFlag
+from functools import partial
+from typing import Any
 
-from axistwin.links.telnet import Command, Item, Negotiation, Option, Parser, Subnegotiation, Verb, escape
-from axistwin.sim.frames import FASTEST_BAUD, LineError, Parity, UartFormat
+from axistwin.links.telnet import Command, Item, Negotiation, Option, Parser, Subnegotiation, Verb
+from axistwin.sim.frames import BITS, FASTEST_BAUD, LineError, UartFormat
+from axistwin.sim.serial_port import SetFormat
 
 SERVER = 100
 """Offset of an answer's code from the code of its command."""
@@ -82,13 +85,6 @@ class LineState(IntFlag):
 
 
 @dataclass(frozen=True)
-class SetFormat:
-    """Request of a line format."""
-
-    format: UartFormat
-
-
-@dataclass(frozen=True)
 class SetLines:
     """Request of control line levels."""
 
@@ -131,8 +127,12 @@ OURS = frozenset((Option.BINARY, Option.ECHO, Option.SUPPRESS_GO_AHEAD, Option.C
 """Options that the server accepts for itself.  An echo, if any, comes from the controller."""
 THEIRS = frozenset((Option.BINARY, Option.SUPPRESS_GO_AHEAD, Option.COM_PORT))
 """Options that the server accepts for the client."""
-PARITIES: dict[int, Parity] = {1: "N", 2: "O", 3: "E", 4: "M", 5: "S"}
-STOPBITS: dict[int, float] = {1: 1, 2: 2, 3: 1.5}
+PARTS: dict[Code, tuple[str, dict[int, Any]]] = {
+    Code.SET_DATASIZE: ("bytesize", {size: size for size in BITS}),
+    Code.SET_PARITY: ("parity", {1: "N", 2: "O", 3: "E", 4: "M", 5: "S"}),
+    Code.SET_STOPSIZE: ("stopbits", {1: 1, 2: 2, 3: 1.5}),
+}
+"""Parts of the line format, each with its values by their numbers in RFC 2217."""
 INBOUND = {
     Control.FLOW_NONE: Control.INBOUND_NONE,
     Control.FLOW_X_ON_X_OFF: Control.INBOUND_X_ON_X_OFF,
@@ -216,24 +216,12 @@ class ComPort:
         self._answer(Code.SET_BAUDRATE, self.format.baudrate.to_bytes(4, "big"))
         return event
 
-    def _set_datasize(self, value: bytes) -> Event | None:
-        size = value[0] if value else 0
-        event = self._set_format(replace(self.format, bytesize=size)) if 5 <= size <= 8 else None
-        self._answer(Code.SET_DATASIZE, bytes((self.format.bytesize,)))
-        return event
-
-    def _set_parity(self, value: bytes) -> Event | None:
-        parity = PARITIES.get(value[0]) if value else None
-        event = self._set_format(replace(self.format, parity=parity)) if parity else None
-        self._answer(Code.SET_PARITY, bytes(number for number, name in PARITIES.items() if name == self.format.parity))
-        return event
-
-    def _set_stopsize(self, value: bytes) -> Event | None:
-        stopbits = STOPBITS.get(value[0]) if value else None
-        event = self._set_format(replace(self.format, stopbits=stopbits)) if stopbits else None
-        self._answer(
-            Code.SET_STOPSIZE, bytes(number for number, bits in STOPBITS.items() if bits == self.format.stopbits)
-        )
+    def _set_part(self, value: bytes, code: Code) -> Event | None:
+        """Set the data bits, the parity or the stop bits."""
+        name, settings = PARTS[code]
+        known = value[:1] and value[0] in settings
+        event = self._set_format(replace(self.format, **{name: settings[value[0]]})) if known else None
+        self._answer(code, bytes(n for n, setting in settings.items() if setting == getattr(self.format, name)))
         return event
 
     def _set_format(self, fmt: UartFormat) -> Event:
@@ -272,12 +260,6 @@ class ComPort:
         self._answer(Code.SET_CONTROL, bytes((control,)))
         return event
 
-    def _suspend(self, _: bytes) -> Event:
-        return Suspend(True)
-
-    def _resume(self, _: bytes) -> Event:
-        return Suspend(False)
-
     def _set_line_state_mask(self, value: bytes) -> None:
         self._line_mask = value[0] if value else self._line_mask
         self._answer(Code.SET_LINESTATE_MASK, bytes((self._line_mask,)))
@@ -303,42 +285,31 @@ class ComPort:
         moved |= ModemState.CTS_CHANGED if changed & ModemState.CTS else ModemState.NONE
         self._modem_state = now
         if self.agreed and (moved | moved << 4) & self._modem_mask:
-            self._report_modem_state(moved=moved)
+            self._report_modem_state(moved)
 
     def set_line_state(self, errors: LineError) -> None:
         """Report line errors of characters received from the device."""
-        state = LineState.EMPTY
-        state |= LineState.PARITY_ERROR if LineError.PARITY in errors else LineState.NONE
-        state |= LineState.FRAMING_ERROR if LineError.FRAMING in errors else LineState.NONE
-        state |= LineState.BREAK if LineError.BREAK in errors else LineState.NONE
-        self._line_state = state
+        state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)  # the same order of bits
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()
 
-    def _report_modem_state(self, _: bytes = b"", moved: ModemState = ModemState.NONE) -> None:
+    def _report_modem_state(self, moved: ModemState = ModemState.NONE) -> None:
         self._answer(Code.NOTIFY_MODEMSTATE, bytes(((self._modem_state | moved) & self._modem_mask,)))
 
-    def _report_line_state(self, _: bytes = b"") -> None:
+    def _report_line_state(self) -> None:
         self._answer(Code.NOTIFY_LINESTATE, bytes((self._line_state,)))
         self._line_state = LineState.EMPTY
-
-    @staticmethod
-    def escape(data: bytes) -> bytes:
-        """Escape data for the client."""
-        return escape(data)
 
 
 _COMMANDS: dict[int, Callable[[ComPort, bytes], Event | None]] = {
     Code.SIGNATURE: ComPort._report_signature,
     Code.SET_BAUDRATE: ComPort._set_baudrate,
-    Code.SET_DATASIZE: ComPort._set_datasize,
-    Code.SET_PARITY: ComPort._set_parity,
-    Code.SET_STOPSIZE: ComPort._set_stopsize,
+    **{code: partial(ComPort._set_part, code=code) for code in PARTS},
     Code.SET_CONTROL: ComPort._set_control,
-    Code.NOTIFY_LINESTATE: ComPort._report_line_state,
-    Code.NOTIFY_MODEMSTATE: ComPort._report_modem_state,
-    Code.FLOWCONTROL_SUSPEND: ComPort._suspend,
-    Code.FLOWCONTROL_RESUME: ComPort._resume,
+    Code.NOTIFY_LINESTATE: lambda port, _: port._report_line_state(),
+    Code.NOTIFY_MODEMSTATE: lambda port, _: port._report_modem_state(),
+    Code.FLOWCONTROL_SUSPEND: lambda _, __: Suspend(True),
+    Code.FLOWCONTROL_RESUME: lambda _, __: Suspend(False),
     Code.SET_LINESTATE_MASK: ComPort._set_line_state_mask,
     Code.SET_MODEMSTATE_MASK: ComPort._set_modem_state_mask,
     Code.PURGE_DATA: ComPort._purge,

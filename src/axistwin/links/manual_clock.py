@@ -139,10 +139,12 @@ class ManualClock(ServedClock):
         Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds.
         """
         with self._exclusive():
-            while self._is_unfinished(host):
+            self._run_hosts()
+            while not host.done:
                 seen = self._traffic
                 if self._advance(self.now + to_ns(timeout)) and self._traffic == seen:
                     self._wait_for_silent_host(host, timeout)
+                self._run_hosts()
         return host.outcome()
 
     @contextmanager
@@ -163,10 +165,6 @@ class ManualClock(ServedClock):
 
     def _advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
         return self._loop.do(lambda: self._manual_pacer.advance(end_ns, condition))
-
-    def _is_unfinished(self, host: HostThread) -> bool:
-        self._run_hosts()
-        return not host.done
 
     def _run_hosts(self) -> None:
         """Receive what hosts send until every host thread waits for something."""

@@ -52,20 +52,8 @@ class HostPort(Protocol):
         """The device's request to send."""
 
     @property
-    def dtr(self) -> bool:
-        """Level of `dtr_line`."""
-
-    @property
-    def rts(self) -> bool:
-        """Level of `rts_line`."""
-
-    @property
     def pending(self) -> int:
         """Number of characters that have not left yet."""
-
-    @property
-    def instant(self) -> bool:
-        """True if characters take no time."""
 
     @property
     def to_device(self) -> Line:
@@ -153,7 +141,7 @@ class Plug(SingleClient[SerialClient]):
     @property
     def chunk(self) -> int:
         """Largest number of characters read from the client at once."""
-        return INSTANT_CHUNK if self.serial.instant else CHUNK
+        return INSTANT_CHUNK if self.serial.to_device.instant else CHUNK
 
     @property
     def _behind(self) -> bool:
@@ -216,7 +204,7 @@ class Plug(SingleClient[SerialClient]):
         data, errors, self._errors = self.serial.read(), self._errors, SOUND
         if self.client is None:
             return
-        if (X_ON in data or X_OFF in data) and self.serial.flow is Flow.X_ON_X_OFF:
+        if self.serial.flow is Flow.X_ON_X_OFF:
             data = data.translate(None, bytes((X_ON, X_OFF)))
         self.client.deliver(data, errors)
 

@@ -99,7 +99,8 @@ class PtyPort:
         except OSError as error:
             if error.errno != errno.EIO:
                 raise
-            self._hang_up()
+            self._hold()
+            self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
             return  # caused by `_hold`
@@ -128,11 +129,6 @@ class PtyPort:
         if not self._refused:
             self.plug.change(self._take_over_settings)
         return not self._refused
-
-    def _hang_up(self) -> None:
-        """Disconnect after the last program has closed the device."""
-        self._hold()
-        self.plug.disconnect(self)
 
     def _let_go(self) -> None:
         if self._slave is not None:

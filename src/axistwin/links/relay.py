@@ -29,7 +29,7 @@ from axistwin.bench.bench import SharedLine
 from axistwin.errors import LinkError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK
-from axistwin.links.serialdev import Lines, control_lines, error_text, settings_of
+from axistwin.links.serialdev import Lines, control_lines, error_text, opening, set_lines, settings_of
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
@@ -126,15 +126,13 @@ class Relay:
     def _drive(self) -> None:
         if self._lines is not None:
             host = self.port.host
-            self._queue_setting("set DTR and RTS", partial(_set_lines, self._lines, host.dtr, host.rts))
+            self._queue_setting("set DTR and RTS", partial(set_lines, self._lines, host.dtr, host.rts))
 
     def _break(self, seconds: float) -> None:
         self._forward()
         self._queue_setting("send a break", partial(setattr, self._device, "break_condition", True))
-        self._loop.call_later(seconds, self._end_break)
-
-    def _end_break(self) -> None:
-        self._queue_setting("end a break", partial(setattr, self._device, "break_condition", False))
+        end = partial(setattr, self._device, "break_condition", False)
+        self._loop.call_later(seconds, self._queue_setting, "end a break", end)
 
     def _queue_setting(self, what: str, do: Callable[[], object]) -> None:
         if self.raw:
@@ -217,16 +215,8 @@ class Relay:
         self._lost(LinkError(f"lost {self.url}: {error}"))
 
 
-def _set_lines(lines: Lines, dtr: bool, rts: bool) -> None:
-    lines.dtr, lines.rts = dtr, rts
-
-
 def _open(url: str, line: UartFormat) -> "serial.Serial":
     import serial  # lazy import: needed here only
 
-    try:
+    with opening(url):
         return serial.serial_for_url(url, timeout=POLL_S, **settings_of(line))
-    except (OSError, ValueError, termios.error) as error:
-        raise LinkError(
-            f"cannot open {url}: {error_text(error)}: check that it exists, is free and permits access"
-        ) from None

@@ -17,15 +17,14 @@ from axistwin.links.comport import (
     Purge,
     SetBreak,
     SetFlow,
-    SetFormat,
     SetLines,
     Suspend,
 )
 from axistwin.links.plug import Plug
 from axistwin.links.tcp import STALLED, TcpClient
+from axistwin.links.telnet import escape
 from axistwin.sim.frames import LineError
-from axistwin.sim.pins import Pin
-from axistwin.sim.serial_port import Flow
+from axistwin.sim.serial_port import Flow, SetFormat
 
 FLOWS = {
     Control.FLOW_NONE: Flow.NONE,
@@ -39,10 +38,12 @@ class ComPortClient(TcpClient):
     """A client that speaks RFC 2217."""
 
     linger_s = 0  # the control lines end with the connection
+    answers = True
 
     def __init__(self, plug: Plug, cts: str = "rts") -> None:
         super().__init__(plug)
-        self._cts = cts
+        self._dsr = plug.serial.dtr_line
+        self._cts = self._dsr if cts == "dtr" else plug.serial.rts_line
         self.flow = Flow.NONE
         self._port = ComPort(plug.default_format, f"axistwin {plug.title}")
         self._moved = ModemState.NONE
@@ -52,14 +53,11 @@ class ComPortClient(TcpClient):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Connect a client."""
         super().connection_made(transport)
-        self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line().level)
+        self._port.set_modem_state(dsr=self._dsr.level, cts=self._cts.level)
         self._unsubscribe = [
-            self.plug.serial.dtr_line.subscribe(lambda _: self._line_moved(ModemState.DSR_CHANGED)),
-            self._cts_line().subscribe(lambda _: self._line_moved(ModemState.CTS_CHANGED)),
+            self._dsr.subscribe(lambda _: self._line_moved(ModemState.DSR_CHANGED)),
+            self._cts.subscribe(lambda _: self._line_moved(ModemState.CTS_CHANGED)),
         ]
-
-    def _cts_line(self) -> Pin:
-        return self.plug.serial.dtr_line if self._cts == "dtr" else self.plug.serial.rts_line
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Disconnect the client."""
@@ -90,25 +88,22 @@ class ComPortClient(TcpClient):
                 self.flow = FLOWS[outbound]
                 plug.change(plug.apply_flow)
             case Purge(received, to_transmit):
-                self._purge(received, to_transmit)
+                if received and self._suspended:
+                    self._suspended.clear()
+                if to_transmit:
+                    plug.change(plug.serial.drop_pending)
             case Suspend(on):
                 self._suspend(on)
-
-    def _set_lines(self, dtr: bool, rts: bool) -> None:
-        self.plug.serial.host.dtr, self.plug.serial.host.rts = dtr, rts
-
-    def _purge(self, received: bool, to_transmit: bool) -> None:
-        if received and self._suspended:
-            self._suspended.clear()
-        if to_transmit:
-            self.plug.change(self.plug.serial.drop_pending)
 
     def _suspend(self, on: bool) -> None:
         if on and self._suspended is None:
             self._suspended = bytearray()
         elif not on and self._suspended is not None:
             data, self._suspended = bytes(self._suspended), None
-            self.write(self._port.escape(data))
+            self.write(escape(data))
+
+    def _set_lines(self, dtr: bool, rts: bool) -> None:
+        self.plug.serial.host.dtr, self.plug.serial.host.rts = dtr, rts
 
     # To the client
 
@@ -119,27 +114,11 @@ class ComPortClient(TcpClient):
             self._port.set_line_state(errors)
         self._reply()
         if self._suspended is None:
-            self.write(self._port.escape(data))
+            self.write(escape(data))
         else:
             room = max(0, STALLED - len(self._suspended))
             self._suspended += data[:room]
             self.dropped += len(data[room:])
-
-    def pause_writing(self) -> None:
-        """Stop reading commands from a client that does not read, as answers would accumulate."""
-        super().pause_writing()
-        self.pause()
-
-    def resume_writing(self) -> None:
-        """Continue after the client has read its data."""
-        super().resume_writing()
-        if not self.plug.full:
-            self.resume()
-
-    def resume(self) -> None:
-        """Continue reading from the client, unless the client does not read."""
-        if not self.stalled:
-            super().resume()
 
     def _reply(self) -> None:
         replies = self._port.take_replies()
@@ -153,4 +132,4 @@ class ComPortClient(TcpClient):
     def _report_lines(self) -> None:
         if self._moved and not self.stalled:
             moved, self._moved = self._moved, ModemState.NONE
-            self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line().level, moved=moved)
+            self._port.set_modem_state(dsr=self._dsr.level, cts=self._cts.level, moved=moved)

@@ -11,7 +11,8 @@ crossed cable, as between two computers).  With `--flow none`, or on a device wi
 import asyncio
 import os
 import termios
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from logging import getLogger
 from typing import TYPE_CHECKING, Any, Protocol
@@ -104,11 +105,8 @@ class SerialDevice:
             return
         except OSError as error:
             self._lose(error.strerror or str(error))
-            return
-        if data:
-            self.plug.send(data)
         else:
-            self._lose("end of file")
+            self.plug.send(data) if data else self._lose("end of file")
 
     def _lose(self, reason: str) -> None:
         log.warning("%s: lost %s: %s", self.plug.name, self.name, reason)
@@ -118,7 +116,7 @@ class SerialDevice:
         assert self._lines is not None
         host, dsr, cts = self.plug.serial.host, self._lines.dsr, self._lines.cts
         if (host.dtr, host.rts) != (dsr, cts) and not self.plug.gate.closed:
-            self.plug.change(lambda: _set_lines(host, dsr, cts))
+            self.plug.change(lambda: set_lines(host, dsr, cts))
         self._poll = self._loop.call_later(POLL_S, self._poll_lines)
 
     # To the host
@@ -130,7 +128,7 @@ class SerialDevice:
     def _drive(self, _: object = None) -> None:
         """Copy the controller's output lines to the device."""
         assert self._lines is not None
-        self._lines.dtr, self._lines.rts = self.plug.serial.dtr, self.plug.serial.rts
+        set_lines(self._lines, self.plug.serial.dtr_line.level, self.plug.serial.rts_line.level)
 
     def _follow_format(self) -> None:
         """Set the real UART to the format of the controller's UART."""
@@ -165,8 +163,15 @@ class SerialDevice:
 def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
     import serial  # lazy import: most ports do not need it
 
-    try:
+    with opening(url):
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))
+
+
+@contextmanager
+def opening(url: object) -> Iterator[None]:
+    """Turn the errors of pyserial in this context into LinkError."""
+    try:
+        yield
     except (OSError, ValueError, termios.error) as error:
         raise LinkError(
             f"cannot open {url}: {error_text(error)}: check that it exists, is free and permits access"
@@ -194,5 +199,6 @@ def control_lines(device: "serial.Serial") -> Lines | None:
     return lines
 
 
-def _set_lines(host: HostEnd, dsr: bool, cts: bool) -> None:
-    host.dtr, host.rts = dsr, cts
+def set_lines(of: Lines | HostEnd, dtr: bool, rts: bool) -> None:
+    """Set both output lines of a device, or of a host's end."""
+    of.dtr, of.rts = dtr, rts

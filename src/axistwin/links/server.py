@@ -35,19 +35,6 @@ class Ports(Protocol):
         """Return the registers of a board."""
 
 
-class _OwnPorts:
-    """The ports of the bench itself."""
-
-    def __init__(self, bench: Bench) -> None:
-        self._bench = bench
-
-    def serial(self, name: str) -> HostPort:
-        return self._bench.port(name)
-
-    def bus(self, name: str) -> "Registers":
-        return self._bench[name].bus
-
-
 class Server:
     """Paces a bench and opens ports to its controllers.  Use within a running event loop.
 
@@ -68,10 +55,8 @@ class Server:
     ) -> None:
         self.bench, self.pacer = bench, pacer or Pacer(bench.clock, speed)
         self.ports: list[tuple[str, PortUrl]] = []
-        """Open ports, each with the name of its controller."""
         self.gate = Gate()
-        """Admission of clients to all endpoints."""
-        self._flow, self._access = flow, access or _OwnPorts(bench)
+        self._flow, self._access = flow, access
         self._reset = reset if callable(reset) else self._power_cycle if reset else lambda name: None
         self._plugs: dict[str, Plug] = {}
         self._slots: dict[str, Slot] = {}
@@ -110,7 +95,7 @@ class Server:
 
     def _plug(self, name: str) -> Plug:
         if name not in self._plugs:
-            port = self._access.serial(name)
+            port: HostPort = self._access.serial(name) if self._access else self.bench.port(name)
             title = self.bench[name].product.model if name in self.bench.controllers else name
             self.pacer.sync()
             reset = partial(self._reset, name)
@@ -127,7 +112,7 @@ class Server:
         from axistwin.links.bus import Slot
 
         if name not in self._slots:
-            bus = self._access.bus(name)
+            bus: Registers = self._access.bus(name) if self._access else self.bench[name].bus
             self._slots[name] = Slot(name, bus, self.pacer, reset=partial(self._reset, name), gate=self.gate)
         return self._slots[name]
 

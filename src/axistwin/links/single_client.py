@@ -6,7 +6,6 @@ not being read from, because it has sent too much, may have hung up unnoticed; a
 While the gate of an endpoint is closed, nothing is read from its client, and new clients are refused.
 """
 
-from collections.abc import Callable
 from logging import getLogger
 from typing import Generic, Protocol, TypeVar
 
@@ -40,7 +39,8 @@ class Gate:
     def __init__(self) -> None:
         self.reason = ""
         """Why the gate is closed; "" while it is open."""
-        self._changes: Signal[[]] = Signal()
+        self.changes: Signal[[]] = Signal()
+        """Emitted after the gate has been opened or closed."""
 
     @property
     def closed(self) -> bool:
@@ -48,21 +48,14 @@ class Gate:
         return self.reason != ""
 
     def close(self, reason: str) -> None:
-        """Flush pending output, stop reading from clients, and refuse new clients."""
-        self._set(reason)
+        """Flush pending output, stop reading from clients, and refuse new clients; "": `open`."""
+        if reason != self.reason:
+            self.reason = reason
+            self.changes.emit()
 
     def open(self) -> None:
         """Continue reading from clients, and admit new clients."""
-        self._set("")
-
-    def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` after the gate has been opened or closed.  Return an unsubscribe function."""
-        return self._changes.subscribe(callback)
-
-    def _set(self, reason: str) -> None:
-        if reason != self.reason:
-            self.reason = reason
-            self._changes.emit()
+        self.close("")
 
 
 G = TypeVar("G", bound=Client)
@@ -75,9 +68,8 @@ class SingleClient(Generic[G]):
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._has_disconnected = False
-        """True if the client has disconnected while the gate was closed."""
-        self.gate.subscribe(self._gate_changed)
+        self._has_disconnected = False  # true if the client has disconnected while the gate was closed
+        self.gate.changes.subscribe(self._gate_changed)
 
     @property
     def full(self) -> bool:

@@ -12,6 +12,7 @@ import select
 import socket
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import replace
 from logging import getLogger
 from typing import Any, cast
 
@@ -39,6 +40,8 @@ class Connection(asyncio.BufferedProtocol, ABC):
     """A client on a TCP connection: what all protocols on TCP share."""
 
     linger_s = LINGER_S
+    answers = False
+    """True if the client's requests are answered: nothing is read while the client does not read the answers."""
 
     def __init__(self, plug: SingleClient[Any]) -> None:
         self.plug, self.name = plug, ""
@@ -55,7 +58,8 @@ class Connection(asyncio.BufferedProtocol, ABC):
         """Connect a client, or refuse it."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=STALLED)
-        self.name = _address(self._transport.get_extra_info("peername"))
+        peer = self._transport.get_extra_info("peername")
+        self.name = "a closed client" if peer is None else f"{peer[0]}:{peer[1]}"
         self._socket = self._transport.get_extra_info("socket")
         _keep_alive(self._socket)
         _acknowledge(self._socket)
@@ -83,6 +87,18 @@ class Connection(asyncio.BufferedProtocol, ABC):
         """Disconnect the client."""
         self.plug.disconnect(self)
 
+    def pause_writing(self) -> None:
+        """Note that the client does not read."""
+        self.stalled = True
+        if self.answers:
+            self.pause()
+
+    def resume_writing(self) -> None:
+        """Note that the client reads again."""
+        self.stalled = False
+        if self.answers and not self.plug.full:
+            self.resume()
+
     # Called by the plug
 
     def hung_up(self) -> bool:
@@ -102,8 +118,9 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._transport.pause_reading()
 
     def resume(self) -> None:
-        """Continue reading from the client."""
-        self._transport.resume_reading()
+        """Continue reading from the client, unless the client does not read its answers."""
+        if not (self.answers and self.stalled):
+            self._transport.resume_reading()
 
     # Defined by each protocol
 
@@ -122,16 +139,12 @@ class TcpClient(Connection):
         self.plug: Plug = plug
         self.dropped = 0
 
-    def pause_writing(self) -> None:
-        """Note that the client does not read."""
-        self.stalled = True
-
     def resume_writing(self) -> None:
         """Note that the client reads again, and log lost characters."""
-        self.stalled = False
         if self.dropped:
             log.warning("%s: %s reads too slowly, %d characters were lost", self.plug.name, self.name, self.dropped)
             self.dropped = 0
+        super().resume_writing()
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
         """Send characters to the client."""
@@ -173,7 +186,8 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
             f"cannot listen on {url}: {reason}: choose another address, or port 0 for any free port"
         ) from None
     server = await loop.create_server(make, sock=sock)
-    return TcpPort(url.at(*sock.getsockname()[:2]), server)
+    host, port, *_ = sock.getsockname()
+    return TcpPort(replace(url, host=host, port=port), server)
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
@@ -202,7 +216,3 @@ def _acknowledge(sock: socket.socket) -> None:
     """
     if hasattr(socket, "TCP_QUICKACK"):
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
-
-
-def _address(peer: tuple[object, ...] | None) -> str:
-    return "a closed client" if peer is None else f"{peer[0]}:{peer[1]}"

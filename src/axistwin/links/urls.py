@@ -8,7 +8,7 @@ bus://127.0.0.1:1811        the registers of a board on a bus, one text line per
 serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is the controller
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from axistwin.errors import UsageError
 from axistwin.numbers import NumberError, whole
@@ -46,10 +46,6 @@ class PortUrl:
     def address(self) -> str:
         """The address as `host:port`."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
-
-    def at(self, host: str, port: int) -> "PortUrl":
-        """Return the same URL with this address."""
-        return replace(self, host=host, port=port)
 
 
 def parse(text: str) -> PortUrl:

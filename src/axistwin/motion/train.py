@@ -106,7 +106,7 @@ class Train:
         """Yield direction and pulse times of each move with pulses at start_ns <= time < stop_ns, in order."""
         import numpy as np
 
-        earliest = self.move_at(start_ns).start_ns
+        earliest = self.move_at(max(start_ns - 1, 0)).start_ns  # its last pulse may be at start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
                 before = self._pulses_before(move, start_ns)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
-    from axistwin.panel.acts import Acts, State
+    from axistwin.panel.acts import State
     from axistwin.panel.gate import PERSON, Gate, is_loopback
     from axistwin.panel.look import Common, Look, careful, together
     from axistwin.panel.memory import AT_A_TIME, Memory, release
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = lazy(
         __name__,
-        acts="Acts State",
+        acts="State",
         gate="PERSON Gate is_loopback",
         look="Common Look careful together",
         memory="AT_A_TIME Memory release",
@@ -30,24 +30,6 @@ else:
     )
 
 __all__ = [
-    "AT_A_TIME",
-    "KEPT",
-    "PERSON",
-    "Acts",
-    "Address",
-    "Common",
-    "Gate",
-    "Look",
-    "Memory",
-    "Panel",
-    "People",
-    "Printer",
-    "State",
-    "Talk",
-    "breathe",
-    "careful",
-    "in_turns",
-    "is_loopback",
-    "release",
-    "together",
-]
+    "AT_A_TIME", "KEPT", "PERSON", "Address", "Common", "Gate", "Look", "Memory", "Panel", "People", "Printer",
+    "State", "Talk", "breathe", "careful", "in_turns", "is_loopback", "release", "together",
+]  # fmt: skip

@@ -7,6 +7,7 @@ from enum import StrEnum
 from functools import partial
 
 from axistwin.sessions.session import Session
+from axistwin.sim.signal import Signal
 
 
 class State(StrEnum):
@@ -28,7 +29,7 @@ class Acts:
         self._waiting: deque[Callable[[bool], object]] = deque()
         """Called with True to perform an act, with False to drop it."""
         self._moving = False
-        self._observers: list[Callable[[], None]] = []
+        self._quiet: Signal[[]] = Signal()
         self._last = State.QUIET
         session.pacer.subscribe(self._after_advance)
 
@@ -76,8 +77,7 @@ class Acts:
 
     def subscribe(self, observer: Callable[[], None]) -> Callable[[], None]:
         """Call `observer` when the session has become quiet, and after each move.  Returns an unsubscribe function."""
-        self._observers.append(observer)
-        return lambda: self._observers.remove(observer)
+        return self._quiet.subscribe(observer)
 
     def _grant(self, turn: asyncio.Future[bool], perform: bool) -> None:
         self._moving = self._moving or perform
@@ -92,13 +92,9 @@ class Acts:
             self._moving = False
             while self._waiting and not self.busy:
                 self._waiting.popleft()(True)
-            self._notify()
+            self._quiet.emit()
 
     def _after_advance(self) -> None:
         before, self._last = self._last, self.state
         if self._last is State.QUIET and before is not State.QUIET:
-            self._notify()
-
-    def _notify(self) -> None:
-        for observer in tuple(self._observers):
-            observer()
+            self._quiet.emit()

@@ -16,7 +16,6 @@ log = getLogger("axistwin")
 
 Thing = TypeVar("Thing")
 Refresh = Callable[[], None]
-"""Updates a view."""
 
 
 def careful(view: Refresh) -> Refresh:
@@ -110,7 +109,7 @@ class Look:
             except AxistwinError as error:
                 accepted = False
                 with client:
-                    _complain(error)
+                    complain(error)
 
         if now:
             attempt()
@@ -128,7 +127,7 @@ class Look:
         try:
             done(await move)
         except AxistwinError as error:
-            _complain(error)
+            complain(error)
 
     def _may(self) -> bool:
         if not self.drives:
@@ -136,5 +135,6 @@ class Look:
         return self.drives
 
 
-def _complain(error: AxistwinError) -> None:
+def complain(error: AxistwinError) -> None:
+    """Show an error to the user."""
     ui.notify(str(error), type="negative", multi_line=True)

@@ -17,7 +17,6 @@ from axistwin.panel.look import Look, Refresh, careful
 from axistwin.panel.memory import Memory, release
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
-from axistwin.panel.views.clock import clock
 from axistwin.panel.views.driving import driving
 from axistwin.panel.views.faults import faults, power
 from axistwin.panel.views.front import front
@@ -156,9 +155,19 @@ def _header(look: Look) -> Iterator[Refresh]:
         ui.link("to the machines", "#bench").classes("skip")
         with ui.row().classes("driving"):
             ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-            yield clock(look)
+            yield _clock(look)
             yield people(look)
         yield driving(look)
+
+
+def _clock(look: Look) -> Refresh:
+    """Show the virtual time in seconds; in microseconds while paused."""
+    label = ui.label().classes("clock").mark("clock").props("data-test=clock")
+
+    def refresh() -> None:
+        label.text = f"{look.session.seconds:.{3 if look.session.running else 6}f} s"
+
+    return refresh
 
 
 def _body(look: Look) -> Iterator[Refresh]:
@@ -189,17 +198,10 @@ def _machine(look: Look, name: str) -> Iterator[Refresh]:
     kinds: Kinds = {"Pins": partial(pins, look, name)}
     if look.bench[name].product.programs:
         kinds["Program"] = partial(program, look, name)
-    kinds |= {_called(each, name): partial(terminal, look, each) for each in _reached(look, name)}
+    for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
+        if endpoint in endpoints.names(look.bench):
+            kinds[title] = partial(terminal, look, endpoint)
     yield tabs(look, name, kinds)
-
-
-def _called(endpoint: str, name: str) -> str:
-    return "Terminal" if endpoint == name else f"Terminal {endpoint.removeprefix(f'{name}.')}"
-
-
-def _reached(look: Look, name: str) -> list[str]:
-    """Return the endpoints at which a host communicates with this controller only."""
-    return [each for each in endpoints.names(look.bench) if each in (name, f"{name}.rs485")]
 
 
 class _Frames:

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import monotonic
 
+from axistwin.sim.signal import Signal
+
 GONE_S = 10.0
 """Time of absence after which the driver is replaced by the next user."""
 FORGOTTEN_S, REMEMBERED = 600.0, 100
@@ -26,7 +28,6 @@ class Person:
     ending: str = "CR"
     """Line end of typed lines."""
     settings: dict[str, object] = field(default_factory=dict)
-    """Settings of views, by view."""
 
     def came(self) -> None:
         """Count a page that is opened or connected again."""
@@ -49,7 +50,7 @@ class People:
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
         self._came = 0
-        self._observers: list[Callable[[str], None]] = []
+        self._messages: Signal[str] = Signal()
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
@@ -95,10 +96,8 @@ class People:
 
     def subscribe(self, observer: Callable[[str], None]) -> Callable[[], None]:
         """Call `observer` with each message to all users.  Returns an unsubscribe function."""
-        self._observers.append(observer)
-        return lambda: self._observers.remove(observer)
+        return self._messages.subscribe(observer)
 
     def notify(self, text: str) -> None:
         """Send a message to all users."""
-        for observer in tuple(self._observers):
-            observer(text)
+        self._messages.emit(text)

@@ -62,23 +62,24 @@ class Panel:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
         self.common(Talk)  # subscribes from the beginning
-        gate = Gate(_application(self, title), address.token)
-        self._server = _Server(
+        self._title = title
+        self._server: _Server | None = None
+        self._task: asyncio.Task[None] | None = None
+
+    async def open(self) -> str:
+        """Start the server.  Returns the address, with the token if there is one.  Raises LinkError."""
+        sock = _listening(self.address)  # first: a rejected address leaves NiceGUI unchanged
+        server = self._server = _Server(
             uvicorn.Config(
-                gate,
+                Gate(_application(self, self._title), self.address.token),
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=GOODBYE_S,
                 ws_per_message_deflate=False,  # compression costs more than the rest of a frame
             )
         )
-        self._task: asyncio.Task[None] | None = None
-
-    async def open(self) -> str:
-        """Start the server.  Returns the address, with the token if there is one.  Raises LinkError."""
-        sock = _listening(self.address)
-        self._task = asyncio.create_task(self._server.serve(sockets=[sock]))
-        while not self._server.started and not self._task.done():
+        self._task = asyncio.create_task(server.serve(sockets=[sock]))
+        while not server.started and not self._task.done():
             await asyncio.sleep(LOOK_S)
         host, port = sock.getsockname()[:2]
         rehearse(Look(self.common, People(), Person("", "nobody")), Request(NOWHERE))
@@ -88,8 +89,8 @@ class Panel:
 
     async def close(self) -> None:
         """Disconnect all browsers, and stop the server."""
-        self._server.should_exit = True
-        if self._task is not None:
+        if self._server is not None and self._task is not None:
+            self._server.should_exit = True
             await self._task
 
 

@@ -23,6 +23,7 @@ SERVO = ("limits", "motor", "load")
 def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> StepperAxis:
     """Return an axis with a stepper motor.  Options: `limits`, `home`, `encoder`, `motor`, `load`."""
     _check(name, given, STEPPER)
+    limits, home = (_span(name, option, given.get(option)) for option in ("limits", "home"))
     try:
         encoder = EncoderData(**given["encoder"]) if given.get("encoder") is not None else None
         motor = given.get("motor")
@@ -32,10 +33,7 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
         load = Load(**given["load"]) if given.get("load") is not None else None
     except (TypeError, KeyError, ValueError) as error:
         raise UsageError(f"axis {name}: {error}") from None
-    return StepperAxis(
-        clock, name, motor=motor, load=load, encoder=encoder,
-        limits=_span(given, "limits"), home=_span(given, "home"), history=history,
-    )  # fmt: skip
+    return StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, limits=limits, home=home, history=history)
 
 
 def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:
@@ -44,33 +42,24 @@ def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) 
     Options: `limits`, `motor` (name or values of a data sheet), `load`.
     """
     _check(name, given, SERVO)
+    limits = _span(name, "limits", given.get("limits"))
     try:
         motor, load = data_sheets(given)
     except UsageError as error:
         raise UsageError(f"axis {name}: {error}") from None
-    return ServoAxis(clock, name, motor=motor, load=load, limits=_span(given, "limits"), history=history)
+    return ServoAxis(clock, name, motor=motor, load=load, limits=limits, history=history)
 
 
 def _check(name: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
     for option in given:
         if option not in known:
             raise UsageError(f"axis {name} has no option {option!r}: it takes {', '.join(known)}")
-    for span in ("limits", "home"):
-        _check_span(name, span, given.get(span))
 
 
-def _span(given: Mapping[str, Any], option: str) -> tuple[int, int] | None:
-    """Return an option of two positions that has been checked already."""
-    if given.get(option) is None:
-        return None
-    first, last = given[option]
-    return first, last
-
-
-def _check_span(name: str, option: str, given: Any) -> None:
-    """Raise UsageError unless `given` is two positions in ascending order."""
+def _span(name: str, option: str, given: Any) -> tuple[int, int] | None:
+    """Return an option of two positions.  Raises UsageError unless they are in ascending order."""
     if given is None:
-        return
+        return None
     try:
         first, last = given
     except (TypeError, ValueError):
@@ -81,3 +70,4 @@ def _check_span(name: str, option: str, given: Any) -> None:
         raise UsageError(
             f"axis {name}: {option} goes beyond ±{MOST_POSITION}: expected two positions, e.g. (-100, 5000)"
         )
+    return first, last

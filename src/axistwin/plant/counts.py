@@ -71,10 +71,10 @@ class _Stretch:
 class CountHistory:
     """Times of an encoder's count changes, from the latest `samples` samples with motion."""
 
-    def __init__(self, samples: int, position: int = 0) -> None:
+    def __init__(self, samples: int) -> None:
         self.samples = samples
         self._stretches: deque[_Stretch] = deque()
-        self._kept, self._last = 0, position
+        self._kept = self._last = 0
         self.forgotten_ns: int | None = None
         """Changes up to this time have been discarded; None: none discarded."""
 

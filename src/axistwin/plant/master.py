@@ -94,7 +94,6 @@ class Master:
         self.before_change: Signal[[]] = Signal()
         """Emitted before the motion changes, while `at` still returns the old one."""
         self.on_change: Signal[[]] = Signal()
-        """Emitted after the motion has changed."""
 
     @property
     def count(self) -> int:

@@ -80,25 +80,19 @@ class AtRest:
         self._axis = axis
 
     def look(self) -> None:
-        """Do nothing: a shaft at rest has no samples."""
+        """Do nothing: a shaft at rest has no samples and no predictions."""
 
-    def catch_up(self) -> None:
-        """Do nothing: a shaft at rest has no samples."""
-
-    def replan(self) -> None:
-        """Do nothing: a shaft at rest has no predictions."""
+    catch_up = replan = look
 
     def position(self) -> int:
         """The position at which the shaft was left."""
         return self._axis.shaft
 
+    setpoint = position
+
     def commanded(self) -> int:
         """0: there is no trajectory."""
         return 0
-
-    def setpoint(self) -> int:
-        """The position of the shaft, as there is no trajectory."""
-        return self._axis.shaft
 
     def velocity(self) -> float:
         """Velocity: 0."""
@@ -182,7 +176,6 @@ class ServoAxis:
         self._torque = Override(1.0, self._replan, self._catch_up)
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self.on_supply: Signal[[]] = Signal()
-        """Emitted when the supply voltage has changed."""
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`, `ambient`."""

@@ -5,6 +5,7 @@ the machine's own state.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from axistwin.errors import UsageError
@@ -44,7 +45,7 @@ class EncoderView:
         check_counts(counts, "displace")
         self._axis.by_hand.report("push", counts)
         self._encoder.displace(counts)
-        self._moved()
+        self._axis.on_push.emit()
 
     @property
     def at_index(self) -> bool:
@@ -60,13 +61,10 @@ class EncoderView:
             return self._encoder.index_edges()
 
         edge_subscription = _EdgeSubscription(self._axis, edges, callback)
-        unsubscribe = self._axis.on_push.subscribe(edge_subscription.update)
-
-        def end() -> None:
-            unsubscribe()
-            edge_subscription.end()
-
-        return end
+        stack = ExitStack()
+        stack.callback(edge_subscription.end)
+        stack.callback(self._axis.on_push.subscribe(edge_subscription.update))
+        return stack.close
 
     def begin(self) -> None:
         """Begin a move: the backlash of the previous move has been taken up."""
@@ -87,15 +85,12 @@ class EncoderView:
         """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
         _ = self.count  # bring the encoder up to date first
         self._encoder.miscount(of, out_of)
-        self._moved()
+        self._axis.on_push.emit()
 
     def slip(self, counts: int) -> None:
         """Turn the encoder on its shaft by `counts`; the shaft stays."""
         _ = self.count
         self._encoder.slip(counts)
-        self._moved()
-
-    def _moved(self) -> None:
         self._axis.on_push.emit()
 
 
@@ -120,7 +115,6 @@ class StepperAxis:
         self.on_motion: Signal[[]] = Signal()
         """Emitted when a move begins or changes its profile."""
         self.on_push: Signal[[]] = Signal()
-        """Emitted when the load has been pushed."""
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()
@@ -341,13 +335,12 @@ class StepperAxis:
         if self._made is not None:
             return None
         n = (position + self._lost + self._unmade - move.origin) * move.direction
-        per_tooth = self._motor.pulses_per_tooth if self._motor else 1
         for slip in self._slips:
             if n <= slip.first:
                 break
             if slip.last is None:
                 return None
-            n += lost_pulses([slip], slip.last, False, per_tooth)
+            n += lost_pulses([slip], slip.last, False, self._per_tooth)
         at_ns = move.reaches_ns(move.origin + move.direction * n)
         return at_ns if at_ns is not None and at_ns > now_ns else None
 

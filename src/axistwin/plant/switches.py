@@ -1,23 +1,9 @@
 """Limit and home switches, actuated by an axis."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
+from axistwin.plant.axes import Axis
 from axistwin.sim.pins import Pin
-
-
-class WatchedAxis(Protocol):
-    """An axis as seen by a switch."""
-
-    @property
-    def position(self) -> int:
-        """Position in the axis's own unit."""
-
-    def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` whenever the axis may have crossed an edge; edge n lies between position n-1 and n.
-
-        Return an unsubscribe function.
-        """
 
 
 class PositionSwitch:
@@ -26,7 +12,7 @@ class PositionSwitch:
     With a stepper the switch changes on the exact pulse.
     """
 
-    def __init__(self, axis: WatchedAxis, first: int | None, last: int | None) -> None:
+    def __init__(self, axis: Axis, first: int | None, last: int | None) -> None:
         self.axis, self.first, self.last = axis, first, last
         self.on_change: Callable[[], None] = lambda: None
         self.on = self._inside()

@@ -58,9 +58,8 @@ class StepperMotor:
 
     def torque_at(self, rate: float) -> float:
         """Return the pull-out torque in N·m at this rate in pulses/s."""
-        rates = [point[0] for point in self.torque]
-        j = bisect_left(rates, rate)
-        if j == len(rates):
+        j = bisect_left(self.torque, rate, key=lambda point: point[0])
+        if j == len(self.torque):
             return 0.0
         if j == 0:
             return self.torque[0][1]

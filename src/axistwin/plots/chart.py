@@ -1,8 +1,7 @@
 """Contents of a picture before drawing: panels with curves, lanes with levels, and messages, on one time axis."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from axistwin.units import MS, S
@@ -95,11 +94,8 @@ class Chart:
     states: dict[str, list[Word]] = field(default_factory=dict)
     """Texts, each of which holds until the next."""
     words: dict[str, list[Word]] = field(default_factory=dict)
-    """Messages, by sender."""
     marks: list[Word] = field(default_factory=list)
-    """Marked times."""
     faults: list[Fault] = field(default_factory=list)
-    """Faults that are active in the drawn time."""
 
     def add_faults(self, faults: Iterable[Fault]) -> None:
         """Add the faults that are active in the drawn time."""
@@ -114,11 +110,6 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
     margin_ns = (max(times) - min(times)) // 25 + 20 * MS
     from_ns, edge_ns = max(begin_ns, min(times) - margin_ns), max(times) + margin_ns
     return from_ns, min(edge_ns, end_ns), edge_ns
-
-
-def colours(first: int = 0) -> Iterator[int]:
-    """Yield the numbers of colours."""
-    return count(first)
 
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:

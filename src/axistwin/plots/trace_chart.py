@@ -1,6 +1,7 @@
 """A chart of a trace, from a file or from memory: axes, levels, registers and messages in a span of time."""
 
 from collections.abc import Iterator, Sequence
+from itertools import count
 
 from axistwin.plots import chart
 from axistwin.plots.chart import BACKGROUND, FLAT, HIDDEN, LOW, TALL, Chart, Curve, Fault, Line, Panel, Word
@@ -39,7 +40,7 @@ class _Drawn:
         last = edge if to_ns is None else to_ns
         first = found_from if from_ns is None else from_ns
         self.chart = Chart(title, first, min(trace.end_ns, last), max(last, first + 1))
-        self._colours = chart.colours()
+        self._colours = count()
         self._add_axes()
         for name, track in tracks.items():
             self._add(name, track)

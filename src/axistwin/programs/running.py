@@ -5,7 +5,7 @@
 `! input1 high` lines of a conversation are allowed.  `.sms` is the source of a SmartMotor's stored program.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,7 @@ from axistwin.units import S
 
 BOUND_NS = 3600 * S
 """Longest run of a program that does not end, if the caller gives no other."""
+Send = Callable[[Bench, Iterable[Act], int, str], str | None]
 STORED_BOUND_NS = 60 * S
 """The same for a motor's stored program: most of them are endless loops."""
 
@@ -53,10 +54,11 @@ def load(path: Path, target: str = "") -> Program:
             prepare = partial(open_channels, conversation)
             return Program(partial(_play, conversation), options(conversation, target), prepare)
         case ".if1":
-            return Program(partial(_type, tuple(command_lines(load_text(path), str(path))), str(path)))
+            lines = tuple(command_lines(load_text(path), str(path)))
+            return Program(partial(_send, send_lines, lines, str(path)))
         case ".181x":
             acts = tuple(command_strings(load_text(path), language_of(target), str(path)))
-            return Program(partial(_send, acts, str(path)))
+            return Program(partial(_send, send_commands, acts, str(path)))
         case ".sms":
             source = load_source(path)
             return Program(partial(_run_stored, str(path)), prepare=partial(store_program, source, str(path)))
@@ -125,14 +127,9 @@ def _play(conversation: Conversation, bench: Bench, until_ns: int | None) -> Out
     return Outcome(difference)
 
 
-def _type(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) -> Outcome:
+def _send(send: Send, acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) -> Outcome:
     deadline_ns = BOUND_NS if until_ns is None else until_ns
-    return _finish_run(bench, send_lines(bench, acts, deadline_ns, file), until_ns, deadline_ns)
-
-
-def _send(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) -> Outcome:
-    deadline_ns = BOUND_NS if until_ns is None else until_ns
-    return _finish_run(bench, send_commands(bench, acts, deadline_ns, file), until_ns, deadline_ns)
+    return _finish_run(bench, send(bench, acts, deadline_ns, file), until_ns, deadline_ns)
 
 
 def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:

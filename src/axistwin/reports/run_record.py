@@ -12,7 +12,7 @@ from axistwin.bench.events import Event, LevelChanged, Received, Sent, VoltageCh
 from axistwin.motion.train import Move as TrainMove
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
-from axistwin.reports.servo_moves import ServoMove, ServoMoves, moves_of
+from axistwin.reports.servo_moves import ServoMove, ServoMoves
 from axistwin.sim.frames import LineError
 from axistwin.sim.pins import PULLED_UP_VOLTS
 from axistwin.units import MS, S
@@ -43,10 +43,6 @@ class Message:
     def terminated(self) -> bool:
         """True if the message has its terminator."""
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
-
-    def is_new_message(self, time_ns: int, data: bytes) -> bool:
-        """Return True if new data begins a new message."""
-        return (self.terminated and data != b"\n") or time_ns - self.last_ns > PAUSE_NS
 
 
 @dataclass(frozen=True)
@@ -102,7 +98,6 @@ class RunRecord:
     turned: deque[VoltageChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
     """Voltages driven on terminals."""
     servos: list[ServoMoves] = field(default_factory=list)
-    """Moves of the servo axes."""
     _open: dict[tuple[str, bool], Message] = field(default_factory=dict)
 
     def record(self, event: Event) -> None:
@@ -135,7 +130,7 @@ class RunRecord:
             for move in axis.train.moves
             if move.profile.segments and (move.end_ns is None or move.end_ns > self.began_ns)
         ]
-        found += moves_of(self.servos, self.bench.now)
+        found += [move for servo in self.servos for move in servo.moves_until(self.bench.now)]
         return sorted(found, key=lambda move: move.start_ns)
 
     def _steppers(self) -> Iterator[tuple[str, str, StepperAxis]]:
@@ -147,7 +142,8 @@ class RunRecord:
     def _add(self, event: Sent | Received, data: bytes, by_host: bool) -> Message:
         key = event.controller, by_host
         message = self._open.get(key)
-        if message is None or message.is_new_message(event.time_ns, data):
+        ended = message is None or (message.terminated and data != b"\n")
+        if message is None or ended or event.time_ns - message.last_ns > PAUSE_NS:
             message = Message(event.time_ns, event.controller, by_host, bytearray(), event.time_ns)
             message.whole = self._on_a_bus(event)
             self._open[key] = message

@@ -1,7 +1,6 @@
 """Moves of a servo axis, found in its samples; their number is limited."""
 
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -62,7 +61,6 @@ class ServoMoves:
     axis: ServoAxis
     moves: deque[ServoMove] = field(default_factory=lambda: deque(maxlen=MOVES))
     forgotten: bool = False
-    """True if moves were dropped."""
 
     def __post_init__(self) -> None:
         self._position = self.axis.position
@@ -150,8 +148,3 @@ class ServoMoves:
         if found and found[-1].end_ns is None and not self.axis.moving:
             found[-1].end_ns = found[-1].last_ns
         return found
-
-
-def moves_of(records: Sequence[ServoMoves], now_ns: int) -> list[ServoMove]:
-    """Return the moves of all these axes."""
-    return [move for record in records for move in record.moves_until(now_ns)]

@@ -7,7 +7,6 @@ from axistwin.bench import endpoints
 from axistwin.bench.actions import level_name, voltage
 from axistwin.bench.codec import Codec
 from axistwin.bench.events import LevelChanged, VoltageChanged
-from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.run_record import AnyMove, Message, RunRecord
 from axistwin.sim.frames import LineError
@@ -24,7 +23,7 @@ def text(run: RunRecord) -> Iterator[str]:
     """Yield lines in order of time: `>` host, `<` controller, `!` action at the machine, `=` new level."""
     several = endpoints.several(run.bench)
     codecs = _codecs(run)
-    levels = filter(_is_shown, run.changes)
+    levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
     told: list[Item] = [*run.said, *levels, *run.turned, *run.moves()]
     for item in sorted(told, key=_time_ns):  # an action comes before the move that it causes
         name = f"{item.controller}: " if several else ""
@@ -62,17 +61,14 @@ def as_dict(run: RunRecord) -> dict[str, Any]:
             {"time_ns": t.time_ns, "controller": t.controller, "pin": t.pin, "volts": t.volts} for t in run.turned
         ],
         "axes": [
-            {"controller": c.name, "axis": name, "position": axis.position, **_reference(axis)}
+            {"controller": c.name, "axis": name, "position": axis.position}
+            | ({"commanded": axis.commanded} if isinstance(axis, ServoAxis) else {"pulses": axis.pulses})
             for c in run.bench.controllers.values()
             for name, axis in c.axes.items()
         ],
         "complete": run.complete,
         "end_ns": run.bench.now,
     }
-
-
-def _reference(axis: Axis) -> dict[str, int]:
-    return {"commanded": axis.commanded} if isinstance(axis, ServoAxis) else {"pulses": axis.pulses}
 
 
 def _codecs(run: RunRecord) -> dict[str, Codec]:
@@ -117,15 +113,12 @@ def _words(item: Item, codec: Codec) -> str:
             return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
         case VoltageChanged():
             return f"! {item.pin} {voltage(item.volts)}"
-    path = f"  {item.axis} {item.origin} → {item.target}, up to {_rate(item)} {item.unit}/s"
+    # pulse rates are exact; rates of counts are rounded because they are sampled
+    rate = f"{float(item.top_rate):g}" if item.unit == "pulses" else f"{item.top_rate:.0f}"
+    path = f"  {item.axis} {item.origin} → {item.target}, up to {rate} {item.unit}/s"
     if item.end_ns is None:
         return f"{path}, still moving at {to_seconds(item.now_ns):.6f}"
     return f"{path}, until {to_seconds(item.end_ns):.6f}"
-
-
-def _rate(move: AnyMove) -> str:
-    """Return the rate; pulse rates are exact, rates of counts are rounded because they are sampled."""
-    return f"{float(move.top_rate):g}" if move.unit == "pulses" else f"{move.top_rate:.0f}"
 
 
 def _message(item: Message, codec: Codec) -> str:
@@ -139,10 +132,6 @@ def _message(item: Message, codec: Codec) -> str:
 
 def _errors(errors: LineError) -> list[str]:
     return [str(error.name).lower() for error in LineError if error in errors and error]
-
-
-def _is_shown(change: LevelChanged) -> bool:
-    return change.pin not in HIDDEN_LEVELS and not (change.flashing and change.pin == "led")
 
 
 def _by_axis(run: RunRecord) -> dict[str, list[AnyMove]]:

@@ -8,10 +8,6 @@ if TYPE_CHECKING:
     from axistwin.scenes.scene import Scene
     from axistwin.scenes.toml_places import places
 else:
-    __getattr__ = lazy(
-        __name__,
-        scene="Scene",
-        toml_places="places",
-    )
+    __getattr__ = lazy(__name__, scene="Scene", toml_places="places")
 
 __all__ = ["Scene", "places"]

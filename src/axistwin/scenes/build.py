@@ -9,6 +9,7 @@ from dataclasses import fields
 from fractions import Fraction
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from axistwin.bench import Bench, Controller, endpoints, line_format, product
 from axistwin.bench.action_runner import ActionRunner
@@ -171,38 +172,34 @@ class Builder:
         return self.bench[name]
 
     def _pin(self, terminal: str, path: Path_) -> Pin:
-        name, _, pin = terminal.rpartition(".")
-        if not name:
-            raise self.source.error(path, f"no terminal {terminal!r}: expected NAME.PIN, e.g. table.input1")
-        pins = self._motor(name, path).pins
-        if pin not in pins:
-            raise self.source.error(path, f"{name} has no pin {pin!r}: {instead(pin, pins)}")
-        return pins[pin]
+        found: Pin = self._part(terminal, path, "terminal", "pin", "NAME.PIN, e.g. table.input1")
+        return found
 
     def _axis(self, whole: str, path: Path_) -> Axis:
-        name, _, axis = whole.rpartition(".")
+        found: Axis = self._part(whole, path, "axis", "axis", "NAME.AXIS, e.g. table.X")
+        return found
+
+    def _part(self, whole: str, path: Path_, thing: str, kind: str, expected: str) -> Any:
+        name, _, part = whole.rpartition(".")
         if not name:
-            raise self.source.error(path, f"no axis {whole!r}: expected NAME.AXIS, e.g. table.X")
-        axes = self._motor(name, path).axes
-        if axis not in axes:
-            raise self.source.error(path, f"{name} has no axis {axis!r}: {instead(axis, axes)}")
-        return axes[axis]
+            raise self.source.error(path, f"no {thing} {whole!r}: expected {expected}")
+        motor = self._motor(name, path)
+        parts: Mapping[str, Any] = motor.pins if kind == "pin" else motor.axes
+        if part not in parts:
+            raise self.source.error(path, f"{name} has no {kind} {part!r}: {instead(part, parts)}")
+        return parts[part]
 
     # Faults, script and hosts
 
     def _plan_faults(self) -> None:
         tables: list[FaultTerms] = self.contents.fault
-        names = self._names_of(tables)
+        names: list[str] = []
+        for table in tables:
+            names.append(table.name or free_name(table.kind, names))
         self.bench.faults.announced = (*names, *self._scripted())
         self._check_fault_order(names, tables)
         for number, table in enumerate(tables):
             self._plan_fault(table, number, ("fault", number))
-
-    def _names_of(self, tables: Iterable[FaultTerms]) -> list[str]:
-        names: list[str] = []
-        for table in tables:
-            names.append(table.name or free_name(table.kind, names))
-        return names
 
     def _scripted(self) -> list[str]:
         """Return the names that the script gives to faults."""
@@ -227,14 +224,11 @@ class Builder:
         with self.source.placing_errors(*path, "when"):
             faults.trigger(table.when, self._only())
         with self.source.placing_errors_at_key(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
-            seed = self._seed(table, number)
+            seed, whole = table.seed, self.contents.seed
+            if seed is None and whole is not None:  # derived from the scene's seed and the fault's number
+                seed = FAULTS_A_SCENE * whole + number
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()
-
-    def _seed(self, table: FaultTerms, number: int) -> int | None:
-        """Return the fault's own seed, or one derived from the scene's seed and the fault's number."""
-        whole = self.contents.seed
-        return table.seed if table.seed is not None or whole is None else FAULTS_A_SCENE * whole + number
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
@@ -270,18 +264,14 @@ class Builder:
         here = table.on or self._only()
         if here and here not in (*self.bench.controllers, *endpoints.names(self.bench)):
             raise UsageError(f"no controller {here!r}: {instead(here, self.bench.controllers)}")
-        if act.target == "mend":
-            self._check_mend(act.value)
+        names = self.bench.faults.names
+        if act.target == "mend" and act.value not in (*names, *KINDS, *self._scripted(), "all"):
+            raise UsageError(f"no fault {act.value!r} here: there are {', '.join(names) or 'none'}")
         if not here and act.target not in FAULT_ACTS:
             raise UsageError(
                 f"the controller is missing: expected `on` with one of {', '.join(self.bench.controllers)}"
             )
         return self._runner.prepare(Do(act.target, act.value, controller=here))
-
-    def _check_mend(self, name: str) -> None:
-        """Raise UsageError for an unknown fault name; faults of the script need not exist yet."""
-        if name not in (*self.bench.faults.names, *KINDS, *self._scripted(), "all"):
-            raise UsageError(f"no fault {name!r} here: there are {', '.join(self.bench.faults.names) or 'none'}")
 
     def _only(self) -> str:
         """Return the name of the only controller, or an empty string if there are several."""

@@ -87,7 +87,7 @@ class Copy:
                 wanted["state"] = [self._kept(table.called, table.state)]
                 found["state"] = [str(table.state)]
             changed = {key: value for key, value in wanted.items() if value != found[key]}
-            yield ("controller", number), {key: _one_or_more(value, key) for key, value in changed.items()}
+            yield ("controller", number), {key: value if key == "host" else value[0] for key, value in changed.items()}
         for number, entry_ in enumerate(contents.script):
             acts = [self._local_act(source, act) for act in entry_.do]
             if acts != list(entry_.do):
@@ -145,10 +145,6 @@ class Copy:
         hosts = self._hosts.get(name) or None
         found = {"model": made.model, "name": name, "line": None if line is None else str(line), "state": state}
         return {**found, "host": hosts, "options": given or None, "axes": axes or None}
-
-
-def _one_or_more(value: list[str], key: str) -> Any:
-    return value if key == "host" else value[0]
 
 
 def _local(path: Path) -> str:

@@ -145,18 +145,14 @@ class _ConversationHost:
                 case Say(data=data):
                     self._check(self._endpoint(act))
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
-                case Do(target=target, value=value) if not self._is_checked_later(act):
-                    return self._runner.prepare(Do(target, value, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
-                    later = Do(target, value, controller=self._endpoint(act))
-                    return lambda: self._runner.prepare(later)()
+                    do = Do(target, value, controller=self._endpoint(act))
+                    if target in FAULT_ACTS:  # it may depend on another fault that exists only later
+                        return lambda: self._runner.prepare(do)()
+                    return self._runner.prepare(do)
                 case Hear():
                     self._listen(self._endpoint(act))
         return lambda: None
-
-    def _is_checked_later(self, act: Do) -> bool:
-        """Return True for a fault, which may depend on another fault that exists only later."""
-        return act.target in FAULT_ACTS
 
     def _endpoint(self, act: Act) -> str:
         return act.controller or self.name
@@ -223,14 +219,10 @@ class _ControllerHost:
     """A host at one controller, with the acts it is going to do."""
 
     def __init__(self, clock: Clock, controller: Controller, acts: Iterable[Act], file: str) -> None:
-        self.clock, self.controller, self.file = clock, controller, file
-        self.acts = [(act, self._prepared(act)) for act in acts]
-
-    def _prepared(self, act: Act) -> Callable[[], object]:
-        """Return an action at the machine as a callable; other acts do nothing here."""
-        if not isinstance(act, Do):
-            return lambda: None
-        return prepared_action(self.controller, act, self.file)
+        self.clock, self.controller = clock, controller
+        self.acts = [
+            (act, prepared_action(controller, act, file) if isinstance(act, Do) else lambda: None) for act in acts
+        ]
 
     # Serial line
 
@@ -239,10 +231,10 @@ class _ControllerHost:
         port, wanted = self.controller.serial, self.controller.serial.host.format
         first, message = greeting(wanted)
         port.host.format = first
-        yield self._pause(SELF_TEST_S)
+        yield self.clock.timeout(to_ns(SELF_TEST_S))
         yield from self._open()
         port.write(message)
-        yield self._pause(READY_S)
+        yield self.clock.timeout(to_ns(READY_S))
         port.host.format = wanted
         yield from self._perform(self._type, lambda: bool(port.pending))
 
@@ -303,6 +295,3 @@ class _ControllerHost:
         while checks < 2:
             yield self.clock.timeout(CHECK_NS)
             checks = 0 if pending() or self.controller.busy else checks + 1
-
-    def _pause(self, seconds: float) -> Event:
-        return self.clock.timeout(to_ns(seconds))

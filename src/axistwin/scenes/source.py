@@ -6,7 +6,6 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from axistwin.bench import rules
 from axistwin.errors import ProgramError, SceneError, UsageError
 from axistwin.numbers import NumberError, check_values
 from axistwin.scenes import toml_places
-from axistwin.scenes.tables import SceneFile
+from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
@@ -25,7 +24,6 @@ _MESSAGES = {
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
-"""Messages that replace those of pydantic."""
 
 
 MOST_NESTED = 50
@@ -73,16 +71,13 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        contents = self._validated_as_json()
+        # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
+        contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
         except NumberError as error:
             raise self.error(error.path, f"{error.path[-1]}: {error}", rules.VALUE.code) from None
         return contents
-
-    def _validated_as_json(self) -> SceneFile:
-        # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
-        return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
 
     def _error_at(self, error: ErrorDetails) -> SceneError:
         file, line, column = self._place_parts(error["loc"])
@@ -134,12 +129,13 @@ class Source:
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
         """Return the errors found by pydantic as one error: the first in the file."""
-        first = min(errors, key=lambda error: (self._place(error), error["type"] == "missing", _message_for(error)))
+
+        def order(error: ErrorDetails) -> tuple[toml_places.Place, bool, str]:
+            return toml_places.place_of(error["loc"], self.places), error["type"] == "missing", _message_for(error)
+
+        first = min(errors, key=order)
         more = f" (and {len(errors) - 1} more)" if errors[1:] else ""
         return self.error(first["loc"], _message_for(first) + more)
-
-    def _place(self, error: ErrorDetails) -> toml_places.Place:
-        return toml_places.place_of(error["loc"], self.places)
 
 
 class Given(Source):
@@ -210,7 +206,7 @@ def instead(word: str, known: Collection[str]) -> str:
 
 def _keys_at(path: toml_places.Path) -> list[str]:
     """Return the allowed keys of the table at this path."""
-    schema = node = _schema()
+    schema = node = scene_schema()
     for part in path:
         node = _definition(schema, node)
         if isinstance(part, int):
@@ -218,11 +214,6 @@ def _keys_at(path: toml_places.Path) -> list[str]:
         else:
             node = node["properties"][part] if "properties" in node else node["additionalProperties"]
     return list(_definition(schema, node)["properties"])
-
-
-@cache
-def _schema() -> dict[str, Any]:
-    return SceneFile.model_json_schema()
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:

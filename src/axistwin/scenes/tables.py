@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -341,6 +342,12 @@ class SceneFile(Table):
     """Actions at the machine, one [[script]] each."""
     stand_in: Annotated[StandInTable | None, Field(alias="stand-in")] = None
     """Real motors on motion boards."""
+
+
+@cache
+def scene_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a scene file."""
+    return SceneFile.model_json_schema()
 
 
 def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:

@@ -4,6 +4,8 @@ While a run is replayed, a port is muted: the replay repeats what its host has a
 """
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.pins import Pin
@@ -13,6 +15,7 @@ from axistwin.sim.serial_port import (
     DropPending,
     Flow,
     Hold,
+    HostEnd,
     LineAct,
     SendBreak,
     SerialPort,
@@ -58,42 +61,43 @@ class MutableLine(Pin):
             self._announce()
 
 
+def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
+    """Return a property that forwards to `present`.  With `act`, assignments are recorded as this act."""
+
+    def assign(recorded: "RecordedHost | RecordedPort", value: object) -> None:
+        assert act is not None, "the property can be set"
+        recorded.do(act(value), lambda present: setattr(present, name, value))
+
+    return property(lambda recorded: getattr(recorded.present, name), assign if act else None)
+
+
 class RecordedHost:
     """The host's end of a line.  Assignments are recorded."""
+
+    format: UartFormat = _forwarded("format", SetFormat)
+    dtr: bool = _forwarded("dtr", partial(SetLine, "dtr"))
+    rts: bool = _forwarded("rts", partial(SetLine, "rts"))
 
     def __init__(self, port: "RecordedPort") -> None:
         self._port = port
 
     @property
-    def format(self) -> UartFormat:
-        """The format of the host's end."""
-        return self._port.present.host.format
+    def present(self) -> HostEnd:
+        """The host's end on the present bench."""
+        return self._port.present.host
 
-    @format.setter
-    def format(self, value: UartFormat) -> None:
-        self._port.do(SetFormat(value), lambda port: setattr(port.host, "format", value))
-
-    @property
-    def dtr(self) -> bool:
-        """Data terminal ready, to the device's DSR."""
-        return self._port.present.host.dtr
-
-    @dtr.setter
-    def dtr(self, on: bool) -> None:
-        self._port.do(SetLine("dtr", on), lambda port: setattr(port.host, "dtr", on))
-
-    @property
-    def rts(self) -> bool:
-        """Request to send, to the device's CTS."""
-        return self._port.present.host.rts
-
-    @rts.setter
-    def rts(self, on: bool) -> None:
-        self._port.do(SetLine("rts", on), lambda port: setattr(port.host, "rts", on))
+    def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
+        """Record an act of the host, then perform it."""
+        self._port.do(act, lambda port: perform(port.host))
 
 
 class RecordedPort:
     """A serial port.  `record` receives each act of the host before it is performed."""
+
+    flow: Flow = _forwarded("flow", SetFlow)
+    held: bool = _forwarded("held", Hold)
+    pending: int = _forwarded("pending")
+    to_device: Line = _forwarded("to_device")
 
     def __init__(self, port: SerialPort, record: Callable[[LineAct], object]) -> None:
         self.present, self._record = port, record
@@ -148,49 +152,6 @@ class RecordedPort:
     def drop_pending(self) -> None:
         """Discard all queued characters that have not left yet."""
         self.do(DropPending(), lambda port: port.drop_pending())
-
-    @property
-    def flow(self) -> Flow:
-        """The host's flow control."""
-        return self.present.flow
-
-    @flow.setter
-    def flow(self, flow: Flow) -> None:
-        self.do(SetFlow(flow), lambda port: setattr(port, "flow", flow))
-
-    @property
-    def held(self) -> bool:
-        """While True the host transmits nothing."""
-        return self.present.held
-
-    @held.setter
-    def held(self, on: bool) -> None:
-        self.do(Hold(on), lambda port: setattr(port, "held", on))
-
-    @property
-    def pending(self) -> int:
-        """Number of characters that have not left yet."""
-        return self.present.pending
-
-    @property
-    def instant(self) -> bool:
-        """True if characters take no time on this connection."""
-        return self.present.instant
-
-    @property
-    def to_device(self) -> Line:
-        """The line to the device."""
-        return self.present.to_device
-
-    @property
-    def dtr(self) -> bool:
-        """The device's data terminal ready."""
-        return self.dtr_line.level
-
-    @property
-    def rts(self) -> bool:
-        """The device's request to send."""
-        return self.rts_line.level
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
         """Call `callback(byte, errors)` for each received character.  Return an unsubscribe function."""

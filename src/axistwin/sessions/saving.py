@@ -33,12 +33,15 @@ def files(
     if scene is not None:
         found.texts.update(scene.programs)  # these keep their names, as the scene's script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
-    before = _saved_before(found.texts.values())
+    headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
+    before = max(map(rank_of, headers), default=0)  # number of consecutive sessions saved in these conversations
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
         if not before and all(map(_is_script, moments)):  # a script would run before an earlier saved session
-            copy.script += [_entry(moment) for moment in moments]
+            for moment in moments:
+                acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
+                copy.script.append(entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts))
         else:
             conversations.add(time_ns, moments)
     for name, text in conversations.texts():
@@ -47,12 +50,6 @@ def files(
     note = f"What was done in a session: axistwin run {SCENE} --for {to_seconds(end_ns):.9g}"
     text = copy.of_bench(note) if scene is None else scene.copied(copy, served, note)
     return {SCENE: text, **found.texts}
-
-
-def _saved_before(texts: Iterable[str]) -> int:
-    """Return the number of consecutive sessions saved in these conversations."""
-    hosts = (found[1] for text in texts if (found := _HEADER.search(text)))
-    return max(map(rank_of, hosts), default=0)
 
 
 def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
@@ -76,11 +73,6 @@ def _names_a_fault(act: Do) -> bool:
     if act.target == "mend":
         return act.value.strip("\"'") not in (*KINDS, "all")
     return act.target == "fault" and (" begins" in act.value or " ends" in act.value)
-
-
-def _entry(moment: Moment) -> dict[str, object]:
-    acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
-    return entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts)
 
 
 class _Conversations:

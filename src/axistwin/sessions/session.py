@@ -57,12 +57,7 @@ class Session:
     """
 
     def __init__(
-        self,
-        build: Callable[[], Bench],
-        speed: float | None = 1.0,
-        *,
-        scene: Scene | None = None,
-        served: bool = False,
+        self, build: Callable[[], Bench], speed: float | None = 1.0, *, scene: Scene | None = None, served: bool = False
     ) -> None:
         self._build, self._scene, self._served = build, scene, served
         self.bench = build()
@@ -71,7 +66,6 @@ class Session:
         self.server: Server | None = None
         """The server of real ports; see `serve`."""
         self.breaks: list[Break] = []
-        """Breakpoints."""
         self.halted_by = ""
         """Text of the breakpoint or error that has stopped the bench; "" if a user has paused it."""
         self.progress: float | None = None
@@ -101,11 +95,7 @@ class Session:
         """Create the server of real ports.  Its clients stay connected when the bench is replaced."""
         self.pacer.sync()
         self.server = Server(
-            self.bench,
-            pacer=self.pacer,
-            flow=flow,
-            reset=self._power_cycle if reset else False,
-            access=self.input,
+            self.bench, pacer=self.pacer, flow=flow, reset=self._power_cycle if reset else False, access=self.input
         )
         self.input.serve(self.server)
         return self.server
@@ -330,18 +320,15 @@ class Session:
         for each in self.breaks:
             each.suspend()
         try:
-            while not (self._is_at(time_ns) or self._state is State.MOVE_ABORTED):
+            while self._state is not State.MOVE_ABORTED and (
+                self.bench.now != time_ns or (self._replay is not None and self._replay.is_due_by(time_ns))
+            ):
                 self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
                 self.pacer.advance_slice(partial(steps.run_to, self.bench.clock, time_ns))
                 await asyncio.sleep(0)
         finally:
             for each in self.breaks:
                 each.resume(self.bench)
-
-    def _is_at(self, time_ns: int) -> bool:
-        """True if the bench is at this time and all input up to it has been replayed."""
-        waits = self._replay is not None and self._replay.is_due_by(time_ns)
-        return self.bench.now == time_ns and not waits
 
     @contextmanager
     def _moving(self) -> Iterator[None]:
@@ -367,13 +354,9 @@ class Session:
         if self._replayed:
             self._end_replay()
         if self.pacer.passes % DRAIN_EVERY == 0:
-            self._drain()
-
-    def _drain(self) -> None:
-        """Discard characters for ports without a client, as on an open cable."""
-        for name, port in self.bench.ports.items():
-            if not self.client(name):
-                port.read()
+            for name, port in self.bench.ports.items():
+                if not self.client(name):
+                    port.read()  # the characters are lost, as on an open cable
 
     def _end_replay(self) -> None:
         """End the replay: unmute the hosts at real ports and update them."""

@@ -39,7 +39,6 @@ class Clock(simpy.Environment):
         self.background = 0
         """Number of scheduled events that only maintain a display, such as the next flash of an observed lamp."""
         self.interrupted: set[Process] = set()
-        """Procedures with a pending interrupt."""
         self.by_itself = False
         """True while the bench itself acts on machines: its script or a fault."""
         self._ends: Signal[[]] = Signal()
@@ -64,8 +63,7 @@ class Clock(simpy.Environment):
             while end.callbacks is not None:  # until the end event has happened
                 self.step()
         finally:
-            if end.callbacks is not None:  # an exception was raised
-                self._withdraw(end)
+            self._withdraw(end)  # after an exception
 
     def later(self, duration_ns: int) -> int:
         """Return the time `duration_ns` after now.  Raises UsageError if it is after the end of virtual time."""
@@ -80,16 +78,13 @@ class Clock(simpy.Environment):
         event = self._last_at(time_ns, rank)
         assert event.callbacks is not None
         event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
-
-        def take_back() -> None:
-            if event.callbacks is not None:
-                self._withdraw(event)
-
-        return take_back
+        return partial(self._withdraw, event)
 
     def _withdraw(self, event: Event) -> None:
-        self._queue[:] = [entry for entry in self._queue if entry[-1] is not event]
-        heapify(self._queue)
+        """Cancel an event, unless it has happened."""
+        if event.callbacks is not None:
+            self._queue[:] = [entry for entry in self._queue if entry[-1] is not event]
+            heapify(self._queue)
 
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """Return an event that happens after all other events that are due by then."""

@@ -13,7 +13,6 @@ Each space is stored once and removed once, and only the first space is read.  T
 from collections import deque
 from collections.abc import Iterable
 from fractions import Fraction
-from functools import cmp_to_key
 from math import lcm
 
 from axistwin.sim.frames import Frame
@@ -116,18 +115,13 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
     return one * per_other < other * per_one
 
 
-def _order(one: Space, other: Space) -> int:
-    """Return a negative number if `one` begins earlier."""
-    return one.begin * other.per - other.begin * one.per
-
-
 def _merged(spaces: Iterable[Space]) -> list[Space]:
     """Return the spaces without overlaps.
 
     Spaces that only touch stay apart, as each transmitter begins its frame from mark.
     """
     merged: list[Space] = []
-    for space in sorted(spaces, key=cmp_to_key(_order)):
+    for space in sorted(spaces, key=lambda space: Fraction(space.begin, space.per)):
         last = merged[-1] if merged else None
         if last is None or not _before(space.begin, space.per, last.end, last.per):
             merged.append(space)

@@ -240,7 +240,7 @@ class SensedPin(Pin):
         end = super().subscribe(callback)
         if self._unfollow is None and self._follow is not None:
             self._last = self.level
-            self._unfollow = self._follow(self._read_again)
+            self._unfollow = self._follow(lambda: self._update(self._last))
 
         def unsubscribe() -> None:
             end()
@@ -257,9 +257,6 @@ class SensedPin(Pin):
             unsubscribe = self.subscribe(lambda pin: unsubscribe())
             return event
         return self._changed
-
-    def _read_again(self) -> None:
-        self._update(self._last)
 
     def _update(self, before: bool) -> None:
         self._last = self.level

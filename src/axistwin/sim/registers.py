@@ -18,7 +18,6 @@ from axistwin.sim.pins import Pin
 from axistwin.sim.signal import Signal
 
 DEPTH = 16
-"""Bytes in a FIFO."""
 
 DATA, CONTROL = 0, 1
 NOBODY_DRIVES = 0xFF
@@ -28,8 +27,7 @@ NOBODY_DRIVES = 0xFF
 class Fifo:
     """A queue of bytes.  When it is full, a written byte is lost; when it is empty, a read returns 0."""
 
-    def __init__(self, depth: int = DEPTH) -> None:
-        self.depth = depth
+    def __init__(self) -> None:
         self._bytes: deque[int] = deque()
 
     def __len__(self) -> int:
@@ -42,7 +40,7 @@ class Fifo:
 
     def push(self, value: int) -> None:
         """Append one byte."""
-        if len(self._bytes) < self.depth:
+        if len(self._bytes) < DEPTH:
             self._bytes.append(value)
 
     def pop(self) -> int:
@@ -51,7 +49,7 @@ class Fifo:
 
     def load(self, data: bytes) -> None:
         """Replace the contents."""
-        self._bytes = deque(data[: self.depth])
+        self._bytes = deque(data[:DEPTH])
 
     def drain(self) -> bytes:
         """Remove and return all bytes."""

@@ -109,7 +109,6 @@ class Line:
     def __init__(self, clock: Clock, receiver: "Uart", instant: bool = False) -> None:
         self.clock, self.receiver, self.instant = clock, receiver, instant
         self.samples = 0
-        """Number of levels sampled so far."""
         self._levels = Levels()
         self._reading: _Reading | None = None
         self._idle = 0, 1  # a falling edge is a start bit from this instant on: (number, units per ns)
@@ -242,25 +241,18 @@ class Line:
                 return
             self._levels.put(frame)
             self._find_start_bit()
-        elif not self._is_unsampled(frame, reading):
-            self._levels.put(frame)
-
-    def _is_unsampled(self, frame: Frame, reading: _Reading) -> bool:
-        """True if the frame ends before the receiver's next sample."""
+            return
         last = reading.left <= (1 if self.receiver.resynchronises else 0)
-        return not last and reading.whole is None and frame.end * reading.per <= reading.next * frame.per
+        if last or reading.whole is not None or frame.end * reading.per > reading.next * frame.per:
+            self._levels.put(frame)  # else the frame ends before the receiver's next sample
 
     def _begin_whole(self, frame: Frame) -> bool:
         """Receive the frame without sampling, if the format fits and the wire is otherwise free.  Return True if so."""
         idle, per = self._idle
         receiver = self.receiver
         plain = frame.sent is not None and not frame.own and receiver.understands(frame.sent[0])
-        if (
-            not plain
-            or receiver.second_look is not None
-            or frame.start_ns * per < idle
-            or not self._levels.free(frame.start_ns)
-        ):
+        early = frame.start_ns * per < idle
+        if not plain or receiver.second_look is not None or early or not self._levels.free(frame.start_ns):
             return False
         assert receiver.format is not None
         self._begin(_Reading(receiver.format, frame.start_ns, 1, whole=frame))
@@ -363,7 +355,6 @@ class Uart:
     """False while the receiver is full; on an instant line the sender then blocks."""
 
     on_idle: Callable[[], None] = lambda: None
-    """Called when the last queued character has left."""
 
     def __post_init__(self) -> None:
         self.line: Wire = _Nowhere()

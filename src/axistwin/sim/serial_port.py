@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Literal
+from typing import Any, Literal
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
@@ -87,8 +87,22 @@ Setting = SetFlow | Hold | DropPending | SetInstant
 LineAct = Write | SendBreak | SetFormat | SetLine | Setting
 
 
+def _part(name: str, doc: str) -> Any:
+    """Return a property for one part of `format`."""
+
+    def assign(end: "HostEnd", value: Any) -> None:
+        end.format = replace(end.format, **{name: value})
+
+    return property(lambda end: getattr(end.format, name), assign, doc=doc)
+
+
 class HostEnd:
     """The host's end of a connection: its format and its two output lines.  Assign to its attributes to change them."""
+
+    baudrate: int = _part("baudrate", "Bits per second.")
+    bytesize: int = _part("bytesize", "Data bits: 5 to 8.")
+    parity: Parity = _part("parity", "pyserial's letters: N, E, O, M, S.")
+    stopbits: float = _part("stopbits", "Stop bits: 1, 1.5 or 2.")
 
     def __init__(self, clock: Clock, uart: Uart) -> None:
         self._uart = uart
@@ -103,42 +117,6 @@ class HostEnd:
     @format.setter
     def format(self, value: UartFormat) -> None:
         self._uart.format = value
-
-    @property
-    def baudrate(self) -> int:
-        """Bits per second."""
-        return self.format.baudrate
-
-    @baudrate.setter
-    def baudrate(self, value: int) -> None:
-        self.format = replace(self.format, baudrate=value)
-
-    @property
-    def bytesize(self) -> int:
-        """Data bits: 5 to 8."""
-        return self.format.bytesize
-
-    @bytesize.setter
-    def bytesize(self, value: int) -> None:
-        self.format = replace(self.format, bytesize=value)
-
-    @property
-    def parity(self) -> Parity:
-        """pyserial's letters: N, E, O, M, S."""
-        return self.format.parity
-
-    @parity.setter
-    def parity(self, value: Parity) -> None:
-        self.format = replace(self.format, parity=value)
-
-    @property
-    def stopbits(self) -> float:
-        """Stop bits: 1, 1.5 or 2."""
-        return self.format.stopbits
-
-    @stopbits.setter
-    def stopbits(self, value: float) -> None:
-        self.format = replace(self.format, stopbits=value)
 
     @property
     def dtr(self) -> bool:
@@ -169,7 +147,6 @@ class SerialPort:
         self._uart = Uart(clock, line, on_receive=self._received)
         self.host = HostEnd(clock, self._uart)
         self.handshake = dtr is not None
-        """True if there are control lines."""
         self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
         self._received_bytes = bytearray()
         self._receives: Signal[int, LineError] = Signal()

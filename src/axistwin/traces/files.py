@@ -36,7 +36,14 @@ class Sink(Protocol):
         """Write the end of the trace.  Raises OSError."""
 
 
-class CsvSink:
+class TextSink:
+    """Writer of text."""
+
+    def flush(self) -> None:
+        """Do nothing: each line is written at once."""
+
+
+class CsvSink(TextSink):
     """Writes rows of time_ns, signal, value; the first rows give the initial values.  A pulse is a row of `pulses`."""
 
     def __init__(
@@ -57,15 +64,12 @@ class CsvSink:
         rows = zip(batch.times.tolist(), batch.signals.tolist(), values, strict=True)
         self._output.append("".join([f"{time_ns}{names[n]}{value}\n" for time_ns, n, value in rows]).encode())
 
-    def flush(self) -> None:
-        """Do nothing: each row is written at once."""
-
     def end(self, now_ns: int) -> None:
         """Write the end as a comment."""
         self._output.append(f"# end_ns: {now_ns}\n".encode())
 
 
-class VcdSink:
+class VcdSink(TextSink):
     """Writes a value change dump with a time scale of 1 ns, and a scope for each controller and each axis."""
 
     def __init__(
@@ -111,9 +115,6 @@ class VcdSink:
         for at, n, value in zip(others.tolist(), signals[others].tolist(), shown, strict=True):
             lines[at] = self._change(n, value)
         return lines
-
-    def flush(self) -> None:
-        """Do nothing: each line is written at once."""
 
     def end(self, now_ns: int) -> None:
         """Write the time of the end."""

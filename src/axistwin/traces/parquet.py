@@ -207,7 +207,4 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
     return words.take(pa.array(values, mask=~wanted))
 
 
-@lru_cache(1 << 14)
-def _shown(text: bytes) -> str:
-    """Return characters as text; cached, because hosts and controllers repeat their messages."""
-    return CHARACTERS.show(text)
+_shown = lru_cache(1 << 14)(CHARACTERS.show)  # cached, because hosts and controllers repeat their messages

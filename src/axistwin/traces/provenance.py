@@ -4,8 +4,6 @@ The provenance does not depend on time, place or user, so equal runs give equal 
 """
 
 import json
-from collections.abc import Mapping
-from typing import Any
 
 from axistwin.bench import Bench
 from axistwin.version import VERSION
@@ -15,11 +13,8 @@ def provenance(bench: Bench) -> dict[str, str]:
     """Return the provenance by key: `axistwin`, the bench's origin (`scene`, `seed`), controllers, shared lines."""
     found = {"axistwin": VERSION, **bench.origin}
     for name, controller in bench.controllers.items():
-        found[f"controller {name}"] = " ".join((controller.product.model, *_options(controller.given)))
+        given = json.dumps(controller.given, sort_keys=True, default=str) if controller.given else ""
+        found[f"controller {name}"] = f"{controller.product.model} {given}".rstrip()
     for name, line in bench.lines.items():
         found[f"line {name}"] = " ".join(motor.name for motor in line.motors)
     return found
-
-
-def _options(given: Mapping[str, Any]) -> tuple[str, ...]:
-    return (json.dumps(given, sort_keys=True, default=str),) if given else ()

@@ -300,7 +300,8 @@ def _parquet_table(path: Path) -> Any:
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         reason = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
         raise TraceError(f"{path}: not a Parquet file, or damaged: {reason}") from None
-    types = {field.name: _name_of(field.type) for field in table.schema}
+    # dictionary-encoded texts count as texts
+    types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:
             found = types.get(name, "missing")
@@ -309,11 +310,6 @@ def _parquet_table(path: Path) -> Any:
         if table[name].null_count:
             raise TraceError(f"{path}: not a trace: column {name} has rows without a value")
     return table
-
-
-def _name_of(kind: Any) -> str:
-    """Return the type of a column; dictionary-encoded texts count as texts."""
-    return str(getattr(kind, "value_type", kind))
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:

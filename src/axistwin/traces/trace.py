@@ -15,7 +15,6 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from time import monotonic
-from types import TracebackType
 from typing import Self
 
 from axistwin.bench import Bench, Controller, endpoints
@@ -93,7 +92,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
             self._stop_on_error(partial(self._tracer.catch_up, for_others=for_others))
         self._flushed_s = now_s if for_others else self._flushed_s
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._tracer.sink is not None:
             self._stop_on_error(self._tracer.finish)
         self._stack.close()
@@ -123,17 +122,16 @@ class Tracer:
         self.failed: Callable[[OSError], None] = lambda error: None
         self._places = {signal.full: n for n, signal in enumerate(signals)}
         self._waiting = ChangeQueue(signals)
-        self._upto_ns = bench.now
+        self.written_ns = bench.now
+        """All changes before this time have been written."""
         self._moves = 0
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []
-        """Axes whose controllers compute ahead of the clock."""
+        self._computing_ahead: list[ServoAxis] = []  # axes whose controllers compute ahead of the clock
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
-        self._rows: list[Rows] = []
-        """Changes reported by servo axes and controllers."""
+        self._rows: list[Rows] = []  # changes reported by servo axes and controllers
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
@@ -170,16 +168,6 @@ class Tracer:
             self._write(self.bench.now + 1)
         if self.sink is not None:
             self.sink.end(self.bench.now)
-
-    @property
-    def written_ns(self) -> int:
-        """All changes before this time have been written."""
-        return self._upto_ns
-
-    @property
-    def _sources(self) -> list[StepperTrace | ServoTrace | ReportedRegisters]:
-        """Sources that keep their own changes."""
-        return [*self._steppers, *self._servos, *self._reported]
 
     # Sources
 
@@ -268,11 +256,7 @@ class Tracer:
         self._first |= {
             f"{scope}.{name}": trace.first(name, self.bench.now) for name in ("direction", "pulses", "velocity")
         }
-
-        def watch(stack: ExitStack) -> None:
-            stack.callback(subscribe(self._count_move))
-
-        self._begin.append(watch)
+        self._begin.append(lambda stack: stack.callback(subscribe(self._count_move)))
 
     def _add_servo(self, scope: str, trace: ServoTrace) -> None:
         self._servos.append(trace)
@@ -314,7 +298,7 @@ class Tracer:
 
     def _write_span(self, before_ns: int) -> None:
         """Write a span, in halves if it has too many pulses; the other sources are limited already."""
-        since_ns = self._upto_ns
+        since_ns = self.written_ns
         if sum(stepper.count(since_ns, before_ns) for stepper in self._steppers) > CHUNK and before_ns - since_ns > 1:
             self._write_span((since_ns + before_ns) // 2)
             self._write_span(before_ns)
@@ -325,10 +309,11 @@ class Tracer:
         self._writing = True
         texts: list[bytes] = []
         parts = self._waiting.parts(before_ns, texts)
-        for source in self._sources:
-            parts += source.parts(self._upto_ns, before_ns)
+        sources: list[StepperTrace | ServoTrace | ReportedRegisters] = [*self._steppers, *self._servos, *self._reported]
+        for source in sources:
+            parts += source.parts(self.written_ns, before_ns)
         if self.consumer is not None and parts:
             self.consumer(parts, texts)
         elif self.sink is not None and parts:
             self.sink.write(merged(parts, texts))
-        self._upto_ns, self._writing = before_ns, False
+        self.written_ns, self._writing = before_ns, False

@@ -5,7 +5,6 @@ them in order; a SINGULAR command and a sequence each run for their own time; th
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import simpy
 
@@ -14,11 +13,10 @@ from axistwin.controllers.compumotor.chapters import selftest, tracking
 from axistwin.controllers.compumotor.language import Accept, Opcode, decode
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import Happening
-from axistwin.controllers.compumotor.parts.owner import Owner
 from axistwin.controllers.compumotor.parts.pulses import Phase
 from axistwin.controllers.compumotor.parts.sequences import Stored
 from axistwin.controllers.compumotor.state import State, ns
-from axistwin.controllers.product import PulseAxis
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Procedure, Process, kill
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
@@ -32,7 +30,7 @@ class Board(State):
     """An 1810 or 1811 that has power.  A reset makes a new one."""
 
     def __init__(
-        self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: PulseAxis,
+        self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
         options: Options, restart: Callable[[], None], *, encoder: bool,
     ) -> None:  # fmt: skip
         """`encoder`: the board has the encoder interface of an 1811."""
@@ -49,8 +47,6 @@ class Board(State):
         if encoder:
             self._closing.append(axis.on_push.subscribe(self._pushed))
         self._processes = [clock.process(self._obey_all()), clock.process(self._take())]
-
-    # Power, reset, failure
 
     def power_off(self) -> None:
         """Stop everything at once and forget it."""
@@ -82,7 +78,7 @@ class Board(State):
         """Abandon everything and begin the test."""
         if self.alive:
             self.alive = False
-            self.events.inhibit()
+            self.events.armed.clear()
             self.triggers.clear()
             self._stop_working()
             self.handshake.ready()
@@ -106,8 +102,6 @@ class Board(State):
             if process is not self.clock.active_process:
                 kill(process)
         self._processes = []
-
-    # Commands
 
     def _take(self) -> Procedure:
         yield self.clock.timeout(to_ns(self.options.initialisation_s))
@@ -144,27 +138,6 @@ class Board(State):
         if self.stream.performing:
             needed |= Accept.DURING_STREAMING
         return needed in command.accepted and not self.excludes(command)
-
-    def excludes(self, command: Opcode) -> bool:
-        """True for a SINGULAR command of indexer mode while a SINGULAR command of the host is in progress.
-
-        Such commands are moves, searches and the joystick.
-        """
-        both = Accept.SINGULAR | Accept.INDEXER
-        return both in command.accepted and self.host.busy
-
-    def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
-        """Perform a command; a command that takes time continues as the owner's SINGULAR command."""
-        assert command.handler is not None
-        result = command.handler(self, *values)
-        if isinstance(result, bytes):
-            yield self.occupy(ns(self.options.reply_ms))
-            self.send(command.opcode, result)
-        elif result is not None:
-            owner.begin(result, self.refresh)
-            self.refresh()
-
-    # Callbacks of the parts
 
     def refresh(self) -> None:
         """Update outputs and supervision after a change of state."""

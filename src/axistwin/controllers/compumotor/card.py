@@ -11,13 +11,13 @@ from axistwin.controllers.compumotor.checker.texts import Words
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811, installed
 from axistwin.controllers.compumotor.front import FRONT, FRONT_1811
 from axistwin.controllers.compumotor.host import Host
-from axistwin.controllers.compumotor.listing import SEQUENCES, listings
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
 from axistwin.controllers.compumotor.rules import RULES
-from axistwin.controllers.product import Abilities, Listing, Order, Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Abilities, Listing, Order, Product, Register, Store
 from axistwin.plant.joystick import JoystickInputs
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.pins import CalculatedPin, Pin, SensedPin
@@ -32,17 +32,19 @@ PULLED_UP = (
 """Inputs with pull-up resistors: open, they are high."""
 LOW = ("cw_limit", "ccw_limit", "channel_z", "test_switch")
 """Inputs that are low on a bare board: JU5 and JU6 short the limit inputs to ground."""
+SEQUENCES = tuple(f"sequence {number}" for number in range(1, 16))
 OUTPUTS = ("shutdown", "output1", "output2", "direction", "remote_acknowledge", "led")
 
 
 ENCODER_STEP_NS = 229
-"""The width of the encoder's STEP OUT pulses."""
 
 
 class Card:
     """An 1810 or 1811."""
 
-    def __init__(self, clock: Clock, commands: CommandSet, axis: PulseAxis, options: Options, *, encoder: bool) -> None:
+    def __init__(
+        self, clock: Clock, commands: CommandSet, axis: StepperAxis, options: Options, *, encoder: bool
+    ) -> None:
         """`encoder`: the board has the encoder interface of an 1811."""
         self.clock, self._axis, self._options, self._encoder = clock, axis, options, encoder
         self._commands = installed(commands, options)
@@ -91,7 +93,6 @@ class Card:
         )
 
     def _procedures(self) -> Sequence[Process]:
-        """The procedures of the board."""
         return () if self._board is None else self._board.procedures
 
     def power(self, on: bool) -> None:
@@ -112,7 +113,7 @@ class Card:
 
     def programs(self) -> Mapping[str, Listing]:
         """Return the sequence buffers; without power there are none."""
-        return {} if self._board is None else listings(self._commands, self._board)
+        return {} if self._board is None else _listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
         """The status byte, both data buffers in hex, the answer to 88h, mode, phase, number of commands in the queue.
@@ -150,8 +151,24 @@ class Card:
             self._board.begin_test()
 
 
+def _listings(commands: CommandSet, board: Board) -> Mapping[str, Listing]:
+    """Return each defined sequence, 1 to 15, and the sequence being defined."""
+    performed = board.sequencer.number if board.sequencer.running else 0
+    found = {}
+    for number in board.sequences:
+        name, defined = SEQUENCES[number - 1], number == board.sequences.defining
+        lines = tuple(_line(commands, stored.string) for stored in board.sequences[number] or ())
+        running = board.sequencer.at if number == performed else None
+        found[name] = Listing(f"{name}, being defined" if defined else name, lines, running)
+    return found
+
+
+@lru_cache(maxsize=1024)
+def _line(commands: CommandSet, string: bytes) -> str:
+    return f"{string.hex(' ').upper()} ; {Words(commands).explain(string)}"
+
+
 def _orders(program: str) -> tuple[Order, ...]:
-    """Commands 41h, 72h, 48h, 71h and 79h."""
     return (
         Order("perform", bytes((0x41, SEQUENCES.index(program) + 1)), f"Perform {program} from its first command"),
         Order("suspend", b"\x72", "Wait for CONTINUE when the present command is finished"),
@@ -162,7 +179,7 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 
 def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> Product:
-    def build(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:
+    def build(clock: Clock, axes: Mapping[str, StepperAxis], options: Options, _: Store) -> Card:
         return Card(clock, commands, axes["motor"], options, encoder=encoder)
 
     return Product(

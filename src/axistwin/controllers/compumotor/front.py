@@ -24,9 +24,8 @@ FRONT = (
         Lamp("5", "fail", "status", 5, tone=Tone.FAULT, doc="Only a reset helps: CB bit 5, the bus, or the power."),
         Lamp("4", "IDB ready", "status", 4, doc="The host may write a command."),
         Lamp("3", "ODB ready", "status", 3, doc="There is a message for the host."),
-        Lamp("2", "user bit 2", "status", 2, doc="Commands 08h to 0Ah; 0Fh lets it show a state."),
-        Lamp("1", "user bit 1", "status", 1, doc="Commands 08h to 0Ah; 0Fh lets it show a state."),
-        Lamp("0", "user bit 0", "status", 0, doc="Commands 08h to 0Ah; 0Fh lets it show a state."),
+        *(Lamp(f"{n}", f"user bit {n}", "status", n, doc="Commands 08h to 0Ah; 0Fh lets it show a state.")
+          for n in (2, 1, 0)),
     ), row=True),
     Group("Board", "Functional check; Programming: Interrupts", (
         Lamp("ALARM", "board monitor alarm", "led", tone=Tone.FAULT, doc=(
@@ -76,7 +75,6 @@ FRONT = (
         Lamp("ZERO", "at zero", "at_zero", doc="The joystick gives out no pulses."),
     ), row=True),
 )  # fmt: skip
-"""Group by group: an 1810."""
 FRONT_1811 = (
     *FRONT,
     Group("Encoder", ENCODER, (
@@ -85,4 +83,3 @@ FRONT_1811 = (
         Lamp("DIR", "encoder direction", "encoder_direction", doc="High: positive, unless JU17 inverts it."),
     ), row=True),
 )  # fmt: skip
-"""An 1811: with the encoder interface."""

@@ -3,8 +3,9 @@
 from dataclasses import dataclass, fields
 from typing import Literal, get_args, get_type_hints
 
-from axistwin.controllers.compumotor.registers import Interrupt
 from axistwin.errors import UsageError
+
+Interrupt = Literal["message_ready", "input_ready", "failed"]
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,13 @@ read the ODB, set CB bit 7            SB bit 3 clears; the next message, if ther
 from collections import deque
 from collections.abc import Callable, Mapping
 from enum import IntFlag
-from typing import Literal
 
 from axistwin.controllers.compumotor.language import LONGEST
+from axistwin.controllers.compumotor.options import Options
 from axistwin.sim.clock import Clock, Event, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
-
-Interrupt = Literal["message_ready", "input_ready", "failed"]
+from axistwin.units import MS
 
 
 class Control(IntFlag):
@@ -40,13 +39,6 @@ class Status(IntFlag):
     INTERRUPT = 0x80
 
 
-SOURCES: dict[Interrupt, Status] = {
-    "message_ready": Status.MESSAGE_READY,
-    "input_ready": Status.INPUT_READY,
-    "failed": Status.FAILED,
-}
-
-
 JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Status.FAILED}
 """The right sides of the interrupt jumpers: lines of their own, which a host may have wired and no mask affects."""
 
@@ -54,21 +46,13 @@ JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Sta
 class Handshake:
     """The registers of a board that has power, from the board's side."""
 
-    def __init__(
-        self,
-        clock: Clock,
-        port: RegisterPort,
-        pins: Mapping[str, Pin],
-        sources: tuple[Interrupt, ...],
-        next_message_ns: int,
-        most: int,
-    ) -> None:
+    def __init__(self, clock: Clock, port: RegisterPort, pins: Mapping[str, Pin], options: Options) -> None:
         self.clock, self.port = clock, port
         self._lines = {pins[name]: status for name, status in JUMPERS.items()}
         self._jumpers = Status(0)
-        for source in sources:
-            self._jumpers |= SOURCES[source]
-        self._next_message_ns, self._most = next_message_ns, most
+        for source in options.interrupts:
+            self._jumpers |= Status[source.upper()]
+        self._next_message_ns, self._most = round(options.next_message_ms * MS), options.message_queue
         self._messages: deque[bytes] = deque()
         self._loading = False
         self._leaves: Event | None = None
@@ -87,8 +71,6 @@ class Handshake:
         self.port.interrupt_line.set(False)
         for line in self._lines:
             line.set(False)
-
-    # Status byte
 
     @property
     def user_bits(self) -> int:
@@ -124,8 +106,6 @@ class Handshake:
         for line, status in self._lines.items():
             line.set(status in self._status)
 
-    # Control byte
-
     def _control(self, value: int) -> None:
         control = Control(value & 0xF0)
         if Control.RESET in control:
@@ -140,15 +120,11 @@ class Handshake:
             told, self._told = self._told, self.clock.event()
             told.succeed()
 
-    # Commands
-
     def next_command(self, drain_ns: int) -> Procedure:
         """Wait for the host to say that there is a command; returns what is in the IDB when it has been read."""
         yield self._told
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()
-
-    # Messages
 
     @property
     def full(self) -> bool:

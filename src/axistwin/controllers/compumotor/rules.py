@@ -166,4 +166,3 @@ RULES = (
         STREAMING + "EE 7F FE 7C 01 01",
     ),
 )  # fmt: skip
-"""All diagnostics, in the order of the codes."""

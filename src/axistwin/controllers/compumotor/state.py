@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.compumotor.language import Opcode
+from axistwin.controllers.compumotor.language import Accept, Opcode
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import Events, Happening
 from axistwin.controllers.compumotor.parts.joystick import Joystick, Shutdown
@@ -24,7 +24,7 @@ from axistwin.controllers.compumotor.parts.stream import Stream
 from axistwin.controllers.compumotor.parts.tracking import Encoder, Tracking
 from axistwin.controllers.compumotor.parts.triggers import Triggers
 from axistwin.controllers.compumotor.registers import Handshake
-from axistwin.controllers.product import PulseAxis
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
@@ -40,7 +40,7 @@ class State(ABC):
     """The parts of an 1810 or 1811 that has power."""
 
     def __init__(
-        self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: PulseAxis,
+        self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
         options: Options, *, encoder: bool,
     ) -> None:  # fmt: skip
         """`encoder`: the board has the encoder interface of an 1811."""
@@ -49,9 +49,7 @@ class State(ABC):
         self.alive = True
         """True while the processor works: not during the test, nor after a failure."""
         self.busy_until_ns = 0
-        self.handshake = Handshake(
-            clock, port, pins, options.interrupts, ns(options.next_message_ms), options.message_queue
-        )
+        self.handshake = Handshake(clock, port, pins, options)
         # Motion
         self.pulses = PulseGenerator(clock, axis, pins["direction"])
         self.limits = Limits(clock, self.pulses, pins["cw_limit"], pins["ccw_limit"], ns(options.limit_us, US))
@@ -91,19 +89,9 @@ class State(ABC):
             0x81: lambda: pins["remote_enable"].level,
         })  # fmt: skip
 
-    # Calls of the dispatcher
-
     @abstractmethod
     def refresh(self) -> None:
         """Update outputs and supervision after a change of state."""
-
-    @abstractmethod
-    def excludes(self, command: Opcode) -> bool:
-        """True if `command` must not be performed beside the host's SINGULAR command."""
-
-    @abstractmethod
-    def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
-        """Perform a command; a SINGULAR command continues as the owner's."""
 
     @abstractmethod
     def begin_test(self) -> None:
@@ -112,8 +100,6 @@ class State(ABC):
     @abstractmethod
     def fail(self) -> None:
         """Raise the board monitor alarm."""
-
-    # Primitives
 
     def occupy(self, duration_ns: int) -> Event:
         """Keep the processor busy: it obeys no commands meanwhile.  Return the event of the end."""
@@ -124,6 +110,25 @@ class State(ABC):
         """Send a message to the host: the opcode that caused it, and data."""
         self.handshake.send(bytes([opcode]) + data)
 
+    def excludes(self, command: Opcode) -> bool:
+        """True for a SINGULAR command of indexer mode while a SINGULAR command of the host is in progress.
+
+        Such commands are moves, searches and the joystick.
+        """
+        both = Accept.SINGULAR | Accept.INDEXER
+        return both in command.accepted and self.host.busy
+
+    def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
+        """Perform a command; a command that takes time continues as the owner's SINGULAR command."""
+        assert command.handler is not None
+        result = command.handler(self, *values)
+        if isinstance(result, bytes):
+            yield self.occupy(ns(self.options.reply_ms))
+            self.send(command.opcode, result)
+        elif result is not None:
+            owner.begin(result, self.refresh)
+            self.refresh()
+
     def begin_move(self, move: Move, speed: Speed, end: int | None) -> None:
         """Begin a move; `end`: where a preset move ends, in the pulse generator's count."""
         sign = -1 if end is not None and end < self.pulses.position else +1
@@ -133,8 +138,6 @@ class State(ABC):
     def blocked(self, sign: int) -> bool:
         """True if no motion may begin in the + or - direction: its limit is active, or the motor is shut down."""
         return self.shutdown.on or self.limits.blocks(sign)
-
-    # States
 
     @property
     def mode(self) -> int:

@@ -1,6 +1,7 @@
 """The card: its terminals and its plug, with and without power (chapter Installation)."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
@@ -8,7 +9,7 @@ from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES
 from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
 from axistwin.controllers.digiplan.chapters.outputs import Outputs
 from axistwin.controllers.digiplan.chapters.report import busy_letter, communication_bits, motion_bits, steps
-from axistwin.controllers.digiplan.chapters.terminals import CABLES
+from axistwin.controllers.digiplan.chapters.terminals import CABLES, Cable
 from axistwin.controllers.digiplan.checker.program import check
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.front import FRONT
@@ -18,7 +19,8 @@ from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.rules import RULES
 from axistwin.controllers.digiplan.state import Hardware, Stage
-from axistwin.controllers.product import Abilities, Handshake, Listing, Order, Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Abilities, ControlLines, Handshake, Listing, Order, Product, Register, Store
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
@@ -43,13 +45,9 @@ class NoBattery:
 
 
 class Card:
-    """An IF1 or IF2 on the bench.
+    """An IF1 or IF2 on the bench."""
 
-    `dtr rts` are its outputs, `dsr cts` the terminals for the host's lines; the levels at the interface's own DSR and
-    CTS depend on the `wiring`.
-    """
-
-    def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis], options: Options, store: Store) -> None:
+    def __init__(self, clock: Clock, axes: Mapping[str, StepperAxis], options: Options, store: Store) -> None:
         self.clock, self.axes, self.options, self.store = clock, axes, options, store
         self.pins = {name: Pin(clock, name) for name in INPUTS}
         self.pins |= {name: Pin(clock, name, output=True) for name in (*OUTPUTS, "led")}
@@ -57,17 +55,17 @@ class Card:
         self.pins |= {name: Pin(clock, name, level=True, output=True) for name in DIRECTIONS.values()}
         self.pins |= {f"{axis.lower()}_clock": self._clock_output(axis) for axis in DIRECTIONS}
         self.uart = Uart(clock, format=None)
-        self.dtr, self.rts = (Pin(clock, name, output=True) for name in ("dtr", "rts"))
-        self.dsr, self.cts = (Pin(clock, name) for name in ("dsr", "cts"))
-        self.lines = _Wiring(self, options.wiring)
+        outward = (Pin(clock, name, output=True) for name in ("dtr", "rts"))
+        self._plug = ControlLines(*outward, *(Pin(clock, name) for name in ("dsr", "cts")))
+        inside = _wired(self._plug, CABLES[options.wiring])
         outputs = Outputs(self.pins, follow_led=options.fault_output)
-        self._hardware = Hardware(clock, self.uart, self.lines, self.pins, outputs, axes, options, store)
+        self._hardware = Hardware(clock, self.uart, inside, self.pins, outputs, axes, options, store)
         self.alarms = Alarms(*ALARMS)
         self._progress = Progress()
         self._hints: Signal[[str]] = Signal()
         self._interface: Interface | None = None
         self.abilities = Abilities(
-            uart=self.uart, handshake=Handshake(self, self.lines), alarms=self.alarms, registers=self.registers,
+            uart=self.uart, handshake=Handshake(self._plug, inside), alarms=self.alarms, registers=self.registers,
             programs=self.programs, subscribe_lines=self._progress.subscribe, hint=self.hint,
             subscribe_hint=self.subscribe_hint, busy=self._busy, procedures=self._procedures,
         )  # fmt: skip
@@ -83,7 +81,6 @@ class Card:
         return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
     def _procedures(self) -> Sequence[Process]:
-        """Return the procedures of the interface."""
         return () if self._interface is None else self._interface.procedures
 
     def power(self, on: bool) -> None:
@@ -97,7 +94,7 @@ class Card:
             self._interface.power_off()
             self._interface = None
             self.uart.format, self.uart.on_measure = None, lambda low_ns: None
-            for pin in (self.dtr, self.rts, self.pins["led"]):
+            for pin in (self._plug.dtr, self._plug.rts, self.pins["led"]):
                 pin.set(False)
             for name in DIRECTIONS.values():
                 self.pins[name].set(True)
@@ -126,41 +123,38 @@ class Card:
         `step` is the step of the sequence in progress, 0 if no sequence runs; O stays at the last step.
         """
 
-        def figure(read: Callable[[Interface], int | str]) -> Callable[[], int | str]:
-            return lambda: 0 if self._interface is None else read(self._interface)
+        def figure(read: Callable[[Interface], int], *, restless: bool = False) -> Register:
+            return Register(lambda: 0 if self._interface is None else read(self._interface), restless=restless)
 
-        def text(read: Callable[[Interface], str]) -> Callable[[], str]:
-            return lambda: "off" if self._interface is None else read(self._interface)
+        def text(read: Callable[[Interface], str]) -> Register:
+            return Register(lambda: "off" if self._interface is None else read(self._interface), text=True)
 
         return {
-            "state": Register(text(lambda it: it.stage.value), text=True),
-            "E": Register(text(lambda it: busy_letter(it) if it.stage is Stage.READY else ""), text=True),
-            "K": Register(figure(lambda it: int(it.faults.status()))),
-            "F": Register(figure(communication_bits)),
-            "I": Register(figure(lambda it: it.faults.inputs())),
-            "O": Register(figure(lambda it: it.step_number)),
-            "Q": Register(figure(motion_bits), restless=True),
-            "N": Register(figure(steps), restless=True),
-            "step": Register(figure(lambda it: it.step)),
+            "state": text(lambda it: it.stage.value),
+            "E": text(lambda it: busy_letter(it) if it.stage is Stage.READY else ""),
+            "K": figure(lambda it: int(it.faults.status())),
+            "F": figure(communication_bits),
+            "I": figure(lambda it: it.faults.inputs()),
+            "O": figure(lambda it: it.step_number),
+            "Q": figure(motion_bits, restless=True),
+            "N": figure(steps, restless=True),
+            "step": figure(lambda it: it.step),
         }
 
 
-class _Wiring:
-    """The control lines at the interface."""
+def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
+    """Return the control lines at the interface: DSR and CTS depend on the cable."""
 
-    def __init__(self, card: Card, wiring: str) -> None:
-        self.dtr, self.rts = card.dtr, card.rts
-        cable = CABLES[wiring]
-        self.dsr, self.cts = self._input(card.dsr, cable.dsr), self._input(card.cts, cable.cts)
-
-    def _input(self, plug: Pin, source: str) -> Pin:
+    def line(pin: Pin, source: str) -> Pin:
         """Return DSR or CTS, connected to the plug, to an output of the interface, or to nothing (reset)."""
         if source == "host":
-            return plug
-        line = Pin(plug.clock, plug.name)
+            return pin
+        line = Pin(pin.clock, pin.name)
         if source:
-            connect({"dtr": self.dtr, "rts": self.rts}[source], line)
+            connect({"dtr": plug.dtr, "rts": plug.rts}[source], line)
         return line
+
+    return replace(plug, dsr=line(plug.dsr, cable.dsr), cts=line(plug.cts, cable.cts))
 
 
 ORDERS = (

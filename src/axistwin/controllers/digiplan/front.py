@@ -21,7 +21,6 @@ SUPPLY = "Without it no output can be on: from the drives through links 1 and 2,
 
 
 def _lamp(label: str, name: str, pin: str, doc: str = "", *, lit: bool = True, tone: Tone = Tone.PLAIN) -> Lamp:
-    """Return the lamp of a terminal; its text names the connector."""
     return Lamp(label, name, pin, lit=lit, tone=tone, doc=f"{doc}  {TERMINALS[pin]}.".strip())
 
 
@@ -78,4 +77,3 @@ FRONT = (
         Lamp("32", "locked", "F", 5, doc="By [, until ]; it is no fault."),
     ), row=True),
 )  # fmt: skip
-"""All groups."""

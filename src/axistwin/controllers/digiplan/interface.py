@@ -53,8 +53,6 @@ class Interface(State):
         self.lines.dtr.set(True)
         self._live_process = self.clock.process(self._live())
 
-    # Power
-
     def power_off(self) -> None:
         """Stop everything at once; an IF2 that is locked keeps its memory."""
         kill(self._live_process)
@@ -110,8 +108,6 @@ class Interface(State):
         """The procedures in progress."""
         return [process for process in (self._live_process, self.work.process, self.transmitter.urgent) if process]
 
-    # Battery backup
-
     def _recall(self) -> None:
         kept = self._kept
         if kept.locked:
@@ -144,10 +140,7 @@ class Interface(State):
         """The sequence in the memory, also during the self-test; empty: no sequence is stored."""
         return self._kept.sequence if self.stage is Stage.RESET else self.sequence
 
-    # Characters
-
     def _process(self, character: int) -> Procedure | None:
-        """Process a character: echo it, and obey the message that it ends."""
         ignored, self.ignored = self.ignored, ()
         if character & 0x7F in ignored:
             return None
@@ -184,8 +177,6 @@ class Interface(State):
         elif self.transmitter.waiting and not self.locked:
             self.work.cancel()
 
-    # Messages
-
     def _obey(self, text: str) -> Procedure | None:
         if not text.strip(" "):
             return None
@@ -209,7 +200,6 @@ class Interface(State):
         return self.transmitter.send(answer) if isinstance(answer, bytes) else None
 
     def _carry_out(self, message: Message) -> Procedure | None:
-        """Obey a message that changes something."""
         if message.alone is not None:
             return self._answer(message.alone)
         if message.steps and message.steps[0].hand_over and not message.sequence:
@@ -252,14 +242,13 @@ class Interface(State):
         return True
 
     def _start(self, message: Message) -> Procedure:
-        """Begin the move, run or sequence of a message with `$`."""
         yield from self.until_unmuted()
         if message.sequence:
             self._start_sequence(message)
             yield self._begun()
             return
         step = message.steps[0]
-        if not self._in_range(step, moving=step.moves):
+        if not self._in_range(step, moving=bool(step.major)):
             return
         self.set_parameters(step)
         yield from self.until_unmuted()
@@ -285,7 +274,6 @@ class Interface(State):
             self.work.begin(sequence(self, read(self.sequence).steps))
 
     def _give_control_back(self) -> Procedure:
-        """Obey a `%` from the host: the sequence continues."""
         yield from self.until_unmuted()
         control = self.work.take_control()
         if control is None:

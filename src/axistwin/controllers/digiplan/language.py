@@ -118,7 +118,6 @@ class Message:
     alone: Command | None = None
     steps: list[Step] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
-    """Index in the text at which each step begins."""
     sequence: bool = False
     start: bool = False
     """True if the message ends in `$`."""
@@ -150,7 +149,7 @@ class _Reader:
         elif self.text:
             self._read_step(end)
             step = self.message.steps[0]
-            if (step.high or step.low) and not step.moves:
+            if (step.high or step.low) and not step.major:
                 self._wrong(rules.WAITS, "an input can only be waited for together with a move", 0)
         return self.message
 
@@ -163,7 +162,6 @@ class _Reader:
         self.message.problems.append(problem)
 
     def _read_alone(self) -> bool:
-        """Read a command that is a message by itself: a status request, lock, cancel ..."""
         command = self.commands.get(self.text[self.at])
         if command is None or Accept.ALONE not in command.accepted:
             return False
@@ -191,7 +189,7 @@ class _Reader:
 
     def _check_sequence_step(self) -> None:
         step, number, begin = self.message.steps[-1], len(self.message.steps), self.begins[-1]
-        if step.empty and begin == self.at:
+        if step == Step() and begin == self.at:
             self._wrong(rules.STEP_MISSING, "a step is missing between two colons", begin)
         if step.repeat and step.repeat[1] > number:
             message = f"repeat from step {step.repeat[1]}: there is none yet, this is step {number}"
@@ -261,8 +259,7 @@ class _Reader:
         return False
 
     def _must_be_alone(self, command: Command, at: int, end: int = 0) -> None:
-        message = f"{command.code} ({command.name}) must be sent alone"
-        self._wrong(rules.ALONE, message, at, end, command.chapter)
+        self._wrong(rules.ALONE, f"{command.code} ({command.name}) must be sent alone", at, end, command.chapter)
 
     def _check_order(self, command: Instruction, seen: Order, at: int) -> Order:
         order = command.order

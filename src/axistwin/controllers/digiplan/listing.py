@@ -8,7 +8,6 @@ from axistwin.controllers.digiplan.language import parse
 from axistwin.controllers.digiplan.step import Step
 
 SEQUENCE = "sequence"
-"""Name of the one program of an interface."""
 RAMP = {"speed_range": ">", "start_stop": "<", "acceleration": "^", "character_delay": "D"}
 """Commands of the parameters that are not allowed in a sequence."""
 

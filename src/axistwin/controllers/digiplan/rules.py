@@ -120,4 +120,3 @@ RULES = (
         "After `[` only status requests and `]` are obeyed, and `(` while DSR is held; everything else is ignored.",
         "[\nX100$\n]"),
 )  # fmt: skip
-"""All rules in the order of the codes."""

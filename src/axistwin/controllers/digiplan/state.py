@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from axistwin.controllers.digiplan.chapters.data_format import Frame, MessageFormat
-from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, LinePins, Transmitter
+from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, Transmitter
 from axistwin.controllers.digiplan.chapters.faults import Faults, StopInputs
 from axistwin.controllers.digiplan.chapters.motion import RampGenerator
 from axistwin.controllers.digiplan.chapters.outputs import Outputs
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.step import RAMP_SETTINGS, Parameters, Step
 from axistwin.controllers.digiplan.work import Work
-from axistwin.controllers.product import PulseAxis, Store
+from axistwin.controllers.product import ControlLines, Store
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
@@ -35,10 +36,10 @@ class Hardware:
 
     clock: Clock
     uart: Uart
-    lines: LinePins
+    lines: ControlLines
     pins: Mapping[str, Pin]
     outputs: Outputs
-    axes: Mapping[str, PulseAxis]
+    axes: Mapping[str, StepperAxis]
     options: Options
     store: Store
 
@@ -53,20 +54,17 @@ class State(ABC):
         self.stage = Stage.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
         self.lock: MessageFormat | None = None
-        """Format of the lock command."""
         self.eighth: tuple[bool, ...] = ()
         """Bit 8 of each character of the message in progress, terminator included."""
         self.ignored: tuple[int, ...] = ()
         """Characters that are ignored if they come next."""
         self.parameters = Parameters()
         self.sequence = ""
-        """The stored sequence, as it was sent."""
         self.step_number = 0
         """The step that was begun last, as O reports it."""
         self.step = 0
         """The step of the sequence in progress; 0: no sequence runs."""
         self.on_step: Callable[[int], None] = lambda number: None
-        """Called with the number of each step when it begins."""
         self.hint = ""
         """Before READY: why characters from the host are dropped, and what helps."""
         self.on_hint: Callable[[str], None] = lambda hint: None
@@ -89,19 +87,11 @@ class State(ABC):
     def erase(self) -> None:
         """Erase parameters, sequence and lock."""
 
-    # Characters
-
     def drop(self, hint: str) -> None:
         """Drop a character of the host; report why, once for each reason."""
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)
-
-    def next_character(self) -> Procedure:
-        """Wait for a character; returns the character."""
-        while (character := self.buffer.take()) is None:
-            yield self.buffer.arrival()
-        return character
 
     def transmit(self, data: bytes) -> Procedure:
         """Send, and wait until the last character is being sent."""
@@ -116,8 +106,6 @@ class State(ABC):
     def _show_fault(self, on: bool) -> None:
         if self.stage is Stage.READY:
             self.pins["led"].set(on)
-
-    # Parameters
 
     def set_parameters(self, step: Step) -> None:
         """Keep the parameters of a direct message; new ramp data take effect when nothing is in progress."""
@@ -155,10 +143,3 @@ class State(ABC):
         """Wait until the ramp has been calculated."""
         if self.muted:
             yield self.clock.timeout(self._muted_until_ns - self.clock.now)
-
-    # Sequence
-
-    def begin_step(self, number: int) -> None:
-        """Begin a step of the sequence."""
-        self.step = self.step_number = number
-        self.on_step(number)

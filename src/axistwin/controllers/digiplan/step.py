@@ -57,16 +57,6 @@ class Step:
     places: dict[str, int] = field(default_factory=dict, compare=False)
     """Index in the text of each of the settings."""
 
-    @property
-    def moves(self) -> bool:
-        """True if the step names an axis."""
-        return bool(self.major)
-
-    @property
-    def empty(self) -> bool:
-        """True if the step contains nothing."""
-        return self == Step()
-
 
 RANGES: dict[str, tuple[int, int]] = {
     "speed_range": (1, 4),
@@ -79,10 +69,8 @@ RANGES: dict[str, tuple[int, int]] = {
     "pulse_length": (1, 99),
     "character_delay": (0, 25),
 }
-"""Lowest and highest value of each parameter."""
 
 RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
-"""Parameters after which the interface calculates a new ramp."""
 
 
 @dataclass(frozen=True)

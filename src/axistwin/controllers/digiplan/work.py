@@ -19,7 +19,6 @@ class Work:
         self.control: Event | None = None
         """While the host has control: the event that continues the sequence."""
         self.held: Process | None = None
-        """Procedure of the message that is held."""
         self.turn: Event | None = None
         """Event that ends the wait of the message after the held one; True: that message was cancelled."""
         self._freed: Event | None = None
@@ -33,8 +32,6 @@ class Work:
     def busy(self) -> bool:
         """True while occupied, or while a message is held."""
         return self.occupied or self.held is not None
-
-    # The procedure in progress
 
     def begin(self, procedure: Procedure) -> None:
         """Start a procedure."""
@@ -76,8 +73,6 @@ class Work:
             if process is not None:
                 kill(process)
 
-    # Control by the host
-
     def give_control(self) -> Event:
         """Give control to the host; the event brings a step to carry out, or None when control is given back."""
         self.control = self.clock.event()
@@ -88,8 +83,6 @@ class Work:
         """Return the event that continues the sequence, if the host has control."""
         control, self.control = self.control, None
         return control
-
-    # The held message
 
     def when_free(self, begin: Procedure) -> Procedure | None:
         """Return `begin` if nothing is in progress; otherwise hold it until then."""

@@ -58,7 +58,6 @@ class SmartMotor:
         self._update_power()
 
     def _update_power(self) -> None:
-        """Start or stop the processor according to the switch and the supply voltage."""
         on = self._switched_on and not self._undervoltage
         if on and self._motor is None:
             if self._before is not None:

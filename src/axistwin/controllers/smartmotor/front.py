@@ -47,21 +47,12 @@ MODES = {
 }  # fmt: skip
 
 
-def _bit(number: int) -> Lamp:
-    letter, name, tone, doc = BITS[number]
-    return Lamp(letter, name, "RW", number, tone=tone, doc=doc)
-
-
-def _words() -> dict[int, str]:
-    return {mode: f"{LETTERS[mode]}  {name}" for mode, name in MODES.items()} | OTHER_MODES
-
-
 MOTION: tuple[Item, ...] = (
     Word(
         "MODE",
         "mode",
         "RMODE",
-        _words(),
+        {mode: f"{LETTERS[mode]}  {name}" for mode, name in MODES.items()} | OTHER_MODES,
         {state.M_ERROR: FAULT},
         unpowered="no power",
         doc="With the letter that RMODE reports; a servo that holds or stops reports that of what the next G starts.",
@@ -76,7 +67,9 @@ MOTION: tuple[Item, ...] = (
 )
 
 FRONT = (
-    Group("Status word W", "4.1, 7.1; status word of the base language", tuple(_bit(n) for n in range(16)), row=True),
+    Group("Status word W", "4.1, 7.1; status word of the base language", tuple(
+        Lamp(letter, name, "RW", n, tone=tone, doc=doc) for n, (letter, name, tone, doc) in enumerate(BITS)
+    ), row=True),
     Group("Channels", "Base language: communications", tuple(
         Lamp(letter, name, f"R{letter}", tone=WARNING, doc=doc) for letter, name, doc in LINE
     ), row=True),
@@ -85,4 +78,3 @@ FRONT = (
         Lamp(pin, f"pin {pin}", pin, doc="High: 2.0 V or more.") for pin in state.USER_PINS
     ), row=True),
 )  # fmt: skip
-"""Group by group."""

@@ -19,7 +19,6 @@ from axistwin.controllers.smartmotor.motor import Motor
 from axistwin.sim.progress import Progress
 
 PROGRAM_NAME = "program"
-"""The name of the one program of a motor."""
 LINE = "line"
 """The register with the line that is running, counted from 1; 0 while no program runs."""
 

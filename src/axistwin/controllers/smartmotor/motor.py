@@ -16,6 +16,7 @@ from axistwin.controllers.smartmotor.chapters.functions import CALL_C2, CLEAR_IN
 from axistwin.controllers.smartmotor.chapters.inputs import Inputs
 from axistwin.controllers.smartmotor.kernel import kernel, machine
 from axistwin.controllers.smartmotor.kernel import state as s
+from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.kernel.machine import MACHINE
 from axistwin.controllers.smartmotor.kernel.servo_law import clear_integral
 from axistwin.controllers.smartmotor.language.language import Statement, command
@@ -39,14 +40,13 @@ DEFAULTS = {
 IDEAL_TUNING = (42, 28, 550, 15, 1, 0, 0, 0)
 """KP … KG of a motor without a data sheet."""
 UNPOWERED = s.LIMIT_C, s.LIMIT_D, s.SOFT_LIMITS, s.BT, s.VELOCITY, s.STOPPING, s.MASTER_LEFT, s.PWM, s.PENDING
-"""Slots that are 0 without power."""
 INPUT_2 = 2
 """The label that pin G calls with F=64."""
 RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
     POSITION: host_mode.position,
     CLOCK: host_mode.clock,
-    DIRECT_A: modes.acceleration,
-    DIRECT_V: modes.velocity,
+    DIRECT_A: partial(modes.parameter, slot=s.A, low=0, high=HIGHEST),  # as A=exp
+    DIRECT_V: partial(modes.parameter, slot=s.V, low=LOWEST, high=HIGHEST),  # as V=exp
     DIRECT_P: modes.position,
 }
 """The function that takes the value of a binary record: a point of host mode, or the buffered A, V or P."""
@@ -86,8 +86,6 @@ class Motor(Processor):
         self.update_outputs()
         self.core.replan()
         self.clock.call_later(to_ns(options.boot_window_s), self._boot)
-
-    # What chapters and channels use
 
     def execute(self, channel: Channel, text: str) -> None:
         """Execute a command of the host, given without its terminator."""
@@ -153,8 +151,6 @@ class Motor(Processor):
             brakes.update_outputs(self)
             limits.update_flags(self)
 
-    # Power
-
     def power_off(self) -> None:
         """Switch off: no command, program or protection acts any more; the shaft coasts until it rests."""
         self.catch_up()
@@ -207,37 +203,14 @@ class Motor(Processor):
             flow.begin(self)
             self.update_outputs()
 
-    # Events of the kernel
-
     def _act(self, why: int) -> None:
         if not self.powered:
             if why & kernel.SWITCH:
                 self._inputs.switches()
             return
-        if why & kernel.STATEMENT_WAITS:
-            self._perform(self.program.statements[self.i[s.STATEMENT]])
-        if why & kernel.VALUE_WAITS:
-            self._fetch(self.i[s.STATEMENT])
-        if why & kernel.CALL_WAITS:
-            self._call()
-        if why & kernel.HOST_LAST:
-            host_mode.complete(self)
-        if why & kernel.HOST_UNDERFLOW:
-            brakes.switch_off(self, s.M_ERROR)
-        if why & kernel.HOST_EXIT:
-            modes.start(self, self.i[s.BUFFERED_MODE])
-        if why & kernel.SWITCH:
-            self._inputs.switches()
-        if why & (kernel.PLUS | kernel.MINUS | kernel.ERROR | kernel.HEAT):
-            faults.happen(self, why)
-        if why & kernel.GO_EDGE:
-            self._go_edge()
-        if why & kernel.PIN_TAKEN:
-            io.give_up_brake_pin(self)
-        if why & kernel.TRAJECTORY:
-            self._trajectory()
-        if why & kernel.INDEX_MARK:
-            self._fittings.index.show()
+        for reasons, handle in _EVENTS:
+            if why & reasons:
+                handle(self, why)
         self.update_outputs()
 
     def _perform(self, statement: Statement) -> None:
@@ -275,10 +248,26 @@ class Motor(Processor):
         i[s.WAIT_UNTIL] = 0  # "the only motor instruction that will be truncated"
 
     def _trajectory(self) -> None:
-        """Handle a change of Bt."""
         if self.i[s.BT]:
             return
         if self.i[s.F] & CLEAR_INTEGRAL:
             clear_integral(self.i)
         if self.i[s.STOPPING]:
             faults.stopped(self)
+
+
+_EVENTS: tuple[tuple[int, Callable[[Motor, int], None]], ...] = (
+    (kernel.STATEMENT_WAITS, lambda motor, _: motor._perform(motor.program.statements[motor.i[s.STATEMENT]])),
+    (kernel.VALUE_WAITS, lambda motor, _: motor._fetch(motor.i[s.STATEMENT])),
+    (kernel.CALL_WAITS, lambda motor, _: motor._call()),
+    (kernel.HOST_LAST, lambda motor, _: host_mode.complete(motor)),
+    (kernel.HOST_UNDERFLOW, lambda motor, _: brakes.switch_off(motor, s.M_ERROR)),
+    (kernel.HOST_EXIT, lambda motor, _: modes.start(motor, motor.i[s.BUFFERED_MODE])),
+    (kernel.SWITCH, lambda motor, _: motor._inputs.switches()),
+    (kernel.PLUS | kernel.MINUS | kernel.ERROR | kernel.HEAT, faults.happen),
+    (kernel.GO_EDGE, lambda motor, _: motor._go_edge()),
+    (kernel.PIN_TAKEN, lambda motor, _: io.give_up_brake_pin(motor)),
+    (kernel.TRAJECTORY, lambda motor, _: motor._trajectory()),
+    (kernel.INDEX_MARK, lambda motor, _: motor._fittings.index.show()),
+)
+"""The reasons of the kernel, and what handles them, in this order."""

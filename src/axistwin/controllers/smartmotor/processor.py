@@ -15,7 +15,7 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.core import Core
 from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
 from axistwin.controllers.smartmotor.options import Options
-from axistwin.controllers.smartmotor.serial.channel import Channel, ChannelError
+from axistwin.controllers.smartmotor.serial.channel import Channel, ChannelError, Dispatcher
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin
@@ -62,7 +62,7 @@ class StoredProgram(Protocol):
         """Return the number of the statement at a place of the code."""
 
 
-class Processor(ABC):
+class Processor(Dispatcher, ABC):
     """A processor that is switched on."""
 
     def __init__(
@@ -106,22 +106,6 @@ class Processor(ABC):
     @abstractmethod
     def reset(self) -> None:
         """Start again as at power-up."""
-
-    @abstractmethod
-    def execute(self, channel: Channel, text: str) -> None:
-        """Execute a command of the host, given without its terminator."""
-
-    @abstractmethod
-    def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record: its first byte and its value."""
-
-    @abstractmethod
-    def report_host_mode(self, channel: Channel) -> None:
-        """Send the status of host mode."""
-
-    @abstractmethod
-    def update_outputs(self) -> None:
-        """Update brake, windings and signals after a change of the state."""
 
     @abstractmethod
     def _act(self, why: int) -> None:

@@ -21,7 +21,6 @@ from axistwin.sim.clock import Clock
 LEFT_OUT = ("CLK", "I")
 BUFFERED = ("P", "V")
 WHILE_RESTING = ("RTEMP",)
-"""Registers that change while the motor rests."""
 COSTLY = (*WHILE_RESTING, LINE)
 """Registers that change so often that they are traced only on request; `line` changes in every sample of a program."""
 
@@ -41,8 +40,6 @@ def numbers() -> Mapping[str, tuple[int, int]]:
 
 @dataclass(eq=False)
 class _Following:
-    """A follower of some registers."""
-
     names: tuple[str, ...]
     follower: Follower
 
@@ -92,7 +89,6 @@ class Registers:
         return end
 
     def _follow(self) -> None:
-        """Update the numbers that the core follows."""
         if self._motor is None:
             return
         if not self._followings:
@@ -123,7 +119,6 @@ class Registers:
         return self._lines.line(value) if name == LINE else value
 
     def _read(self, name: str) -> int:
-        """Return the processor's own number."""
         if self._motor is None:
             return 0
         core = self._motor.core

@@ -284,4 +284,3 @@ RULES = (
         "> LOAD\\r\n> GOTO5 C5 END", ".talk",
     ),
 )  # fmt: skip
-"""All rules, in the order of their codes."""

@@ -28,7 +28,6 @@ class EncoderPin(UserPin):
         """Called when another source may set the level from now on."""
         self._edges: Signal[Pin] = Signal()
         self._last = True
-        """The level that was reported last."""
         self._disarm: Callable[[], object] = lambda: None
 
     @property
@@ -64,8 +63,6 @@ class EncoderPin(UserPin):
         super()._find_volts(level, before)
         self.on_wiring()
         self.refresh()
-
-    # Edges, for subscribers
 
     def subscribe_edges(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
         """Call `callback(pin)` at every change of level, also by the encoder.  Return an unsubscribe function."""

@@ -35,7 +35,6 @@ class Advancer(ABC):
         self._to_flush: list[Port] = []
         self._advanced: Signal[[]] = Signal()
         self.plan = 0
-        """Number of the present plan."""
         self.agenda_ns = 0
         """At full speed virtual time reaches at least this value, even if no event is due."""
 

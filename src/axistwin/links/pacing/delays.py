@@ -9,7 +9,6 @@ class Delays:
 
     def __init__(self) -> None:
         self.blocks = 0
-        """Number of blocks so far."""
         self.overruns = 0
         """Number of these blocks in which the event was executed too late."""
         self.most_late_s = 0.0

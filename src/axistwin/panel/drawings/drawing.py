@@ -16,7 +16,6 @@ class Drawing(Element, component="drawing.js"):
         super().__init__()
         self._props["art"] = art
         self.parts = frozenset(_PART.findall(art))
-        """Names of all parts."""
         self.shown: dict[tuple[str, str], Any] = {}
         """State of the browser after the next `send`, by part and property."""
         self._changes: list[tuple[str, str, Any]] = []
@@ -30,26 +29,23 @@ class Drawing(Element, component="drawing.js"):
 
     def write(self, part: str, text: str) -> None:
         """Set the text of a part."""
-        self._show(part, "text", text)
+        self.put(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:
         """Add a class to a part, or remove it."""
-        self._show(part, f".{kind}", on)
+        self.put(part, f".{kind}", on)
 
-    def put(self, part: str, attribute: str, value: str) -> None:
+    def put(self, part: str, attribute: str, value: object) -> None:
         """Set an attribute of a part."""
-        self._show(part, attribute, value)
+        if self.shown.get((part, attribute)) != value:
+            self.shown[part, attribute] = value
+            self._changes.append((part, attribute, value))
 
     def send(self) -> None:
         """Send the changes to the browser."""
         if self._changes:
             changes, self._changes = self._changes, []
             self.run_method("show", changes)
-
-    def _show(self, part: str, what: str, value: object) -> None:
-        if self.shown.get((part, what)) != value:
-            self.shown[part, what] = value
-            self._changes.append((part, what, value))
 
     def _begin_again(self) -> None:
         """Send the complete state after the browser has added the drawing to the page."""

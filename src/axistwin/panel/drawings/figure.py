@@ -5,6 +5,8 @@ from html import escape
 from typing import Protocol
 
 from axistwin.bench import Controller
+from axistwin.panel.drawings.drawing import Drawing
+from axistwin.panel.drawings.scale import grouped, signed
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
@@ -35,6 +37,30 @@ def readout(part: str, label: str, of: str = "") -> str:
 def readouts(*rows: str) -> str:
     """Return the rows as one list."""
     return f'<dl class="readouts">{"".join(rows)}</dl>'
+
+
+def error_rows(axis: Axis) -> list[str]:
+    """Return the rows of the following error and the temperature, or of lost steps and the encoder."""
+    of = unit(axis)
+    if isinstance(axis, ServoAxis):
+        return [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
+    encoder = [readout("encoder", "encoder", "counts")] if axis.encoder_count is not None else []
+    return [readout("behind", "lost", of), *encoder]
+
+
+def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
+    """Write faults, position, velocity, error and encoder of an axis.  Returns its commanded position."""
+    axis = controller.axes[name]
+    position, wanted = axis.position, axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
+    drawing.flag("machine", "jammed", axis.jammed)
+    drawing.write("states", states(controller, name))
+    drawing.write("position", grouped(position))
+    drawing.write("velocity", signed(round(axis.velocity)))
+    drawing.write("behind", signed(wanted - position))
+    drawing.flag("row-behind", "wrong", not isinstance(axis, ServoAxis) and wanted != position)
+    if not isinstance(axis, ServoAxis) and axis.encoder_count is not None:
+        drawing.write("encoder", grouped(axis.encoder_count))
+    return wanted
 
 
 def states(controller: Controller, name: str) -> str:

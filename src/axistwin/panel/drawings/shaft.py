@@ -7,7 +7,7 @@ from html import escape
 
 from axistwin.bench import Bench, Controller
 from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.figure import SELDOM, STATES, readout, readouts, states, unit
+from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, readout, readouts, show_motion, unit
 from axistwin.panel.drawings.scale import grouped, signed
 from axistwin.plant.axes import Axis
 from axistwin.plant.master import Master
@@ -37,34 +37,22 @@ class Shaft:
         """Show position, velocity and faults."""
         axis, drawing = controller.axes[self.name], self.drawing
         position = axis.position
-        wanted = axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
+        wanted = show_motion(drawing, controller, self.name)
         smooth = smooth and abs(position - self._before) <= MOST_TURNS * self.per_rev
         self._before = position
         drawing.place("disc", self._angle(position), smooth=smooth)
         drawing.place("ghost", self._angle(wanted), smooth=smooth)
-        drawing.flag("machine", "jammed", axis.jammed)
-        drawing.write("states", states(controller, self.name))
-        self._write(axis, position, wanted - position)
+        if self._said:
+            turns, rest = divmod(position, self.per_rev)
+            drawing.write("turns", f"{grouped(turns)} + {360 * rest / self.per_rev:.1f}°")
+            drawing.write("rpm", signed(round(60 * axis.velocity / self.per_rev)))
         self._show_brake(controller)
         if isinstance(axis, ServoAxis):
             self._show_servo(controller, axis, smooth=smooth)
-        elif axis.encoder_count is not None:
-            drawing.write("encoder", grouped(axis.encoder_count))
         drawing.send()
 
     def _angle(self, position: int) -> str:
         return f"rotate({360 * position / self.per_rev:.1f}deg)"
-
-    def _write(self, axis: Axis, position: int, behind: int) -> None:
-        drawing, velocity = self.drawing, axis.velocity
-        turns, rest = divmod(position, self.per_rev)
-        drawing.write("position", grouped(position))
-        drawing.write("velocity", signed(round(velocity)))
-        drawing.write("behind", signed(behind))
-        drawing.flag("row-behind", "wrong", isinstance(axis, StepperAxis) and behind != 0)
-        if self._said:
-            drawing.write("turns", f"{grouped(turns)} + {360 * rest / self.per_rev:.1f}°")
-            drawing.write("rpm", signed(round(60 * velocity / self.per_rev)))
 
     def _show_brake(self, controller: Controller) -> None:
         pin = controller.product.brake_pin
@@ -96,11 +84,7 @@ class Shaft:
         rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
         if self._said:
             rows += [readout("turns", "turns"), readout("rpm", "speed", "rpm")]
-        if isinstance(axis, ServoAxis):
-            rows += [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
-        else:
-            rows += [readout("behind", "lost", of)]
-            rows += [readout("encoder", "encoder", "counts")] if axis.encoder_count is not None else []
+        rows += error_rows(axis)
         note = "" if self._said else f'<text class="figures" x="75" y="152">drawn: {ASSUMED} a turn</text>'
         return (
             f'<div class="drawn"><svg viewBox="0 0 170 150" role="img" aria-label="{escape(self.name)}: a shaft">'

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from axistwin.bench import Controller
 from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.figure import SELDOM, STATES, readout, readouts, states, unit
-from axistwin.panel.drawings.scale import grouped, signed, ticks
+from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, readout, readouts, show_motion, unit
+from axistwin.panel.drawings.scale import grouped, ticks
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
@@ -32,32 +32,18 @@ class Slide:
         """Show position, velocity and faults."""
         axis, drawing = controller.axes[self.name], self.drawing
         position, (first, last) = axis.position, self.limits
-        wanted = axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
+        wanted = show_motion(drawing, controller, self.name)
         drawing.place("carriage", self._at(position), smooth=smooth)
         drawing.place("ghost", self._at(wanted), smooth=smooth)
         drawing.flag("ghost", "there", wanted != position)
         for part, beyond in (("minus", position < first), ("plus", position > last)):
             drawing.flag(part, "lit", beyond)
             drawing.write(f"{part}-word", "open" if beyond else "")
-        drawing.flag("machine", "jammed", axis.jammed)
-        drawing.write("states", states(controller, self.name))
-        drawing.write("position", grouped(position))
-        drawing.write("velocity", signed(round(axis.velocity)))
-        self._show_rest(axis, wanted - position)
         if isinstance(axis, ServoAxis):
             self._show_servo(controller, axis)
+        elif axis.home is not None:
+            drawing.flag("home", "lit", axis.home[0] <= position <= axis.home[1])
         drawing.send()
-
-    def _show_rest(self, axis: Axis, behind: int) -> None:
-        drawing = self.drawing
-        drawing.write("behind", signed(behind))
-        drawing.flag("row-behind", "wrong", not isinstance(axis, ServoAxis) and behind != 0)
-        if isinstance(axis, ServoAxis):
-            return
-        if axis.encoder_count is not None:
-            drawing.write("encoder", grouped(axis.encoder_count))
-        if axis.home is not None:
-            drawing.flag("home", "lit", axis.home[0] <= axis.position <= axis.home[1])
 
     def _show_servo(self, controller: Controller, axis: ServoAxis) -> None:
         drawing, pin = self.drawing, controller.product.brake_pin
@@ -82,13 +68,10 @@ class Slide:
         of = unit(axis)
         told = f"{self.name}: a slide of {self.limits[0]} to {self.limits[1]} {of}"
         rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
+        rows += error_rows(axis)
         if isinstance(axis, ServoAxis):
-            rows += [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
             rows += [readout("brake", "brake")] if controller.product.brake_pin is not None else []
             rows += [readout("edges", "external encoder", "edges")]
-        else:
-            rows += [readout("behind", "lost", of)]
-            rows += [readout("encoder", "encoder", "counts")] if axis.encoder_count is not None else []
         return (
             f'<svg viewBox="0 0 300 84" role="img" aria-label="{told}"><g data-part="machine">{_BED}'
             f"{''.join(self._scale())}{self._home(axis)}{self._switch('minus', LEFT)}{self._switch('plus', RIGHT)}"

@@ -1,57 +1,16 @@
 """The oscilloscope without its page: recording, view, measurement and files."""
 
-from typing import TYPE_CHECKING
-
-from axistwin.lazy import lazy
-
-if TYPE_CHECKING:
-    from axistwin.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
-    from axistwin.panel.scope.decimation import marks, window
-    from axistwin.panel.scope.frames import FULL, TOP, frame
-    from axistwin.panel.scope.recorder import MOST_SIGNALS, Recorder
-    from axistwin.panel.scope.saving import saved
-    from axistwin.panel.scope.screen import Screen, first_choice, searched
-    from axistwin.panel.scope.tracks import MOST_BYTES, Track, Words
-    from axistwin.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP, Trigger
-else:
-    __getattr__ = lazy(
-        __name__,
-        cursors="between duration nearest_edge next_edge rate value_at",
-        decimation="marks window",
-        frames="FULL TOP frame",
-        recorder="MOST_SIGNALS Recorder",
-        saving="saved",
-        screen="Screen first_choice searched",
-        tracks="MOST_BYTES Track Words",
-        triggers="AUTO DOWN EITHER NORMAL SINGLE UP Trigger",
-    )
+from axistwin.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
+from axistwin.panel.scope.decimation import marks, window
+from axistwin.panel.scope.frames import FULL, TOP, frame
+from axistwin.panel.scope.recorder import MOST_SIGNALS, Recorder
+from axistwin.panel.scope.saving import saved
+from axistwin.panel.scope.screen import Screen, first_choice, searched
+from axistwin.panel.scope.tracks import MOST_BYTES, Track, Words
+from axistwin.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP, Trigger
 
 __all__ = [
-    "AUTO",
-    "DOWN",
-    "EITHER",
-    "FULL",
-    "MOST_BYTES",
-    "MOST_SIGNALS",
-    "NORMAL",
-    "SINGLE",
-    "TOP",
-    "UP",
-    "Recorder",
-    "Screen",
-    "Track",
-    "Trigger",
-    "Words",
-    "between",
-    "duration",
-    "first_choice",
-    "frame",
-    "marks",
-    "nearest_edge",
-    "next_edge",
-    "rate",
-    "saved",
-    "searched",
-    "value_at",
-    "window",
-]
+    "AUTO", "DOWN", "EITHER", "FULL", "MOST_BYTES", "MOST_SIGNALS", "NORMAL", "SINGLE", "TOP", "UP", "Recorder",
+    "Screen", "Track", "Trigger", "Words", "between", "duration", "first_choice", "frame", "marks", "nearest_edge",
+    "next_edge", "rate", "saved", "searched", "value_at", "window",
+]  # fmt: skip

@@ -115,9 +115,10 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    values[:, 0] = np.where(busy, _nearer(seen), seen.held)
+    low_first = seen.held - seen.low <= seen.high - seen.held  # the extreme nearer to the first value
+    values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
-    values[:, 1] = np.where(busy, _farther(seen), np.nan)
+    values[:, 1] = np.where(busy, np.where(low_first, seen.high, seen.low), np.nan)
     rows_of = seen.ends[single] - 1
     times[single, 1], values[single, 1] = rows.begin[rows_of], rows.last[rows_of]
     used &= times < until_ns
@@ -126,15 +127,6 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
         last = rows.last[-1]
         return np.append(found_times, until_ns), np.append(found_values, last)
     return found_times, found_values
-
-
-def _nearer(seen: _Pixels) -> Numbers:
-    """Return the extremes of each pixel, the one nearer to its first value first."""
-    return np.where(seen.held - seen.low <= seen.high - seen.held, seen.low, seen.high)
-
-
-def _farther(seen: _Pixels) -> Numbers:
-    return np.where(seen.held - seen.low <= seen.high - seen.held, seen.high, seen.low)
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:

@@ -59,18 +59,15 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
     seen = line(track, from_ns, to_ns, screen.pixels, screen.record.now_ns)
     low, high = span(track, seen)
     numbers = track.kind in (COUNT, REAL)
+    few = max(screen.pixels // WORD_PIXELS, 1)
+    words = marks(track, from_ns, to_ns, few) if isinstance(track, Words) else []
     return {
         "name": name,
         "data": packed(seen, (from_ns, to_ns), (low, high)),
         "low": f"{low:.9g}" if numbers else "",
         "high": f"{high:.9g}" if numbers else "",
-        "words": _words(track, from_ns, to_ns, screen.pixels) if isinstance(track, Words) else [],
+        "words": [((time_ns - from_ns) / (to_ns - from_ns), text) for time_ns, text in words],
     }
-
-
-def _words(words: Words, from_ns: int, to_ns: int, pixels: int) -> list[tuple[float, str]]:
-    found = marks(words, from_ns, to_ns, max(pixels // WORD_PIXELS, 1))
-    return [((time_ns - from_ns) / (to_ns - from_ns), text) for time_ns, text in found]
 
 
 def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:

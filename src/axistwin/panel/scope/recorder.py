@@ -38,11 +38,9 @@ class Recorder:
     def __init__(self) -> None:
         self.record = Record()
         self.signals: dict[str, Signal] = {}
-        """All signals of the bench."""
         self.version = 0
         """Changes when data are added."""
         self.watchers: list[Callable[[], None]] = []
-        """Called when data are added."""
         self._bench: Bench | None = None
         self._tracer: Tracer | None = None
         self._stack = ExitStack()

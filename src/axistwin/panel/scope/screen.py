@@ -171,8 +171,7 @@ class Screen:
         """Return the newest edge that is followed by enough data."""
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
-            found = self.trigger.last(track, self._searched_ns, upto_ns)
-            self.hit_ns = self.hit_ns if found is None else found
+            self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)
             self._searched_ns = upto_ns + 1
 
     def _look_for_first(self) -> None:
@@ -182,7 +181,7 @@ class Screen:
         track, upto_ns = self._triggering()
         if track is None or upto_ns <= self._searched_ns:
             return
-        self.hit_ns = self.trigger.first(track, self._searched_ns, upto_ns)
+        self.hit_ns = next(iter(self.trigger.edges(track, self._searched_ns, upto_ns)), None)
         self._searched_ns = upto_ns + 1
         if self.hit_ns is not None:
             self._to_ns = self.hit_ns - self._before_ns + self.span_ns

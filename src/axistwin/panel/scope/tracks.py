@@ -151,16 +151,13 @@ class Track:
             room = min(CHANGES, max(2 * len(self._times), self._size + count))
             self._times, self._values = np.resize(self._times, room), np.resize(self._values, room)
             return
-        self._grow_to_most()
+        if len(self._times) < CHANGES:
+            self._times, self._values = np.resize(self._times, CHANGES), np.resize(self._values, CHANGES)
         over = min(self._size, CHANGES // 2)
         self._keep_older(changes(self._times[:over], self._values[:over]))
         left = self._size - over
         self._times[:left], self._values[:left] = self._times[over : self._size], self._values[over : self._size]
         self._size = left
-
-    def _grow_to_most(self) -> None:
-        if len(self._times) < CHANGES:
-            self._times, self._values = np.resize(self._times, CHANGES), np.resize(self._values, CHANGES)
 
     def _keep_older(self, rows: Rows) -> None:
         """Replace changes by intervals."""

@@ -27,19 +27,11 @@ class Trigger:
     value: float = 0.5
     place: float = 0.5
 
-    def last(self, track: Track, after_ns: int, upto_ns: int) -> int | None:
-        """Return the newest edge from `after_ns` to `upto_ns`."""
-        found = self._edges(track, after_ns, upto_ns)
-        return int(found[-1]) if len(found) else None
-
-    def first(self, track: Track, after_ns: int, upto_ns: int) -> int | None:
-        """Return the oldest edge from `after_ns` to `upto_ns`."""
-        found = self._edges(track, after_ns, upto_ns)
-        return int(found[0]) if len(found) else None
-
-    def _edges(self, track: Track, after_ns: int, upto_ns: int) -> Times:
+    def edges(self, track: Track, after_ns: int, upto_ns: int) -> list[int]:
+        """Return the edges from `after_ns` to `upto_ns`."""
         times = edges(track.rows(after_ns - 1, upto_ns + 1), self.slope, self.value)
-        return times[(times >= after_ns) & (times <= upto_ns)]
+        found: list[int] = times[(times >= after_ns) & (times <= upto_ns)].tolist()
+        return found
 
 
 def edges(rows: Rows, slope: str, value: float) -> Times:

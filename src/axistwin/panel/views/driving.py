@@ -3,14 +3,15 @@
 import io
 import zipfile
 from collections.abc import Awaitable, Callable, Iterator
+from functools import partial
 
 from nicegui import events, ui
 
+from axistwin.bench import Bench, endpoints
 from axistwin.errors import UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.panel.look import Look, Refresh, seldom, together
-from axistwin.panel.sentences import stems
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.keys import keys
 from axistwin.sessions.breaks import Break
@@ -25,6 +26,7 @@ STEPS = {
 STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
 SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
 """Sends the act that the button shows at the time of the click."""
+OUTLINE = "dense outline no-caps color=white"
 SELDOM = 10
 """Interval in frames of slow updates."""
 
@@ -56,7 +58,7 @@ def _run(look: Look) -> tuple[ui.button, Refresh]:
     button.on("click", lambda event: _drive(look, event.args, button), js_handler=SHOWN)
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
-        step.props("dense outline no-caps color=white").mark(f"step-{kind}").tooltip(f"on to where {what}")
+        step.props(OUTLINE).mark(f"step-{kind}").tooltip(f"on to where {what}")
 
     def refresh() -> None:
         text = "Stop" if look.acts.busy else "Pause" if look.session.running else "Run"
@@ -102,9 +104,8 @@ def _key(look: Look, key: str) -> Awaitable[None] | None:
 
 
 def _speed(look: Look) -> Refresh:
-    slider = (
-        ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"').classes("speed").mark("speed")
-    )
+    slider = ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"')
+    slider.classes("speed").mark("speed")
     box = ui.input(value=_said(look.session.speed)).props('dense outlined aria-label="times real time"')
     box.classes("speed-box").mark("speed-box").tooltip("times real time, or max")
     shown: float | None = -1.0
@@ -119,7 +120,7 @@ def _speed(look: Look) -> Refresh:
         show()  # at once: in the next frame the user may be typing again
 
     slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
-    box.on("keydown.enter", lambda: wish(lambda: _read_speed(look, box.value)))
+    box.on("keydown.enter", lambda: wish(lambda: _set_speed(look, read_speed(box.value.strip()))))
 
     def refresh() -> None:
         if look.session.speed != shown:
@@ -141,10 +142,6 @@ def _nearest(speed: float | None) -> int:
 
 def _set_speed(look: Look, speed: float | None) -> None:
     look.session.speed = speed
-
-
-def _read_speed(look: Look, text: str) -> None:
-    look.session.speed = read_speed(text.strip())
 
 
 def _change_speed(look: Look, by: int) -> None:
@@ -185,18 +182,10 @@ def _in_words(look: Look) -> str:
 
 
 def _timeline(look: Look) -> Refresh:
-    slider = (
-        ui.slider(min=0, max=1, step=0.001)
-        .props('aria-label="moment, in seconds"')
-        .classes("timeline")
-        .mark("timeline")
-    )
-    box = (
-        ui.input(placeholder="seconds")
-        .props('dense outlined aria-label="go to this moment"')
-        .classes("moment")
-        .mark("moment")
-    )
+    slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds"')
+    slider.classes("timeline").mark("timeline")
+    box = ui.input(placeholder="seconds").props('dense outlined aria-label="go to this moment"')
+    box.classes("moment").mark("moment")
     dragged = False
 
     def drag(event: events.GenericEventArguments) -> None:
@@ -205,10 +194,8 @@ def _timeline(look: Look) -> Refresh:
 
     slider.on("pan", drag).on("change", lambda event: _go_to(look, float(event.args)))
     box.on("keydown.enter", lambda: _go_to(look, box.value))
-    forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest))
-    forget.props("dense outline no-caps color=white").mark("forget").tooltip(
-        "the rest of what was recorded is forgotten"
-    )
+    forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest)).props(OUTLINE)
+    forget.mark("forget").tooltip("the rest of what was recorded is forgotten")
 
     def refresh() -> None:
         if not dragged:
@@ -233,22 +220,35 @@ def _seconds(moment: float | str) -> float:
 # Sentences
 
 
+def _stems(bench: Bench) -> list[str]:
+    """Return the beginnings of sentences for breakpoints: see `fault_injection/triggers.py`."""
+    found = []
+    for name, controller in bench.controllers.items():
+        found += [f"{name}.{axis} passes 0" for axis in controller.axes]
+        found += [f"{name}.{pin} {verb}" for pin in controller.pins for verb in ("rises", "falls", "changes")]
+        if controller.alarms is not None:
+            found += [f"{name} raises {flag}" for flag in controller.alarms.names]
+        found += [f"{name} runs 1"] if controller.programs else []
+    for name in endpoints.names(bench):
+        found += [f"{name} hears ", f"{name} says "]
+    return found + [f"{fault} {verb}" for fault in bench.faults.names for verb in ("begins", "ends")]
+
+
 def _until(look: Look) -> Refresh:
-    box = ui.input(placeholder="run until …", autocomplete=stems(look.bench)).props(
-        'dense outlined aria-label="run until"'
-    )
-    box.classes("sentence").mark("until").tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
-    box.on("keydown.enter", lambda: look.touch(lambda: look.session.run_until(box.value.strip())))
-    ui.button("Until", on_click=lambda: look.touch(lambda: look.session.run_until(box.value.strip()))).props(
-        "dense outline no-caps color=white"
-    ).mark("run-until")
+    def run() -> None:
+        look.touch(lambda: look.session.run_until(box.value.strip()))
+
+    box = ui.input(placeholder="run until …", autocomplete=_stems(look.bench)).on("keydown.enter", run)
+    box.props('dense outlined aria-label="run until"').classes("sentence").mark("until")
+    box.tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
+    ui.button("Until", on_click=run).props(OUTLINE).mark("run-until")
     return lambda: None
 
 
 def _breaks(look: Look) -> Refresh:
-    button = ui.button("Breaks", icon="pan_tool").props("dense outline no-caps color=white").mark("breaks")
+    button = ui.button("Breaks", icon="pan_tool").props(OUTLINE).mark("breaks")
     with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
-        box = ui.input("stop whenever", autocomplete=stems(look.bench)).classes("sentence").mark("new-break")
+        box = ui.input("stop whenever", autocomplete=_stems(look.bench)).classes("sentence").mark("new-break")
         box.on("keydown.enter", lambda: look.touch(lambda: look.session.add_break(box.value.strip())))
         those = ui.column().mark("those-breaks")
     shown: list[tuple[str, bool, int]] = []
@@ -269,26 +269,25 @@ def _list_breaks(look: Look, those: ui.column) -> None:
     with those:
         for each in look.session.breaks:
             with ui.row().classes("break"):
-                ui.checkbox(each.sentence, value=each.on, on_change=_switch(look, each))
+                ui.checkbox(each.sentence, value=each.on, on_change=partial(_switch, look, each))
                 ui.label(f"{each.hits} times" if each.hits != 1 else "once").classes("quiet")
-                ui.button(icon="delete", on_click=_remove(look, each)).props('flat dense aria-label="remove"')
+                ui.button(icon="delete", on_click=partial(_remove, look, each)).props('flat dense aria-label="remove"')
 
 
-def _switch(look: Look, each: Break) -> Callable[[events.ValueChangeEventArguments[bool | None]], object]:
-    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value)), now=True)
+def _switch(look: Look, each: Break, event: events.ValueChangeEventArguments[bool | None]) -> None:
+    look.touch(lambda: setattr(each, "on", bool(event.value)), now=True)
 
 
-def _remove(look: Look, each: Break) -> Callable[[], object]:
-    return lambda: look.touch(lambda: look.session.remove_break(each), now=True)
+def _remove(look: Look, each: Break) -> None:
+    look.touch(lambda: look.session.remove_break(each), now=True)
 
 
 # Saving
 
 
 def _save(look: Look) -> None:
-    ui.button("Save", icon="save", on_click=lambda: _download(look)).props("dense outline no-caps color=white").mark(
-        "save"
-    ).tooltip("the session as a scene that repeats it, with what the hosts said")
+    button = ui.button("Save", icon="save", on_click=lambda: _download(look)).props(OUTLINE).mark("save")
+    button.tooltip("the session as a scene that repeats it, with what the hosts said")
 
 
 def _download(look: Look) -> None:

@@ -22,7 +22,6 @@ TERMS = {
     "seed": ("seed", "", "for what is left to chance"),
     "name": ("name", "", "empty: its kind's"),
 }
-"""Parameters of all faults: label, unit, explanation."""
 CELSIUS = (-40, 150)
 
 

@@ -9,7 +9,7 @@ from nicegui import ui
 
 from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
-from axistwin.panel.look import Look, Refresh, seldom
+from axistwin.panel.look import Look, Refresh, seldom, together
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.parts import Light, Told, called, drawer
 
@@ -29,12 +29,7 @@ def front(look: Look, name: str) -> Refresh:
     if controller.product.front:
         _meaning(look, name, groups)
         shown.append(_registers(look, name))
-
-    def refresh() -> None:
-        for each in shown:
-            each()
-
-    return refresh
+    return together(*shown)
 
 
 def generic(controller: Controller) -> tuple[Group, ...]:
@@ -88,13 +83,7 @@ def _group(look: Look, name: str, group: Group) -> Refresh:
         with ui.element("div").classes("row-of-lamps" if group.row else "told-list"):
             for item in group.items:
                 sources[item.source].shows.append(_item(name, item, group))
-    looks = [source.refresh for source in sources.values()]
-
-    def refresh() -> None:
-        for look_at in looks:
-            look_at()
-
-    return refresh
+    return together(*(source.refresh for source in sources.values()))
 
 
 def _item(who: str, item: Item, group: Group) -> Show:

@@ -79,12 +79,9 @@ class Told(TextElement):
             self._tone = tone
 
 
-def drawer(look: Look, key: str, title: str, *, opened: bool = False) -> ui.expansion:
+def drawer(look: Look, key: str, title: str) -> ui.expansion:
     """Build a part of the page that can be opened; its state is stored for this user."""
     settings = look.person.settings
-
-    def turned() -> None:
-        settings[key] = found.value
-
-    found = ui.expansion(title, value=bool(settings.get(key, opened)), on_value_change=turned)
+    found = ui.expansion(title, value=bool(settings.get(key)))
+    found.on_value_change(lambda: settings.update({key: found.value}))
     return called(found.classes("drawer"), key.replace(" ", "-"))

@@ -8,7 +8,7 @@ from nicegui import events, ui
 from axistwin.bench import Controller
 from axistwin.bench.actions import targets
 from axistwin.controllers.product import Product
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.look import Look, Refresh, together
 from axistwin.panel.views.parts import Key, Light, called
 from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
 
@@ -34,12 +34,7 @@ def pins(look: Look, name: str) -> Refresh:
         shown += [_host_line(look, name, line) for line in HOST_LINES if line in possible]
     if "master" in possible:
         _encoder(look, name)
-
-    def refresh() -> None:
-        for each in shown:
-            each()
-
-    return refresh
+    return together(*shown)
 
 
 def inputs(controller: Controller) -> list[list[str]]:

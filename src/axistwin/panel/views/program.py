@@ -40,11 +40,15 @@ class _View:
         self._orders: dict[str, ui.row] = {}
         with ui.element("section").classes("program"):
             with ui.element("div").classes("program-head"):
-                self._choice = ui.select([], label="program", on_change=self._chosen).props(_DENSE)
+                keep = look.person.settings.__setitem__
+                self._choice = ui.select([], label="program").props(_DENSE)
+                self._choice.on_value_change(lambda event: keep(f"{name} program", event.value))
                 self._choice.mark(f"{name} which")
                 self._title = ui.label().classes("quiet").mark(f"{name} title")
                 self._state = ui.label().classes("running-line").mark(f"{name} runs")
-                self._follow = ui.checkbox("follow", value=self._follows, on_change=self._set_follow).props("dense")
+                follow = f"{name} follow"
+                self._follow = ui.checkbox("follow", value=bool(look.person.settings.get(follow, True))).props("dense")
+                self._follow.on_value_change(lambda event: keep(follow, event.value))
                 self._follow.mark(f"{name} follow")
             self._lines = Lines(self._toggle).mark(f"{name} listing").props(f'data-test="listing {name}"')
             breathe()
@@ -88,16 +92,6 @@ class _View:
             self._choice.value = wanted
         return str(wanted)
 
-    def _chosen(self) -> None:
-        self.look.person.settings[f"{self.name} program"] = self._choice.value
-
-    @property
-    def _follows(self) -> bool:
-        return bool(self.look.person.settings.get(f"{self.name} follow", True))
-
-    def _set_follow(self) -> None:
-        self.look.person.settings[f"{self.name} follow"] = self._follow.value
-
     # Breaks
 
     def _toggle(self, index: int) -> None:
@@ -111,14 +105,13 @@ class _View:
 
     def _place(self, index: int) -> str:
         """Return the line as in a sentence: with the program's number if there are several."""
-        names = self._controller.product.programs
-        number = f"{str(self._choice.value).split()[-1]}:" if len(names) > 1 else ""
-        return f"{number}{index + 1}"
+        return f"{self._number(str(self._choice.value))}{index + 1}"
+
+    def _number(self, which: str) -> str:
+        return f"{which.split()[-1]}:" if len(self._controller.product.programs) > 1 and which else ""
 
     def _show_breaks(self, which: str) -> None:
-        several = len(self._controller.product.programs) > 1
-        number = f"{which.split()[-1]}:" if several and which else ""
-        sentence = re.compile(rf"{re.escape(self.name)} runs {number}(?P<line>\d+)", re.ASCII)
+        sentence = re.compile(rf"{re.escape(self.name)} runs {self._number(which)}(?P<line>\d+)", re.ASCII)
         found = [(int(match["line"]) - 1, each.on) for each in self.look.session.breaks
                  if (match := sentence.fullmatch(each.sentence))]  # fmt: skip
         self._lines.set_breaks({line for line, on in found if on}, {line for line, on in found if not on})

@@ -3,6 +3,7 @@
 import asyncio
 import json
 from collections.abc import Callable
+from functools import partial
 from math import isfinite
 from typing import Any
 
@@ -10,7 +11,7 @@ from nicegui import events, run, ui
 
 from axistwin.errors import AxistwinError
 from axistwin.panel.acts import State
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.look import Look, Refresh, complain
 from axistwin.panel.people import Person
 from axistwin.panel.scope import frames
 from axistwin.panel.scope.recorder import Recorder
@@ -77,14 +78,14 @@ class _Scope:
         self._drawn: object = None
         self._frames = 0
         self._views: list[Refresh] = []
-        for control in (controls.head, controls.choice, controls.trigger):
-            self._views.append(control(self))
+        for control in (partial(controls.head, save=self.save), controls.choice, controls.trigger):
+            self._views.append(control(screen))
             breathe()
         self.plot = ui.echart({"series": []}).classes("scope-plot").mark("scope-plot")
         self.plot.props(f'tabindex=0 role=application aria-label="Oscilloscope. {HELP}" data-test=scope-plot')
         ui.label(HELP).classes("hint")
         breathe()
-        self._views.append(controls.readout(self))
+        self._views.append(controls.readout(screen, self._is_time_to_tell))
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
@@ -109,19 +110,9 @@ class _Scope:
             self._all.drawn += 1
             self._client.run_javascript(f"axistwinScope.draw({self.plot.id},{json.dumps(frames.frame(screen))})")
 
-    @property
-    def time_to_tell(self) -> bool:
+    def _is_time_to_tell(self) -> bool:
         """True if numbers are updated in this frame."""
         return self._frames % READOUT_EVERY == 0 or self._look.acts.state is not State.RUNNING
-
-    def attempt(self, act: Callable[[], object]) -> bool:
-        """Perform an act, and show its error.  Returns True without an error."""
-        try:
-            act()
-        except AxistwinError as error:
-            ui.notify(str(error), type="negative", multi_line=True)
-            return False
-        return True
 
     # Messages of the browser
 
@@ -175,7 +166,7 @@ class _Scope:
             try:
                 data = await run.io_bound(saved, record, signals, from_ns, to_ns, suffix)
             except AxistwinError as error:
-                ui.notify(str(error), type="negative", multi_line=True)
+                complain(error)
                 return
         if suffix in TRACES and exact_ns(record, signals) > max(from_ns, 0):
             since_s = to_seconds(exact_ns(record, signals))

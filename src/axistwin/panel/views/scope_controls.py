@@ -3,12 +3,13 @@
 from bisect import bisect_left
 from collections.abc import Awaitable, Callable
 from math import isnan
-from typing import Any, Protocol
+from typing import Any
 
 from nicegui import ui
 from nicegui.elements.mixins.value_element import ValueElement
 
-from axistwin.panel.look import Refresh
+from axistwin.errors import AxistwinError
+from axistwin.panel.look import Refresh, complain
 from axistwin.panel.scope.cursors import between, duration, rate, value_at
 from axistwin.panel.scope.saving import PICTURES, TRACES
 from axistwin.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searched
@@ -20,28 +21,22 @@ from axistwin.units import to_seconds
 
 MOST_FOUND = 60
 UNKNOWN = "–"
+Save = Callable[[str, bool], Awaitable[None]]
+"""Saves a file of this suffix: the complete record (True) or the visible window (False)."""
 
 
-class Card(Protocol):
-    """The card with the controls."""
-
-    screen: Screen
-    plot: ui.echart
-
-    @property
-    def time_to_tell(self) -> bool:
-        """True if numbers are updated in this frame."""
-
-    def attempt(self, act: Callable[[], object]) -> bool:
-        """Perform an act, and show its error."""
-
-    def save(self, suffix: str, whole: bool) -> Awaitable[None]:
-        """Save a file."""
+def attempt(act: Callable[[], object]) -> bool:
+    """Perform an act, and show its error.  Returns True without an error."""
+    try:
+        act()
+    except AxistwinError as error:
+        complain(error)
+        return False
+    return True
 
 
-def head(card: Card) -> Refresh:
+def head(screen: Screen, save: Save) -> Refresh:
     """Build pause, time base, lanes and saving."""
-    screen = card.screen
     with ui.row().classes("scope-row"):
         ui.label("Oscilloscope").classes("scope-title")
         pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())
@@ -54,7 +49,7 @@ def head(card: Card) -> Refresh:
         lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props("dense no-caps")
         refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
         breathe()
-        _save_menu(card)
+        _save_menu(save)
         state = ui.label().classes("scope-state").props("role=status").mark("scope-state")
 
     def refresh() -> None:
@@ -102,7 +97,7 @@ def _time_base(screen: Screen) -> Refresh:
     return refresh
 
 
-def _save_menu(card: Card) -> None:
+def _save_menu(save: Save) -> None:
     with (
         ui.button("Save", icon="download").props("dense flat no-caps data-test=scope-save").mark("scope-save"),
         ui.menu(),
@@ -110,16 +105,15 @@ def _save_menu(card: Card) -> None:
         for whole, what in ((False, "visible window"), (True, "complete record")):
             for suffix in (*TRACES, *PICTURES):
                 breathe()
-                item = ui.menu_item(f"{what}, {suffix}", on_click=lambda s=suffix, w=whole: card.save(s, w))
+                item = ui.menu_item(f"{what}, {suffix}", on_click=lambda s=suffix, w=whole: save(s, w))
                 item.props("role=menuitem").mark(f"scope-save-{'all' if whole else 'seen'}{suffix}")
 
 
-def choice(card: Card) -> Refresh:
+def choice(screen: Screen) -> Refresh:
     """Build the selection of signals: by patterns, or from a list with a search."""
-    screen = card.screen
 
     def take() -> None:
-        card.attempt(lambda: screen.choose(split(wanted.value)))
+        attempt(lambda: screen.choose(split(wanted.value)))
 
     with ui.row().classes("scope-row"):
         wanted = ui.input("Signals", placeholder="*.X.velocity, if1.*says").on("keydown.enter", take)
@@ -128,7 +122,7 @@ def choice(card: Card) -> Refresh:
         ui.button("Show", on_click=take).props("dense no-caps").mark("scope-show")
         breathe()
         with ui.button("List", icon="list").props("dense flat no-caps").mark("scope-list"), ui.menu():
-            _list(card)
+            _list(screen)
     shown: list[tuple[str, ...]] = []
 
     def refresh() -> None:
@@ -139,12 +133,11 @@ def choice(card: Card) -> Refresh:
     return refresh
 
 
-def _list(card: Card) -> None:
-    screen = card.screen
+def _list(screen: Screen) -> None:
 
     def set_shown(name: str, shown: bool) -> None:
         names = [other for other in screen.names if other != name] + [name] * shown
-        if not card.attempt(lambda: screen.show(names)):
+        if not attempt(lambda: screen.show(names)):
             found.refresh()
 
     @ui.refreshable
@@ -165,9 +158,8 @@ def _list(card: Card) -> None:
         found()
 
 
-def trigger(card: Card) -> Refresh:
+def trigger(screen: Screen) -> Refresh:
     """Mode, signal, slope, value, place."""
-    screen = card.screen
     set_ = screen.trigger
 
     def armed() -> None:
@@ -257,9 +249,8 @@ COLUMNS = [
 ]
 
 
-def readout(card: Card) -> Refresh:
+def readout(screen: Screen, time_to_tell: Callable[[], bool]) -> Refresh:
     """Build the table of measurements of the cursors."""
-    screen = card.screen
     with ui.row().classes("scope-row"):
         for which in ("a", "b"):
             button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))
@@ -279,7 +270,7 @@ def readout(card: Card) -> Refresh:
     table.classes("scope-readout").mark("scope-readout")
 
     def refresh() -> None:
-        if not card.time_to_tell:
+        if not time_to_tell():
             return
         refresh_snap()
         times.text = _times(screen)

@@ -9,7 +9,6 @@ from axistwin.panel.look import Look, Refresh
 from axistwin.panel.turns import breathe
 
 Kinds = dict[str, Callable[[], Refresh]]
-"""Views by the labels of their tabs."""
 
 
 def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from nicegui import events, ui
+from nicegui import ui
 
 from axistwin.bench import actions, endpoints
 from axistwin.errors import ProgramError, UsageError
@@ -113,20 +113,14 @@ def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
 def _buttons(look: Look, name: str) -> None:
     port = look.bench.port(name)
     with ui.row().classes("terminal-line"):
-        ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline no-caps").mark(
-            f"break-{name}"
-        )
+        button = ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25"))
+        button.props("dense outline no-caps").mark(f"break-{name}")
         if port.handshake:
             for line, on in (("dtr", port.host.dtr), ("rts", port.host.rts)):
-                ui.switch(line.upper(), value=on, on_change=lambda e, line=line: _switch(look, name, line, e)).mark(
-                    f"{line}-{name}"
-                )
+                switch = ui.switch(line.upper(), value=on).mark(f"{line}-{name}")
+                switch.on_value_change(lambda e, line=line: _do(look, name, line, actions.level_name(e.value)))
         box = ui.input("format", value=str(port.host.format)).props("dense outlined").mark(f"format-{name}")
         box.on("keydown.enter", lambda: _do(look, name, "line", box.value))
-
-
-def _switch(look: Look, name: str, line: str, event: events.ValueChangeEventArguments[bool]) -> None:
-    _do(look, name, line, actions.level_name(event.value))
 
 
 def _do(look: Look, name: str, target: str, value: str) -> None:

@@ -44,9 +44,6 @@ def resume(board: State) -> Procedure:
         yield from moves.perform(board, again, board.library.calculation_ns)
 
 
-# Switches
-
-
 def maintain(board: State, on: bool) -> None:
     """Command 18h: position maintenance on or off; off after reset.  While it is on, 33h, 34h, C8h, CBh are refused."""
     board.loop.on = on
@@ -58,9 +55,6 @@ def maintain(board: State, on: bool) -> None:
 def end_on_stall(board: State, on: bool) -> None:
     """Command 19h: a stall ends the move, or not; off after reset."""
     board.loop.ends_stalled_moves = on
-
-
-# Parameters
 
 
 def set_ratio(board: State, motor: int, encoder: int) -> None:
@@ -101,9 +95,6 @@ def set_deadband(board: State, deadband: int) -> None:
     """Command B5h: the error in encoder pulses, to either side, up to which 0Fh shows state 80h.  1811 only."""
     board.loop.deadband = deadband
     board.outputs.refresh()
-
-
-# Requests
 
 
 def relative_count(board: State) -> bytes:

@@ -131,9 +131,6 @@ class Search:
             yield self._board.pulses.changed()
 
 
-# Commands
-
-
 def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
     """Command 38h: which edge of which level of the home input is HOME, and how it is approached.
 

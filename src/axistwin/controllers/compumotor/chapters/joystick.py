@@ -6,7 +6,9 @@ from axistwin.sim.clock import Procedure
 
 def disable_joystick(board: State) -> None:
     """Command 10h: end the joystick's control, whether the motor is moving or not."""
-    board.joystick.disable()
+    disabled = board.joystick.disabled
+    if board.joystick.enabled and disabled is not None and not disabled.triggered:
+        disabled.succeed()
 
 
 def enable_joystick(board: State) -> Procedure:

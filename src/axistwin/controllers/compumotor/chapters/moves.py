@@ -19,9 +19,6 @@ FARTHEST_CLOSED_LOOP = 0x7FFF_FFFF
 """Motor pulses of a closed-loop move."""
 
 
-# Definitions
-
-
 def set_default(board: State, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
     """Command 31h: default velocity and acceleration, in the units of their ranges; both 0 until then.
 
@@ -54,9 +51,6 @@ def set_start_stop(board: State, velocity: int) -> None:
     board.start_stop = velocity
 
 
-# Absolute zero
-
-
 def define_position(board: State, position: int) -> None:
     """Command 2Eh: the present absolute position is `position`, signed pulses.  Ignored while moving."""
     if not board.occupied:
@@ -68,9 +62,6 @@ def define_zero(board: State) -> None:
     define_position(board, 0)
     if not board.occupied:
         board.loop.define(0)
-
-
-# Performing
 
 
 def go_relative(board: State, distance: int) -> Procedure:

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from axistwin.controllers.compumotor.language import Accept, Opcode
+from axistwin.controllers.compumotor.language import Accept
 from axistwin.controllers.compumotor.parts.sequences import SUSPENDED, Loop, Order, Stored
 from axistwin.controllers.compumotor.state import State
 from axistwin.sim.clock import Procedure
@@ -11,9 +11,6 @@ from axistwin.units import MS
 EDGE_TRIGGERS = (1, 6)
 LEVEL_RESPONSE_NS = 3 * MS
 """Triggers 2 to 5: "the worst case response to them is 3 milliseconds"."""
-
-
-# Flow of a sequence
 
 
 def repeat(board: State, count: int, times: int | None = None) -> None:
@@ -54,16 +51,22 @@ def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
 
 
 def go_on(board: State) -> None:
-    """Command 48h, CONTINUE.  Ignored if no wait, suspension or endless loop is in progress."""
-    board.sequencer.go_on()
+    """Command 48h, CONTINUE: end a wait or suspension, else let an endless loop end with this round.
 
-
-# Definition
+    Ignored if none of them is in progress.
+    """
+    sequencer = board.sequencer
+    if sequencer.waiting is not None:
+        sequencer.wake()
+    elif sequencer.order in SUSPENDED:
+        sequencer.order = Order.CONTINUE
+    elif sequencer.running and sequencer.loop is not None and sequencer.loop.left is None:
+        sequencer.loop.left = 1
 
 
 def begin(board: State, number: int) -> None:
     """Command D9h: store the commands up to D8h in sequence 1 to 15; other than SEQUENCE commands are ignored."""
-    board.sequences.begin(number)
+    board.sequences.defining, board.sequences.buffers[number] = number, []
 
 
 def finish(board: State) -> None:
@@ -73,7 +76,7 @@ def finish(board: State) -> None:
 
 def delete(board: State, number: int) -> None:
     """Command DAh: delete sequence 1 to 15 and free its memory."""
-    board.sequences.delete(number)
+    board.sequences.buffers.pop(number, None)
 
 
 def perform(board: State, number: int) -> None:
@@ -92,27 +95,20 @@ def _perform(board: State, buffer: list[Stored]) -> Procedure:
             stored = buffer[sequencer.at]
             sequencer.on_command(sequencer.number, sequencer.at)
             yield board.clock.timeout(board.step_ns)
-            if not _killed(board, stored.command) and not board.excludes(stored.command):
+            killed = sequencer.order is Order.KILL and Accept.SINGULAR in stored.command.accepted
+            if not killed and not board.excludes(stored.command):
                 yield from board.carry_out(stored.command, stored.values, board.sequence)
             if board.sequence.singular is not None:
                 yield board.sequence.singular
             if sequencer.order in SUSPENDED:
                 yield from sequencer.wait()
-                sequencer.order = Order.LEAVE if _leaving(board) else Order.CONTINUE
-            if _leaving(board):
+                sequencer.order = Order.LEAVE if sequencer.order is Order.LEAVE else Order.CONTINUE
+            if sequencer.order is Order.LEAVE:
                 break
             sequencer.advance(len(buffer))
     finally:
         sequencer.process = None
         board.refresh()
-
-
-def _killed(board: State, command: Opcode) -> bool:
-    return board.sequencer.order is Order.KILL and Accept.SINGULAR in command.accepted
-
-
-def _leaving(board: State) -> bool:
-    return board.sequencer.order is Order.LEAVE
 
 
 def list_commands(board: State, number: int) -> Procedure | None:

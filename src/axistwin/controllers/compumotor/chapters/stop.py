@@ -8,12 +8,10 @@ from collections.abc import Callable
 from functools import partial
 
 from axistwin.controllers.compumotor.parts.profiles import stopping
+from axistwin.controllers.compumotor.parts.sequences import Order
 from axistwin.controllers.compumotor.state import State
 
 INTERRUPT_ON_TRIGGER = 0xAC
-
-
-# By command
 
 
 def stop_motion(board: State) -> None:
@@ -34,12 +32,17 @@ def stop_motion(board: State) -> None:
 
 def discontinue_sequence(board: State) -> None:
     """Commands 71h, 75h: end the sequence after its present command; its contents are kept."""
-    board.sequencer.leave()
+    board.sequencer.order = Order.LEAVE
+    board.sequencer.wake()
 
 
 def suspend_sequence(board: State) -> None:
-    """Commands 72h, 76h: suspend the sequence after its present command until CONTINUE."""
-    board.sequencer.suspend()
+    """Commands 72h, 76h: suspend the sequence after its present command until CONTINUE.
+
+    During a wait for CONTINUE, that one CONTINUE is enough.
+    """
+    if board.sequencer.order is Order.CONTINUE and board.sequencer.waiting is None:
+        board.sequencer.order = Order.SUSPEND
 
 
 def discontinue_singular(board: State) -> None:
@@ -68,11 +71,9 @@ def kill_and_suspend(board: State) -> None:
     Ignored without a sequence.
     """
     if board.sequencer.running:
-        board.sequencer.kill_and_suspend()
+        if board.sequencer.order is not Order.LEAVE:
+            board.sequencer.order = Order.KILL
         board.sequence.end()
-
-
-# By trigger
 
 
 def on_trigger(

@@ -118,9 +118,6 @@ class Performance:
             board.send(command.opcode, result)
 
 
-# Modes
-
-
 def indexer_mode(board: State) -> None:
     """Command 50h: indexer mode; the contents of the streaming buffer are lost."""
     board.stream.enter(None)
@@ -132,11 +129,9 @@ def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_m
     `base`: 1 to 9, for 53h to 3; `divisor`: 1 to 16; `alarm` in bytes; `period_ms`: the update rate, 52h and 53h.
     """
     if not board.occupied:
-        board.sequences.clear()
+        board.sequences.buffers.clear()
+        board.sequences.defining = None
         board.stream.enter(Setting(mode, base, divisor, alarm, period_ms))
-
-
-# Data
 
 
 def velocity_distance(board: State, *words: int) -> None:
@@ -179,9 +174,6 @@ def _marker(board: State, opcode: int, parameters: bytes) -> Marker | None:
         return None
     values = command.decode(parameters)
     return None if values is None else Marker(command, values)
-
-
-# Performing
 
 
 def perform(board: State) -> None:

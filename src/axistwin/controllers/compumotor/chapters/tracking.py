@@ -80,7 +80,6 @@ def _tick(board: State) -> None:
 
 
 def _detect_stall(board: State) -> None:
-    """Report a stall, once in a move."""
     loop = board.loop
     if loop.ended is not None or loop.reference is None or not loop.detects_stalls:
         return
@@ -98,7 +97,6 @@ def _may_correct(board: State) -> bool:
 
 
 def _maintain(board: State) -> None:
-    """Correct an error at the velocity that B3h defines for it."""
     loop, pulses = board.loop, board.pulses
     error = loop.error
     sign = 1 if error > 0 else -1

@@ -92,8 +92,6 @@ class _Checker:
         self.commands, self.known = commands, Known()
         self.found: list[Diagnostic] = []
 
-    # One command
-
     def take(self, sent: Sequence[Sent]) -> None:
         """Check one command."""
         command = self.commands.get(sent[0].byte)
@@ -127,8 +125,7 @@ class _Checker:
             data = bytes(sent.byte for sent in part)
             value = parameter.decode(data)
             if value is None:
-                message = f"{data.hex(' ').upper()} is out of range: {parameter}"
-                self._say(rules.RANGE, part, message, command.chapter)
+                self._say(rules.RANGE, part, f"{data.hex(' ').upper()} is out of range: {parameter}", command.chapter)
                 return None
             if not isinstance(parameter, DontCare):
                 values.append(value)
@@ -136,19 +133,18 @@ class _Checker:
         return tuple(values)
 
     def _place(self, given: Given) -> None:
-        """Check the place of a command: in a sequence definition, in a mode."""
         accepted, known = given.command.accepted, self.known
         if not accepted:
-            self._about(rules.NOTHING, given, f"{_called(given.command)} does nothing", given.command.chapter)
+            self._about(rules.NOTHING, given, f"{_called(given.command)} does nothing")
         elif known.defining is not None and Accept.DEFINING not in accepted:
             if Accept.SEQUENCE in accepted:
                 known.sequences[known.defining].append(given)
                 self._value_rules(given)
             else:
-                self._about(rules.NOT_IN_SEQUENCE, given, f"{_called(given.command)} may not stand in a sequence")
+                self._say(rules.NOT_IN_SEQUENCE, given.sent, f"{_called(given.command)} may not stand in a sequence")
         elif wrong := _misplaced(accepted, known.mode is not None):
             rule, what = wrong
-            self._about(rule, given, f"{_called(given.command)} {what}", given.command.chapter)
+            self._about(rule, given, f"{_called(given.command)} {what}")
         else:
             self._value_rules(given)
             self._follow(given)
@@ -160,7 +156,7 @@ class _Checker:
             self._move_rules(given, *values[1:4])
             if values[0] > 50:
                 message = f"move {values[0]} is not kept: there are moves 1 to 50"
-                self._say(rules.NO_SUCH_MOVE, given.sent[1:2], message, given.command.chapter)
+                self._about(rules.NO_SUCH_MOVE, given, message, given.sent[1:2])
         elif opcode == 0x31 and any(values[1:]):
             self._move_rules(given, *values)
         elif opcode == 0xEE:
@@ -170,11 +166,9 @@ class _Checker:
         at = given.sent[3:7]  # the velocity, in all of these commands
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
-            message = f"velocity {velocity} is beyond range {ranges[0]}: {most} at most"
-            self._say(rules.VELOCITY, at, message, given.command.chapter)
+            self._about(rules.VELOCITY, given, f"velocity {velocity} is beyond range {ranges[0]}: {most} at most", at)
         elif not acceleration:
-            what = "with acceleration 0 this move is never performed"
-            self._about(rules.ACCELERATION, given, what, given.command.chapter)
+            self._about(rules.ACCELERATION, given, "with acceleration 0 this move is never performed")
 
     def _follow(self, given: Given) -> None:
         opcode, values, known = given.command.opcode, given.values, self.known
@@ -220,13 +214,13 @@ class _Checker:
     def _perform_move(self, given: Given) -> None:
         number, known = given.values[0], self.known
         if number not in known.moves:
-            self._say(rules.NO_MOVE, given.sent[1:2], f"move {number} is not defined here", given.command.chapter)
+            self._about(rules.NO_MOVE, given, f"move {number} is not defined here", given.sent[1:2])
         elif known.moves[number] in CLOSED_LOOP and self.commands.get(RESUME) is None:
             what = f"not performed: move {number} is a closed-loop move, and an 1810 has no encoder"
-            self._about(rules.NO_ENCODER, given, what, given.command.chapter)
+            self._about(rules.NO_ENCODER, given, what)
         elif known.moves[number] in CLOSED_LOOP and RATIO not in known.loop:
             what = f"ignored: B0 (ratio) has not been given, and move {number} is a closed-loop move"
-            self._about(rules.NOT_GIVEN, given, what, given.command.chapter)
+            self._about(rules.NOT_GIVEN, given, what)
 
     def _needs(self, given: Given) -> None:
         opcode, known = given.command.opcode, self.known
@@ -236,11 +230,9 @@ class _Checker:
         if opcode in NEED_LOOP:
             missing += [f"{code:02X} ({name})" for code, name in LOOP_PARAMETERS.items() if code not in known.loop]
         if missing:
-            what = f"ignored: {', '.join(missing)} has not been given"
-            self._about(rules.NOT_GIVEN, given, what, given.command.chapter)
+            self._about(rules.NOT_GIVEN, given, f"ignored: {', '.join(missing)} has not been given")
 
     def _trigger(self, given: Given) -> None:
-        """Check that a trigger has one function at a time."""
         opcode, known = given.command.opcode, self.known
         if len(given.values) < 2:
             return
@@ -251,17 +243,15 @@ class _Checker:
                 del known.triggers[trigger]
         elif busy not in (None, opcode):
             what = f"ignored: trigger {trigger} has a function, {busy:02X}, that must be disabled first"
-            self._about(rules.TRIGGER, given, what, given.command.chapter)
+            self._about(rules.TRIGGER, given, what)
         else:
             known.triggers[trigger] = opcode
-
-    # Sequences
 
     def _end_definition(self, given: Given) -> None:
         known = self.known
         if known.defining is None:
             whole = fixing("leave it out", replaced(given.sent, ""), sure=False)
-            self._about(rules.NOT_DEFINING, given, "no sequence is being defined", given.command.chapter, whole)
+            self._about(rules.NOT_DEFINING, given, "no sequence is being defined", fix=whole)
             return
         self._loops(known.sequences[known.defining])
         known.defining = None
@@ -274,20 +264,18 @@ class _Checker:
                 continue
             count, left = given.values[0], len(buffer) - at - 1
             if inside:
-                self._about(rules.NESTED, given, "ignored: a loop may not stand within another one")
+                self._say(rules.NESTED, given.sent, "ignored: a loop may not stand within another one")
                 inside -= 1
                 continue
             if count > left:
-                what = f"the loop is to repeat {count} commands, but {left} follow"
-                self._about(rules.LOOP_TOO_LONG, given, what, given.command.chapter)
+                self._about(rules.LOOP_TOO_LONG, given, f"the loop is to repeat {count} commands, but {left} follow")
             inside = count
 
     def _perform_sequence(self, given: Given) -> None:
         number = given.values[0]
         buffer = self.known.sequences.get(number)
         if not buffer:
-            message = f"sequence {number} is not defined here"
-            self._say(rules.NO_SEQUENCE, given.sent[1:2], message, given.command.chapter)
+            self._about(rules.NO_SEQUENCE, given, f"sequence {number} is not defined here", given.sent[1:2])
             return
         for each in buffer:
             self._perform(each)
@@ -296,18 +284,15 @@ class _Checker:
         """Check for an unfinished definition after the last command."""
         known = self.known
         if known.defining is not None and known.begun is not None:
-            what = "the definition of this sequence never ends: D8 is missing"
-            self._about(rules.UNENDED, known.begun, what, known.begun.command.chapter)
+            self._about(rules.UNENDED, known.begun, "the definition of this sequence never ends: D8 is missing")
             self._loops(known.sequences[known.defining])
-
-    # Streaming
 
     def _data(self, given: Given) -> None:
         opcode, mode = given.command.opcode, self.known.mode
         assert mode is not None, "only then it is valid"
         if mode.command.opcode != DATA[opcode]:
             what = f"ignored: this data is for mode {DATA[opcode]:02X}, in force is {mode.command.opcode:02X}"
-            self._about(rules.OTHER_MODE, given, what, given.command.chapter)
+            self._about(rules.OTHER_MODE, given, what)
             return
         clock = BASE_CLOCKS[mode.values[0]] / mode.values[1]
         if opcode == 0xE0:
@@ -323,7 +308,7 @@ class _Checker:
                 if distance != END_OF_STREAM and abs(distance) > most:
                     at = given.sent[2 + 2 * number : 4 + 2 * number]
                     what = f"{abs(distance)} pulses in {mode.values[3]} ms are beyond the clock: {int(most)} at most"
-                    self._say(rules.BEYOND_CLOCK, at, what, given.command.chapter)
+                    self._about(rules.BEYOND_CLOCK, given, what, at)
 
     def _marker(self, given: Given) -> None:
         marked = self.commands.get(given.values[1])
@@ -334,11 +319,13 @@ class _Checker:
             what = (
                 f"{given.values[1]:02X} cannot be marked: it must be valid while streaming, with two parameters at most"
             )
-            self._say(rules.NOT_MARKED, given.sent[3:4], what, given.command.chapter)
+            self._about(rules.NOT_MARKED, given, what, given.sent[3:4])
 
-    def _about(self, rule: Rule, given: Given, message: str, chapter: str = "", fix: Fix | None = None) -> None:
-        """Report a finding about the whole command."""
-        self._say(rule, given.sent, message, chapter, fix)
+    def _about(
+        self, rule: Rule, given: Given, message: str, sent: Sequence[Sent] | None = None, fix: Fix | None = None
+    ) -> None:
+        """Report a finding about a command, or about some of its bytes, with the command's chapter."""
+        self._say(rule, given.sent if sent is None else sent, message, given.command.chapter, fix)
 
     def _say(
         self, rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None

@@ -8,27 +8,13 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any, NamedTuple
+from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.compumotor import rules
+from axistwin.controllers.compumotor import language, rules
 from axistwin.controllers.compumotor.commands import COMMANDS_1811
-from axistwin.controllers.compumotor.language import (
-    CCW,
-    LONGEST,
-    DontCare,
-    Number,
-    Opcode,
-    Ranges,
-    StreamedVelocity,
-    Switch,
-    decode,
-    i32,
-    u8,
-    u16,
-    u32,
-)
 from axistwin.controllers.diagnostics import Rule
+from axistwin.controllers.product import Placed
 from axistwin.errors import ProgramError
 from axistwin.numbers import NumberError, shortened, whole
 
@@ -38,16 +24,7 @@ _DIGITS = re.compile(r"[+-]?(?:0[xX][0-9A-Fa-f]+|[0-9]+)")
 _SIGNS = {" + ": " plus ", " - ": " minus "}
 
 
-class Placed(NamedTuple):
-    """A byte, and the column, from 0, of its text."""
-
-    byte: int
-    column: int
-    width: int = 2
-    """The length of the word that contains the byte."""
-
-
-def name_of(command: Opcode) -> str:
+def name_of(command: language.Opcode) -> str:
     """Return the name that users write for a command: `go relative, encoder` is `go_relative_encoder`."""
     name = command.name.lower()
     for sign, word in _SIGNS.items():
@@ -71,47 +48,57 @@ class Words:
         if not words:
             raise ProgramError("a command is wanted: 33 00 00 61 A8, or go_relative 25000", column=1)
         found = _hex(words) if _HEX.fullmatch(words[0][0]) else self._named(words)
-        if len(found) > LONGEST:
-            column = found[LONGEST].column + 1
-            raise ProgramError(f"a command has at most {LONGEST} bytes", column=column, code=rules.TOO_LONG.code)
+        if len(found) > language.LONGEST:
+            column = found[language.LONGEST].column + 1
+            raise ProgramError(
+                f"a command has at most {language.LONGEST} bytes", column=column, code=rules.TOO_LONG.code
+            )
         return found
 
     def message(self, text: str) -> bytes:
         """Return a message in hex, filled up with zeros as by the board."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         data = bytes(placed.byte for placed in _hex(words))
-        if len(data) > LONGEST:
-            raise ProgramError(f"a message has {LONGEST} bytes", column=1)
-        return data.ljust(LONGEST, b"\0") if data else b""
+        if len(data) > language.LONGEST:
+            raise ProgramError(f"a message has {language.LONGEST} bytes", column=1)
+        return data.ljust(language.LONGEST, b"\0") if data else b""
 
     def explain(self, command: bytes) -> str:
         """Return the explanation of a command."""
-        found = decode(self.commands, command)
+        found = language.decode(self.commands, command)
         if found is None:
             return "means nothing"
         return _sentence(found[0].name, _values(found[0].fields, command[1:]))
 
     def explain_message(self, message: bytes) -> str:
         """Return the explanation of a message."""
-        return explain_message(message)
+        opcode, data = message[0], message[1:]
+        command = COMMANDS_1811.get(opcode)
+        if not isinstance(command, language.Opcode):
+            return "means nothing"
+        if opcode in SPECIAL:
+            return f"{command.name}: {SPECIAL[opcode](data)}"
+        fields = command.fields if 0x51 <= opcode <= 0x53 else LAYOUTS.get(opcode, ())
+        if fields is _INDEXED and _streamed(data):
+            fields = _STREAMED
+        return _sentence(command.name, _values(fields, data))
 
     def _named(self, words: list[re.Match[str]]) -> list[Placed]:
         command = self._find(words[0])
-        fields = [field for field in command.fields if not isinstance(field, DontCare)]
+        fields = [field for field in command.fields if not isinstance(field, language.DontCare)]
         if len(words) - 1 != len(fields):
             wanted = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
-            message = f"{words[0][0]} takes {wanted}: {len(words) - 1} given"
-            raise _wrong(rules.NUMBER_OF_VALUES, words[0], message)
+            raise _wrong(rules.NUMBER_OF_VALUES, words[0], f"{words[0][0]} takes {wanted}: {len(words) - 1} given")
         values = iter(words[1:])
         found = [Placed(command.opcode, words[0].start(), len(words[0][0]))]
         for field in command.fields:
-            word = words[0] if isinstance(field, DontCare) else next(values)
-            data = bytes(field.size) if isinstance(field, DontCare) else _value(field, word)
+            word = words[0] if isinstance(field, language.DontCare) else next(values)
+            data = bytes(field.size) if isinstance(field, language.DontCare) else _value(field, word)
             found += [Placed(byte, word.start(), len(word[0])) for byte in data]
         return found
 
-    def _find(self, word: re.Match[str]) -> Opcode:
-        names = {name_of(command): command for command in self.commands if isinstance(command, Opcode)}
+    def _find(self, word: re.Match[str]) -> language.Opcode:
+        names = {name_of(command): command for command in self.commands if isinstance(command, language.Opcode)}
         if word[0] in names:
             return names[word[0]]
         likely = re.sub(r"[^a-z0-9]+", "_", word[0].lower()).strip("_")
@@ -135,17 +122,17 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
     return found
 
 
-def _value(field: Number, word: re.Match[str]) -> bytes:
+def _value(field: language.Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
         raise _wrong(rules.WORD, word, f"{field.name}: {shortened(word[0])} is none: {_wanted(field)}")
     return field.encode(value)
 
 
-def _read(field: Number, text: str) -> Any:
-    if isinstance(field, Ranges):
+def _read(field: language.Number, text: str) -> Any:
+    if isinstance(field, language.Ranges):
         return field.decode(bytes.fromhex(text)) if re.fullmatch(r"[0-9A-Fa-f]{2}", text) else None
-    if isinstance(field, Switch):
+    if isinstance(field, language.Switch):
         return SWITCHES.get(text.lower())
     if not _DIGITS.fullmatch(text):
         return None
@@ -156,47 +143,44 @@ def _read(field: Number, text: str) -> Any:
     return value if field.allows(value) else None
 
 
-def _wanted(field: Number) -> str:
-    if isinstance(field, Ranges):
+def _wanted(field: language.Number) -> str:
+    if isinstance(field, language.Ranges):
         return "velocity range 0 to 5 and acceleration range 0 to 2, such as 00"
-    if isinstance(field, Switch):
+    if isinstance(field, language.Switch):
         return f"one of {', '.join(SWITCHES)}"
     return f"a number, {field}"
 
 
-# Messages
+def _position(name: str, size: int, unit: str = "pulses") -> tuple[language.Number, ...]:
+    return (language.Number(name, unit, size=size, signed=True),)
 
 
-def _position(name: str, size: int, unit: str = "pulses") -> tuple[Number, ...]:
-    return (Number(name, unit, size=size, signed=True),)
+_RANGES = language.Ranges("ranges")
+_TRIGGER = (language.u8("trigger"),)
 
-
-_RANGES = Ranges("ranges")
-_TRIGGER = (u8("trigger"),)
-
-_INDEXED = _RANGES, u32("velocity")
+_INDEXED = _RANGES, language.u32("velocity")
 """The answer to 85h in indexer mode."""
-_STREAMED = (StreamedVelocity("velocity", "effective clock/65536", size=2),)
+_STREAMED = (language.StreamedVelocity("velocity", "effective clock/65536", size=2),)
 """The answer to 85h in a streaming mode."""
 
-LAYOUTS: dict[int, tuple[Number, ...]] = {
-    0x01: (u8("identifier"),),
+LAYOUTS: dict[int, tuple[language.Number, ...]] = {
+    0x01: (language.u8("identifier"),),
     **dict.fromkeys((*range(0x74, 0x78), *range(0x7C, 0x80), 0xAC), _TRIGGER),
     0x80: _position("position", 4),
     0x81: _position("short of the end", 4),
     0x82: _position("position", 6),
     0x83: _position("position", 6),
     0x85: _INDEXED,
-    0x86: (_RANGES, u32("acceleration")),
+    0x86: (_RANGES, language.u32("acceleration")),
     0x98: _position("count", 4, "encoder pulses"),
     0x99: _position("error", 4, "encoder pulses"),
     0x9A: _position("count", 4, "encoder pulses"),
-    0x9B: (u32("slip", unit="rotor teeth"),),
-    0x9C: (u16("motor pulses"), u16("encoder pulses")),
-    0x9D: (u32("resolution", unit="pulses/rev"),),
-    0x9E: (i32("sigma", unit="motor steps"),),
-    0x9F: (u8("algorithm"), u8("constant"), _RANGES, u32("maximum velocity")),
-    0xE2: (u32("bytes"),),
+    0x9B: (language.u32("slip", unit="rotor teeth"),),
+    0x9C: (language.u16("motor pulses"), language.u16("encoder pulses")),
+    0x9D: (language.u32("resolution", unit="pulses/rev"),),
+    0x9E: (language.i32("sigma", unit="motor steps"),),
+    0x9F: (language.u8("algorithm"), language.u8("constant"), _RANGES, language.u32("maximum velocity")),
+    0xE2: (language.u32("bytes"),),
 }
 """Messages that are numbers, by the opcode they begin with."""
 
@@ -208,49 +192,20 @@ def _bits(names: Iterable[str], byte: int) -> str:
     return ", ".join(name for number, name in enumerate(names) if byte >> number & 1 and name) or "none"
 
 
-def _yes_no(data: bytes) -> str:
-    return "yes" if data[0] else "no"
-
-
-def _sense(data: bytes) -> str:
-    return "-" if data[0] else "+"
-
-
 def _of_a_command(data: bytes) -> str:
     return Words(COMMANDS_1811).explain(data) if data[0] else "end of the list"
 
 
-def _text(data: bytes) -> str:
-    return data.rstrip(b"\0").decode("ascii", "replace")
-
-
 SPECIAL: dict[int, Callable[[bytes], str]] = {
-    **dict.fromkeys((0x84, 0x8B), _sense),
+    **dict.fromkeys((0x84, 0x8B), lambda data: "-" if data[0] else "+"),
     0x88: lambda data: _bits(STATUS, data[0]),
     0x89: lambda data: LIMITS.get(data[0], f"{data[0]:02X}"),
-    **dict.fromkeys((0x8A, 0x8C, 0x8D, 0x8E, 0x8F, 0x93, 0x95, 0x96), _yes_no),
-    0x90: _of_a_command,
-    0x91: _of_a_command,
-    0x92: _of_a_command,
+    **dict.fromkeys((0x8A, 0x8C, 0x8D, 0x8E, 0x8F, 0x93, 0x95, 0x96), lambda data: "yes" if data[0] else "no"),
+    **dict.fromkeys((0x90, 0x91, 0x92), _of_a_command),
     0x94: lambda data: f"{_bits(('', '', '2', '3', '4', '5'), data[0])} high",
     0x97: lambda data: f"{_bits(('', '1', '2'), data[0])} set",
-    0xFD: _text,
+    0xFD: lambda data: data.rstrip(b"\0").decode("ascii", "replace"),
 }
-"""Other messages, by the opcode they begin with."""
-
-
-def explain_message(message: bytes) -> str:
-    """Return the explanation of a message."""
-    opcode, data = message[0], message[1:]
-    command = COMMANDS_1811.get(opcode)
-    if not isinstance(command, Opcode):
-        return "means nothing"
-    if opcode in SPECIAL:
-        return f"{command.name}: {SPECIAL[opcode](data)}"
-    fields = command.fields if 0x51 <= opcode <= 0x53 else LAYOUTS.get(opcode, ())
-    if fields is _INDEXED and _streamed(data):
-        fields = _STREAMED
-    return _sentence(command.name, _values(fields, data))
 
 
 def _streamed(data: bytes) -> bool:
@@ -261,23 +216,23 @@ def _streamed(data: bytes) -> bool:
     return _RANGES.decode(data) is None or data[1] != 0
 
 
-def _values(fields: Iterable[Number], data: bytes) -> Iterable[str]:
+def _values(fields: Iterable[language.Number], data: bytes) -> Iterable[str]:
     at = 0
     for field in fields:
         part = data[at : at + field.size]
         at += field.size
-        if not isinstance(field, DontCare):
+        if not isinstance(field, language.DontCare):
             yield f"{field.name} {_shown(field, part)}{' ' + field.unit if field.unit else ''}"
 
 
-def _shown(field: Number, data: bytes) -> str:
-    if isinstance(field, Ranges):
+def _shown(field: language.Number, data: bytes) -> str:
+    if isinstance(field, language.Ranges):
         return data.hex()
-    if isinstance(field, Switch):
+    if isinstance(field, language.Switch):
         return "0" if not data[0] else "1"
     value = int.from_bytes(data, "big", signed=field.signed)
-    if isinstance(field, StreamedVelocity) and value & CCW:
-        return f"CCW {value - CCW}"
+    if isinstance(field, language.StreamedVelocity) and value & language.CCW:
+        return f"CCW {value - language.CCW}"
     return str(value)
 
 

@@ -26,25 +26,14 @@ class Events:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Called at every stall and limit hit, with or without a requested message."""
-        self._armed: dict[int, int] = {}  # by opcode: the number of moves begun before the request
-
-    def arm(self, opcode: int, on: bool, begun: int) -> None:
-        """Request a message, or cancel the request."""
-        if on:
-            self._armed[opcode] = begun
-        else:
-            self._armed.pop(opcode, None)
-
-    def inhibit(self) -> None:
-        """Cancel all requests."""
-        self._armed.clear()
+        self.armed: dict[int, int] = {}  # by opcode: the number of moves begun before the request
 
     def happened(self, what: Happening, begun: int) -> None:
         """Send the requested messages.  A move that had begun before the request does not count."""
         if what in ALARMS:
             self.on_fault(ALARMS[what])
         for opcode in (what, what + 1):
-            if opcode in self._armed and (what not in OF_A_MOVE or begun > self._armed[opcode]):
+            if opcode in self.armed and (what not in OF_A_MOVE or begun > self.armed[opcode]):
                 self._send(opcode, b"")
                 if opcode == what:
-                    del self._armed[what]
+                    del self.armed[what]

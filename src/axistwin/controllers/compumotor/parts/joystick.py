@@ -15,7 +15,7 @@ class Joystick:
         self.enabled = False
         self.on_move: Callable[[bool], None] = lambda begins: None
         """Called with True when the joystick begins to move the motor, with False when that motion ends."""
-        self._disabled: Event | None = None
+        self.disabled: Event | None = None
         self._moved = False
         self._unsubscribe = [
             pins["step_in"].subscribe(self._step),
@@ -35,7 +35,7 @@ class Joystick:
 
     def control(self, disabled: Event) -> Procedure:
         """Give the motor to the joystick until `disabled` happens or the command ends."""
-        self.enabled, self._disabled = True, disabled
+        self.enabled, self.disabled = True, disabled
         self._pins["remote_acknowledge"].set(True)
         self._update()
         try:
@@ -45,13 +45,7 @@ class Joystick:
             self._pins["remote_acknowledge"].set(False)
             self._update()
 
-    def disable(self) -> None:
-        """Take the motor from the joystick."""
-        if self.enabled and self._disabled is not None and not self._disabled.triggered:
-            self._disabled.succeed()
-
     def _update(self) -> None:
-        """Report a move: from zero velocity to zero velocity, or until the joystick is disabled."""
         if self.moving is not self._moved:
             self._moved = self.moving
             if self._moved:

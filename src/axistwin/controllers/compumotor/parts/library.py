@@ -111,15 +111,12 @@ class Motion:
     end: int | None = None
     """The end of a preset move, in the pulse generator's count."""
     begun: int = 0
-    """The number of moves begun since reset."""
     sign: int = +1
     """The direction of a preset move; corrections do not change it."""
     stopped: bool = False
     """True after a stop or kill: nothing of the move is still to come."""
     at_limit: bool = False
-    """True if the move has hit a limit."""
     streamed: bool = False
-    """True if a stream has been performed since."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ class Owner:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self.singular: Process | None = None
-        """The SINGULAR command in progress."""
 
     @property
     def busy(self) -> bool:

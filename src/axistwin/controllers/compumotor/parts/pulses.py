@@ -9,8 +9,8 @@ from enum import Enum
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
 
-from axistwin.controllers.product import PulseAxis
 from axistwin.motion.profile import Profile, Segment
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.pins import Pin
 from axistwin.units import S
@@ -73,15 +73,13 @@ class VelocityProfile:
 class PulseGenerator:
     """Outputs pulses to the motor."""
 
-    def __init__(self, clock: Clock, axis: PulseAxis, direction: Pin) -> None:
+    def __init__(self, clock: Clock, axis: StepperAxis, direction: Pin) -> None:
         self.clock, self.axis, self._direction = clock, axis, direction
         self.cw_is_plus = True
         """Command 14h."""
         self.sign = +1
-        """The present or most recent direction of travel."""
         self.phase = Phase.REST
         self.velocity_profile = VelocityProfile(())
-        """The present or most recent velocity profile."""
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin, self._unmade_at_reset = 0, axis.unmade

@@ -25,39 +25,25 @@ class Sequences:
         self.memory = memory
         self.defining: int | None = None
         """Number of the sequence that stores the commands from the host instead of their being performed."""
-        self._buffers: dict[int, list[Stored]] = {}
+        self.buffers: dict[int, list[Stored]] = {}
 
     def __getitem__(self, number: int) -> list[Stored] | None:
-        return self._buffers.get(number)
+        return self.buffers.get(number)
 
     def __iter__(self) -> Iterator[int]:
         """The numbers of the defined sequences, in order."""
-        return iter(sorted(self._buffers))
+        return iter(sorted(self.buffers))
 
     @property
     def free(self) -> int:
         """Free bytes of memory.  A command takes the length of its string."""
-        return self.memory - sum(len(stored.string) for buffer in self._buffers.values() for stored in buffer)
-
-    def begin(self, number: int) -> None:
-        """Clear this buffer, and store the commands that follow."""
-        self.defining = number
-        self._buffers[number] = []
+        return self.memory - sum(len(stored.string) for buffer in self.buffers.values() for stored in buffer)
 
     def store(self, stored: Stored) -> None:
         """Store a command in the buffer being defined; without enough memory the command is lost."""
         assert self.defining is not None
         if len(stored.string) <= self.free:
-            self._buffers[self.defining].append(stored)
-
-    def delete(self, number: int) -> None:
-        """Delete a sequence if it is defined."""
-        self._buffers.pop(number, None)
-
-    def clear(self) -> None:
-        """Delete all sequences, as at the entry to a streaming mode."""
-        self._buffers.clear()
-        self.defining = None
+            self.buffers[self.defining].append(stored)
 
 
 class Order(Enum):
@@ -88,13 +74,11 @@ class Sequencer:
         self.clock = clock
         self.loop: Loop | None = None
         self.at = 0
-        """Index of the command being performed."""
         self.number = 0
-        """Number of the sequence."""
         self.on_command: Callable[[int, int], None] = lambda number, at: None
         """Called with the number and the index when the processor begins a command of a sequence."""
         self.order = Order.CONTINUE
-        self._waiting: Event | None = None
+        self.waiting: Event | None = None
         self.process: Process | None = None
 
     @property
@@ -111,43 +95,20 @@ class Sequencer:
         """End the sequence at once."""
         if self.process is not None:
             kill(self.process)
-        self.process, self._waiting = None, None
-
-    def leave(self) -> None:
-        """End the sequence after the present command."""
-        self.order = Order.LEAVE
-        self._wake()
-
-    def suspend(self) -> None:
-        """Suspend the sequence after the present command.  During a wait for CONTINUE, that one CONTINUE is enough."""
-        if self.order is Order.CONTINUE and self._waiting is None:
-            self.order = Order.SUSPEND
-
-    def kill_and_suspend(self) -> None:
-        """Suspend the sequence in the present command; a SINGULAR command that has not begun is skipped."""
-        if self.order is not Order.LEAVE:
-            self.order = Order.KILL
-
-    def go_on(self) -> None:
-        """CONTINUE: end a wait or suspension, else let an endless loop end with this round."""
-        if self._waiting is not None:
-            self._wake()
-        elif self.order in SUSPENDED:
-            self.order = Order.CONTINUE
-        elif self.running and self.loop is not None and self.loop.left is None:
-            self.loop.left = 1
+        self.process, self.waiting = None, None
 
     def wait(self) -> Procedure:
         """Wait for CONTINUE."""
-        self._waiting = self.clock.event()
+        self.waiting = self.clock.event()
         try:
-            yield self._waiting
+            yield self.waiting
         finally:
-            self._waiting = None
+            self.waiting = None
 
-    def _wake(self) -> None:
-        if self._waiting is not None and not self._waiting.triggered:
-            self._waiting.succeed()
+    def wake(self) -> None:
+        """End a wait for CONTINUE."""
+        if self.waiting is not None and not self.waiting.triggered:
+            self.waiting.succeed()
 
     def advance(self, length: int) -> None:
         """Go to the next command of a buffer of this length, or back to the first command of the loop."""

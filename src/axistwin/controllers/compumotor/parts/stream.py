@@ -79,9 +79,7 @@ class Stream:
         self._used = 0
         self._alarm_on = False
         self.process: Process | None = None
-        """Performs the buffer."""
         self.marker_process: Process | None = None
-        """Executes a marker's command."""
 
     @property
     def performing(self) -> bool:

@@ -7,8 +7,8 @@ from math import isqrt
 from axistwin.controllers.compumotor.parts.library import Move
 from axistwin.controllers.compumotor.parts.pulses import Phase, PulseGenerator, VelocityProfile
 from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
-from axistwin.controllers.product import PulseAxis
 from axistwin.motion.profile import Segment
+from axistwin.plant.stepper import StepperAxis
 
 
 def wrapped(count: int) -> int:
@@ -40,7 +40,7 @@ class Encoder:
     Without an encoder, and on an 1810, the count stays at 0.
     """
 
-    def __init__(self, axis: PulseAxis | None, inverted: bool) -> None:
+    def __init__(self, axis: StepperAxis | None, inverted: bool) -> None:
         self._axis, self._wired = axis, (-1 if inverted else +1)
         self._sense, self._origin = self._wired, 0
         self._origin = -self.count
@@ -84,7 +84,6 @@ class Tracking:
         """19h."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
-        """The most recent closed-loop move, and its target."""
         # The present or most recent move
         self.use = Use.OPEN_LOOP
         self._began = 0
@@ -94,7 +93,6 @@ class Tracking:
         """Motor and encoder pulses from which slip is measured; None: a stall of this move has been reported."""
         self.correction: VelocityProfile | None = None
         self.ticking = False
-        """True while an update is scheduled."""
 
     @property
     def absolute(self) -> int:

@@ -1,6 +1,7 @@
 """Chapter Using the battery backup (IF2 only): the data that a locked interface keeps without power."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 
 from axistwin.controllers.digiplan.chapters.data_format import BAUD_RATES, FORMAT_MESSAGE, Frame, MessageFormat
@@ -47,22 +48,22 @@ class Retained:
 
     def check(self) -> None:
         """Raise ValueError if no interface can have stored these data."""
-        parameters = asdict(self.parameters)
+        for name, holds in self._checks():
+            if not holds:
+                raise ValueError(f"{name} is wrong")
+
+    def _checks(self) -> Iterator[tuple[str, bool]]:
+        """Yield what must hold, with the name of the data concerned."""
         for name, (low, high) in RANGES.items():
-            _require(type(parameters[name]) is int and low <= parameters[name] <= high, name)
-        _require(type(self.locked) is bool, "locked")
-        _require(type(self.baudrate) is int and self.baudrate in BAUD_RATES, "baudrate")
-        frame = self.frame
-        _require(FORMAT_MESSAGE.fullmatch(f"{frame.terminator}{frame.x1}{frame.x2}") is not None, "frame")
-        _require(type(frame.x1) is int and type(frame.x2) is int, "frame")
-        if lock := self.lock:
-            _require(type(lock.baudrate) is int and lock.baudrate in BAUD_RATES, "lock")
-            _require(type(lock.bytesize) is int and lock.bytesize in (7, 8), "lock")
-            _require(lock.parity in ("N", "O", "E"), "lock")
-            _require(len(lock.eighth) == 2 and all(type(bit) is bool for bit in lock.eighth), "lock")
-        _require(type(self.sequence) is str and not parse(self.sequence, COMMANDS).problems, "sequence")
-
-
-def _require(holds: bool, name: str) -> None:
-    if not holds:
-        raise ValueError(f"{name} is wrong")
+            value = getattr(self.parameters, name)
+            yield name, type(value) is int and low <= value <= high
+        yield "locked", type(self.locked) is bool
+        yield "baudrate", type(self.baudrate) is int and self.baudrate in BAUD_RATES
+        frame, lock = self.frame, self.lock
+        yield "frame", FORMAT_MESSAGE.fullmatch(f"{frame.terminator}{frame.x1}{frame.x2}") is not None
+        yield "frame", type(frame.x1) is int and type(frame.x2) is int
+        if lock:
+            yield "lock", type(lock.baudrate) is int and lock.baudrate in BAUD_RATES
+            yield "lock", type(lock.bytesize) is int and lock.bytesize in (7, 8) and lock.parity in ("N", "O", "E")
+            yield "lock", len(lock.eighth) == 2 and all(type(bit) is bool for bit in lock.eighth)
+        yield "sequence", type(self.sequence) is str and not parse(self.sequence, COMMANDS).problems

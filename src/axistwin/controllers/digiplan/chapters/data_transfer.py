@@ -6,15 +6,14 @@ Out: one character after the other, each after the programmed delay, and only wh
 
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
 
 from simpy import Interrupt
 
 from axistwin.controllers.digiplan.chapters.data_format import CR, LF
 from axistwin.controllers.digiplan.chapters.faults import LineFault
+from axistwin.controllers.product import ControlLines
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.frames import LineError
-from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
@@ -23,15 +22,6 @@ NEARLY_EMPTY = 12  # 20 %: the host may continue
 OVERFLOW = 61  # 95 %: a data fault, and everything in the buffer is lost
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
-
-
-class LinePins(Protocol):
-    """Control lines of the interface."""
-
-    dtr: Pin
-    rts: Pin
-    dsr: Pin
-    cts: Pin
 
 
 class InputBuffer:
@@ -171,7 +161,7 @@ class InputBuffer:
 class Transmitter:
     """The transmitter: "the interface will not transmit data until DSR and CTS are both set"."""
 
-    def __init__(self, clock: Clock, uart: Uart, lines: LinePins) -> None:
+    def __init__(self, clock: Clock, uart: Uart, lines: ControlLines) -> None:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""

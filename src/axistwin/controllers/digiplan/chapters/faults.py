@@ -40,8 +40,12 @@ INPUT_BITS = {name: 1 << bit for bit, name in enumerate(INPUTS)}
 DRIVES = {"x_fault": "X", "y_fault": "Y"}
 LIMITS = {"limit_plus": +1, "limit_minus": -1}
 ALARMS = tuple(str(fault.name).lower() for kind in (MotionFault, LineFault) for fault in kind)
-"""Names under which faults are reported."""
-CLOSED = ("estop", *LIMITS, *DRIVES)
+FAULTS = {
+    "estop": MotionFault.EMERGENCY_STOP,
+    **dict.fromkeys(LIMITS, MotionFault.LIMIT),
+    **dict.fromkeys(DRIVES, MotionFault.DRIVE),
+}
+CLOSED = tuple(FAULTS)
 """Terminals through which current flows in normal operation."""
 
 
@@ -56,7 +60,7 @@ class Faults:
         """Called with the name of each fault, in small letters, when the fault is raised."""
         for name in CLOSED:
             if not pins[name].level:
-                self.motion |= _fault_of(name)
+                self.motion |= FAULTS[name]
 
     def inputs(self) -> int:
         """Return the byte of the command I."""
@@ -88,10 +92,6 @@ class Faults:
         if self.pins["estop"].level and not locked:
             self.motion &= ~MotionFault.EMERGENCY_STOP
         self.show()
-
-    def line_has_been_read(self) -> None:
-        """Clear the bits after an answer to F."""
-        self.line = LineFault.NONE
 
     def show(self) -> None:
         """Set the lamp: on until the bits are cleared and the inputs are normal."""
@@ -133,7 +133,7 @@ class StopInputs:
         if pin.level:
             self._faults.show()
             return
-        self._faults.raise_motion(_fault_of(pin.name))
+        self._faults.raise_motion(FAULTS[pin.name])
         if pin.name in DRIVES:
             self._motion.drop(DRIVES[pin.name])  # without deceleration
         if pin.name not in LIMITS or self._limit_stops(pin.name):
@@ -144,9 +144,3 @@ class StopInputs:
         ahead = LIMITS[name] in self._motion.directions.values()
         behind = self._limits == "any motion" and name not in self._leaving
         return self._motion.running and (ahead or behind)
-
-
-def _fault_of(name: str) -> MotionFault:
-    if name in DRIVES:
-        return MotionFault.DRIVE
-    return MotionFault.LIMIT if name in LIMITS else MotionFault.EMERGENCY_STOP

@@ -87,7 +87,9 @@ def _data_format(state: State) -> Procedure:
     """
     reader = FormatReader()
     while True:
-        character = (yield from state.next_character()) & 0x7F
+        while (taken := state.buffer.take()) is None:
+            yield state.buffer.arrival()
+        character = taken & 0x7F
         if character in (BAUD_DETECT, ERASE):
             reader.text = ""
             if character == ERASE:

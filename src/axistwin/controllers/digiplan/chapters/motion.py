@@ -6,9 +6,9 @@ A rate multiplier makes a second, slower clock for the minor axes of a linear in
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from axistwin.controllers.product import PulseAxis
 from axistwin.motion.profile import Profile
 from axistwin.motion.ramp import Ramp
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.pins import Pin
 
@@ -21,7 +21,7 @@ PULSE_NS = 5_000
 class RampGenerator:
     """Gives pulses and directions to the axes that take part in a motion."""
 
-    def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis], pins: Mapping[str, Pin]) -> None:
+    def __init__(self, clock: Clock, axes: Mapping[str, StepperAxis], pins: Mapping[str, Pin]) -> None:
         self.clock, self.axes, self.pins = clock, axes, pins
         self.profile = Profile(())
         self.ramp: Ramp | None = None

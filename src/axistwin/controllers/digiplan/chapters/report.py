@@ -53,7 +53,7 @@ def communication_status(state: State) -> bytes:
     Clears all but the last.  Chapter Motion status.
     """
     status = communication_bits(state)
-    state.faults.line_has_been_read()
+    state.faults.line = LineFault.NONE
     return _number(state, status)
 
 

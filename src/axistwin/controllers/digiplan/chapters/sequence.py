@@ -37,7 +37,8 @@ def sequence(state: State, steps: Sequence[Step]) -> Procedure:
     try:
         while number <= len(steps):
             step, began_ns = steps[number - 1], state.clock.now
-            state.begin_step(number)
+            state.step = state.step_number = number
+            state.on_step(number)
             yield from perform(state, step)
             if state.clock.now == began_ns:
                 yield state.clock.timeout(CYCLE_NS)

@@ -37,12 +37,9 @@ class _Checker:
         self.found: list[Diagnostic] = []
         self.parameters = Parameters()
         self.set_in: dict[str, int] = {}
-        """Line in which each parameter was set."""
         self.sequence: Message | None = None
         self.locked_in: int | None = None
         self.frame: Frame | None = None
-
-    # Characters
 
     def follow(self, session: Session) -> None:
         """Check the characters from power-on to power-off."""
@@ -103,8 +100,6 @@ class _Checker:
         if reader.text:
             self._say(rules.FORMAT_UNENDED, [begin], "the data format is never ended")
 
-    # Messages
-
     def _message(self, text: Sequence[Sent]) -> None:
         message = parse("".join(chr(sent.byte) for sent in text[:LONGEST]), COMMANDS)
         if not message.text.strip(" "):
@@ -134,8 +129,7 @@ class _Checker:
 
     def _hand_back(self, text: Sequence[Sent]) -> None:
         if self.sequence is None or not any(step.hand_over for step in self.sequence.steps):
-            note = "% gives control back to a sequence, but none has handed it over"
-            self._say(rules.NOT_HANDED_OVER, text, note)
+            self._say(rules.NOT_HANDED_OVER, text, "% gives control back to a sequence, but none has handed it over")
 
     def _direct(self, text: Sequence[Sent], message: Message) -> None:
         step = message.steps[0]
@@ -151,13 +145,13 @@ class _Checker:
             at = step.places["distance"]
             self._say(rules.UNUSED_DISTANCE, text[at:], note, fix=fixes.without_distance(text, message, at))
         self._keep(text, step)
-        if message.start and step.moves and not step.run and self.parameters.distance == 0:
+        if message.start and step.major and not step.run and self.parameters.distance == 0:
             self._say(rules.NO_DISTANCE, text, f"nothing moves: the distance is 0{self._origin('distance')}")
 
     def _refused(self, step: Step, starts: bool) -> Problem | None:
         after = self.parameters.after(step)
         problem = too_fast(after) if "speed" in step.settings else None
-        return problem or (out_of_range(after, step) if starts and step.moves else None)
+        return problem or (out_of_range(after, step) if starts and step.major else None)
 
     def _keep(self, text: Sequence[Sent], step: Step) -> None:
         self.parameters = self.parameters.left_by(step)
@@ -181,8 +175,6 @@ class _Checker:
             self.parameters = self.parameters.left_by(step)
         for step in message.steps:
             self._keep(text, step)
-
-    # Diagnostics
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
         """Report a finding at its step; a sequence that is run again has no steps in this message."""
@@ -211,7 +203,6 @@ class _Checker:
         return f" ({', '.join(notes)})" if notes else ""
 
     def _problem(self, text: Sequence[Sent], message: Message, problem: Problem) -> None:
-        """Report a problem at its place; something missing at the end, just after the last character."""
         here = text[problem.position : problem.end or problem.position + 1]
         if not here:
             here = [text[-1]._replace(column=text[-1].column + text[-1].width, width=0)]

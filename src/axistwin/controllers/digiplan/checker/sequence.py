@@ -38,7 +38,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
         step = steps[arrival.number - 1]
         here = arrival.parameters.after(step)
         running = 0 if step.abort else arrival.running
-        if step.moves:
+        if step.major:
             finding = _move(step, arrival.number, here, running)
             if finding is not None:
                 yield finding
@@ -62,7 +62,6 @@ def _move(step: Step, number: int, parameters: Parameters, running: int) -> Find
 
 
 def _next(step: Step, number: int) -> tuple[int, ...]:
-    """Return the steps that may follow."""
     if step.repeat is None:
         return (number + 1,)
     times, first = step.repeat

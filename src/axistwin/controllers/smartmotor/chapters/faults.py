@@ -20,9 +20,6 @@ FAULT_1 = 1
 """The label that a fault calls with F=32."""
 
 
-# A fault happens
-
-
 def happen(motor: Processor, why: int) -> None:
     """Handle the faults that the kernel has found in this sample (4.1)."""
     for reason, flag, _, acknowledged, sign in LIMITS:
@@ -87,15 +84,6 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
         flow.end(motor)
 
 
-# What a fault forbids
-
-
-def faulted(motor: Processor) -> bool:
-    """True if a fault of table 4.1 has not been cleared."""
-    i = motor.i
-    return bool(i[s.BR] or i[s.BL] or i[s.BE] or i[s.BH])
-
-
 def may_move(motor: Processor, way: int) -> bool:
     """True if a movement may begin in this direction (0: unknown, or none).
 
@@ -122,9 +110,6 @@ def _passes(motor: Processor, flag: int, active: int, acknowledged: int, towards
             i[acknowledged] = 0
         return towards <= 0
     return not i[flag]
-
-
-# Clearing
 
 
 def clear(motor: Processor, *, slot: int) -> None:

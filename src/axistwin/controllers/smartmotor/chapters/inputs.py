@@ -42,7 +42,7 @@ class Inputs:
         self._undo.append(master.before_change.subscribe(self.catch_up))
         self._undo.append(master.on_change.subscribe(self._master))
         motor.core.on_samples.subscribe(self._publish)
-        self._take_axis()
+        self.replan()
         self._master()
         motor.i[s.MASTER_SEEN] = motor.i[s.MASTER]
 
@@ -50,8 +50,6 @@ class Inputs:
         """Unsubscribe from all inputs: the power is off."""
         for undo in self._undo:
             undo()
-
-    # Pins
 
     def _level(self, bit: int, pin: Pin) -> None:
         self.catch_up()
@@ -92,8 +90,6 @@ class Inputs:
         if i[s.STEPS]:
             return 2 * (master.run.counts > 0 if master.run.counts else i[s.STEP_UP])
         return quadrature(count)
-
-    # External encoder
 
     def _master(self) -> None:
         """Begin another run of the external encoder: the kernel computes its counts from the next sample on.
@@ -136,8 +132,6 @@ class Inputs:
         counts = self.axis.master.predict(core.time_ns(first), SAMPLE_NS, samples)
         return [count + self.motor.i[s.BY_HAND] for count in counts]
 
-    # The axis's source
-
     def look(self) -> None:
         """Publish all samples by now, without any change."""
         self.motor.core.catch_up(changing=False)
@@ -145,10 +139,6 @@ class Inputs:
     def catch_up(self) -> None:
         """Bring the state to now."""
         self.motor.catch_up()
-
-    def replan(self) -> None:
-        """Take over a changed load, jam or ambient temperature."""
-        self._take_axis()
 
     def position(self) -> int:
         """Return the encoder counts, in the machine's own direction."""
@@ -189,7 +179,8 @@ class Inputs:
         """Turn the encoder on its shaft."""
         machine.slip(self.motor.i, counts)
 
-    def _take_axis(self) -> None:
+    def replan(self) -> None:
+        """Take over load, jam and ambient temperature."""
         motor, axis = self.motor, self.axis
         machine.set_torque(motor.f, axis.outside_torque)
         machine.set_jam(motor.f, axis.jammed)

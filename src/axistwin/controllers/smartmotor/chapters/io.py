@@ -96,13 +96,8 @@ def give_up_brake_pin(motor: Processor) -> None:
             direction_in(motor, pin)
 
 
-def fetch_ain(_motor: Processor, **_channel: str | int) -> int:
-    """AINpc: analog input of an AniLink device.  0: no such device exists."""
-    return 0
-
-
-def fetch_din(_motor: Processor, **_channel: str | int) -> int:
-    """DINpc: digital input of an AniLink device.  0: no such device exists."""
+def fetch_input(_motor: Processor) -> int:
+    """AINpc, DINpc: analog or digital input of an AniLink device.  0: no such device exists."""
     return 0
 
 

@@ -5,7 +5,6 @@ from axistwin.controllers.smartmotor.chapters.brakes import switch_off
 from axistwin.controllers.smartmotor.chapters.faults import may_move
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.cam import RELATIVE_CAM, TABLE_MOST, invalidate, take_over
-from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.kernel.position import position as position_of_shaft
 from axistwin.controllers.smartmotor.kernel.servo_law import clear_integral
 from axistwin.controllers.smartmotor.processor import Control, Processor
@@ -14,9 +13,6 @@ PID_RATES = (1, 2, 4, 8)
 RATIOS = (s.M_RATIO, s.M_STEP_RATIO)
 FULL = 4
 """Edges of four that count in MF4, and always with steps."""
-
-
-# Parameters
 
 
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:
@@ -36,16 +32,6 @@ def position(motor: Processor, value: int) -> None:
     """P=exp, FEh and four bytes: the absolute target of MP in counts; the next G is an absolute move."""
     motor.i[s.P] = value
     motor.i[s.RELATIVE] = 0
-
-
-def velocity(motor: Processor, value: int) -> None:
-    """FDh and four bytes: V, in 1/65536 count per sample, as V=exp."""
-    parameter(motor, value, slot=s.V, low=LOWEST, high=HIGHEST)
-
-
-def acceleration(motor: Processor, value: int) -> None:
-    """FCh and four bytes: A, in 1/65536 count per sample², as A=exp; below 0: Bs, and A stays."""
-    parameter(motor, value, slot=s.A, low=0, high=HIGHEST)
 
 
 def distance(motor: Processor, value: int) -> None:
@@ -82,9 +68,6 @@ def pid(motor: Processor, rate: int) -> None:
         motor.i[s.PID_RATE] = rate
     else:
         motor.syntax_error()
-
-
-# What G starts
 
 
 def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
@@ -127,9 +110,6 @@ def initialize_cam(motor: Processor) -> None:
     If a CI has become invalid, "a new MCn and CI command must be issued".
     """
     motor.i[s.CI_PENDING] = not motor.i[s.CI_SPOILT]
-
-
-# What acts at once
 
 
 def go(motor: Processor) -> None:
@@ -186,7 +166,6 @@ def turn_on(motor: Processor, mode: int) -> None:
 
 
 def _begin_cam(motor: Processor) -> None:
-    """Begin the cycle at the phase of the external encoder's counter; F=16: relative to the motor's position (9.4)."""
     i = motor.i
     take_over(i)
     counts = i[s.CTR] * (1 if i[s.CAM_TABLE] else i[s.CAM_FACTOR])

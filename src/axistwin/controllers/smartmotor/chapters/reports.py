@@ -4,15 +4,9 @@ A report is decimal text and one CR, which the motor adds.  PRINT adds nothing.
 """
 
 from axistwin.controllers.smartmotor.chapters.variables import NAMES
+from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel import state as s
-from axistwin.controllers.smartmotor.kernel.interpreter import (
-    MODE_TOLD,
-    POSITION,
-    RESULT,
-    STATUS_WORD,
-    computed,
-    evaluate,
-)
+from axistwin.controllers.smartmotor.kernel.interpreter import computed, evaluate
 from axistwin.controllers.smartmotor.processor import Processor
 
 SAMPLE_PERIOD = 24576
@@ -39,7 +33,7 @@ LETTERS = {
 def variable(motor: Processor, name: str) -> str:
     """RP, RV, RW, RBt, RUA …: the value of a variable, in decimal digits, with a minus sign if it is negative."""
     found, stack = NAMES[name], [0]
-    evaluate(motor.i, motor.v, stack, (found.operation, found.place, RESULT), 0)
+    evaluate(motor.i, motor.v, stack, (found.operation, found.place, ops.RESULT), 0)
     return str(stack[0])
 
 
@@ -50,7 +44,7 @@ def value(_motor: Processor, number: int) -> str:
 
 def position_and_status(motor: Processor) -> str:
     """RPW: `position,word`: the actual position in counts and the status word W."""
-    return f"{computed(motor.i, POSITION)},{computed(motor.i, STATUS_WORD)}"
+    return f"{computed(motor.i, ops.POSITION)},{computed(motor.i, ops.STATUS_WORD)}"
 
 
 def mode(motor: Processor) -> str:
@@ -61,7 +55,7 @@ def mode(motor: Processor) -> str:
     what the next G starts.
     """
     i = motor.i
-    reported = computed(i, MODE_TOLD)
+    reported = computed(i, ops.MODE_TOLD)
     if reported in (s.M_HOLD, s.M_STOP):
         reported = i[s.BUFFERED_MODE]
         return LETTERS[s.M_RELATIVE if reported == s.M_POSITION and i[s.RELATIVE] else reported]

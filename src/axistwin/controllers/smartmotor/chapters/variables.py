@@ -7,29 +7,12 @@ fetched from outside first (`fetch`): from a communication channel or over the A
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from string import ascii_lowercase
 
 from axistwin.controllers.smartmotor.chapters import io
+from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel import state
-from axistwin.controllers.smartmotor.kernel.interpreter import (
-    BYTE,
-    CLOCK,
-    COMPUTED,
-    INDEX_POSITION,
-    LONG,
-    PIN,
-    PIN_WORD,
-    POSITION,
-    POSITION_ERROR,
-    SLOT,
-    STACK,
-    STATUS_BYTE,
-    STATUS_WORD,
-    VARIABLE,
-    WORD,
-    store,
-)
+from axistwin.controllers.smartmotor.kernel.interpreter import store
 from axistwin.controllers.smartmotor.processor import Processor
 
 NOTHING = -1
@@ -58,80 +41,80 @@ V = Variable
 
 # fmt: off
 TABLE = (
-    V("@P",      COMPUTED, POSITION,           "counts",  MOTION),
-    V("@PE",     COMPUTED, POSITION_ERROR,     "counts",  MOTION),
-    V("@V",      SLOT,     state.VELOCITY,     SPEED,     MOTION),
-    V("A",       SLOT,     state.A,            GAIN,      MOTION),
-    V("V",       SLOT,     state.V,            SPEED,     MOTION),
-    V("P",       SLOT,     state.P,            "counts",  MOTION),
-    V("D",       SLOT,     state.D,            "counts",  MOTION),
-    V("T",       SLOT,     state.T,            "1/1023",  MOTION),
-    V("E",       SLOT,     state.E,            "counts",  MOTION),
-    V("AMPS",    SLOT,     state.AMPS,         "1/1023",  MOTION),
-    V("TH",      SLOT,     state.TH,           "°C",      MOTION),
-    V("THD",     SLOT,     state.THD,          "samples", MOTION),
-    V("CLK",     COMPUTED, CLOCK,              "samples", MOTION),
-    V("MFMUL",   SLOT,     state.MFMUL,        "",        MODES),
-    V("MFDIV",   SLOT,     state.MFDIV,        "",        MODES),
-    V("BASE",    SLOT,     state.BASE,         "counts",  CAM),
-    V("SIZE",    SLOT,     state.SIZE,         "",        CAM),
-    V("CX",      SLOT,     state.CX,           "",        CAM),
-    V("CTR",     SLOT,     state.CTR,          "counts",  MODES),
-    V("I",       COMPUTED, INDEX_POSITION,     "counts",  MODES),
-    V("SLN",     SLOT,     state.SLN,          "counts",  SOFT),
-    V("SLP",     SLOT,     state.SLP,          "counts",  SOFT),
-    V("F",       SLOT,     state.F,            "",        FUNCTIONS),
-    V("KP",      SLOT,     state.KP,           "",        TUNING),
-    V("KI",      SLOT,     state.KI,           "",        TUNING),
-    V("KD",      SLOT,     state.KD,           "",        TUNING),
-    V("KL",      SLOT,     state.KL,           "",        TUNING),
-    V("KS",      SLOT,     state.KS,           "samples", TUNING),
-    V("KV",      SLOT,     state.KV,           "",        TUNING),
-    V("KA",      SLOT,     state.KA,           "",        TUNING),
-    V("KG",      SLOT,     state.KG,           "",        TUNING),
-    V("W",       COMPUTED, STATUS_WORD,        "",        STATUS),
-    V("S",       COMPUTED, STATUS_BYTE,        "",        STATUS),
-    V("Bt",      SLOT,     state.BT,           "",        STATUS),
-    V("Br",      SLOT,     state.BR,           "",        FAULTS),
-    V("Bl",      SLOT,     state.BL,           "",        FAULTS),
-    V("Bi",      SLOT,     state.BI,           "",        STATUS),
-    V("Bw",      SLOT,     state.BW,           "",        STATUS),
-    V("Be",      SLOT,     state.BE,           "",        FAULTS),
-    V("Bh",      SLOT,     state.BH,           "",        FAULTS),
-    V("Bo",      SLOT,     state.BO,           "",        STATUS),
-    V("Bx",      SLOT,     state.BX,           "",        STATUS),
-    V("Bp",      SLOT,     state.BP,           "",        FUNCTIONS),
-    V("Bm",      SLOT,     state.BM,           "",        FUNCTIONS),
-    V("Bd",      SLOT,     state.BD,           "",        STATUS),
-    V("Bu",      SLOT,     state.BU,           "",        STATUS),
-    V("Bs",      SLOT,     state.BS,           "",        STATUS),
-    V("Ba",      SLOT,     state.BA,           "",        STATUS),
-    V("Bk",      SLOT,     state.BK,           "",        STATUS),
-    V("Bb",      SLOT,     state.BB,           "",        STATUS),
-    V("Bc",      SLOT,     state.BC,           "",        STATUS),
-    V("Bf",      SLOT,     state.BF,           "",        STATUS),
-    V("U",       COMPUTED, PIN_WORD,           "",        IO),
-    *(V(f"U{pin}",  PIN,  number,                "",       IO) for number, pin in enumerate(state.USER_PINS)),
-    *(V(f"U{pin}I", PIN,  number,                "",       IO) for number, pin in enumerate(state.USER_PINS)),
-    *(V(f"U{pin}A", SLOT, state.ANALOG + number, "5/1023 V", IO) for number, pin in enumerate(state.USER_PINS)),
-    V("UIA",     SLOT,     state.CURRENT,      "0.01 A",  IO),
-    V("UJA",     SLOT,     state.BUS_VOLTAGE,  "0.1 V",   IO),
-    V("TEMP",    SLOT,     state.TEMP,         "°C",      IO),
-    V("ADDR",    SLOT,     state.ADDR,         "",        SERIAL),
-    V("LEN",     SLOT,     state.LENGTHS,      "bytes",   SERIAL),
-    V("LEN1",    SLOT,     state.LENGTHS + 1,  "bytes",   SERIAL),
-    V("GETCHR",  VARIABLE, NOTHING,            "",        SERIAL, lambda motor: motor.channels[0].get_character()),
-    V("GETCHR1", VARIABLE, NOTHING,            "",        SERIAL, lambda motor: motor.channels[1].get_character()),
-    V("EPTR",    SLOT,     state.EPTR,         "bytes",   EEPROM),
-    *(V(letter,     VARIABLE, state.LETTERS + number, "", NAMED) for number, letter in enumerate(ascii_lowercase)),
-    *(V(letter * 2, VARIABLE, state.DOUBLES + number, "", NAMED) for number, letter in enumerate(ascii_lowercase)),
-    *(V(letter * 3, VARIABLE, state.TRIPLES + number, "", NAMED) for number, letter in enumerate(ascii_lowercase)),
+    V("@P",      ops.COMPUTED, ops.POSITION,        "counts",  MOTION),
+    V("@PE",     ops.COMPUTED, ops.POSITION_ERROR,  "counts",  MOTION),
+    V("@V",      ops.SLOT,     state.VELOCITY,     SPEED,     MOTION),
+    V("A",       ops.SLOT,     state.A,            GAIN,      MOTION),
+    V("V",       ops.SLOT,     state.V,            SPEED,     MOTION),
+    V("P",       ops.SLOT,     state.P,             "counts",  MOTION),
+    V("D",       ops.SLOT,     state.D,             "counts",  MOTION),
+    V("T",       ops.SLOT,     state.T,             "1/1023",  MOTION),
+    V("E",       ops.SLOT,     state.E,             "counts",  MOTION),
+    V("AMPS",    ops.SLOT,     state.AMPS,          "1/1023",  MOTION),
+    V("TH",      ops.SLOT,     state.TH,            "°C",      MOTION),
+    V("THD",     ops.SLOT,     state.THD,           "samples", MOTION),
+    V("CLK",     ops.COMPUTED, ops.CLOCK,           "samples", MOTION),
+    V("MFMUL",   ops.SLOT,     state.MFMUL,         "",        MODES),
+    V("MFDIV",   ops.SLOT,     state.MFDIV,         "",        MODES),
+    V("BASE",    ops.SLOT,     state.BASE,          "counts",  CAM),
+    V("SIZE",    ops.SLOT,     state.SIZE,          "",        CAM),
+    V("CX",      ops.SLOT,     state.CX,            "",        CAM),
+    V("CTR",     ops.SLOT,     state.CTR,           "counts",  MODES),
+    V("I",       ops.COMPUTED, ops.INDEX_POSITION,  "counts",  MODES),
+    V("SLN",     ops.SLOT,     state.SLN,           "counts",  SOFT),
+    V("SLP",     ops.SLOT,     state.SLP,           "counts",  SOFT),
+    V("F",       ops.SLOT,     state.F,             "",        FUNCTIONS),
+    V("KP",      ops.SLOT,     state.KP,            "",        TUNING),
+    V("KI",      ops.SLOT,     state.KI,            "",        TUNING),
+    V("KD",      ops.SLOT,     state.KD,            "",        TUNING),
+    V("KL",      ops.SLOT,     state.KL,            "",        TUNING),
+    V("KS",      ops.SLOT,     state.KS,            "samples", TUNING),
+    V("KV",      ops.SLOT,     state.KV,            "",        TUNING),
+    V("KA",      ops.SLOT,     state.KA,            "",        TUNING),
+    V("KG",      ops.SLOT,     state.KG,            "",        TUNING),
+    V("W",       ops.COMPUTED, ops.STATUS_WORD,     "",        STATUS),
+    V("S",       ops.COMPUTED, ops.STATUS_BYTE,     "",        STATUS),
+    V("Bt",      ops.SLOT,     state.BT,            "",        STATUS),
+    V("Br",      ops.SLOT,     state.BR,            "",        FAULTS),
+    V("Bl",      ops.SLOT,     state.BL,            "",        FAULTS),
+    V("Bi",      ops.SLOT,     state.BI,            "",        STATUS),
+    V("Bw",      ops.SLOT,     state.BW,            "",        STATUS),
+    V("Be",      ops.SLOT,     state.BE,            "",        FAULTS),
+    V("Bh",      ops.SLOT,     state.BH,            "",        FAULTS),
+    V("Bo",      ops.SLOT,     state.BO,            "",        STATUS),
+    V("Bx",      ops.SLOT,     state.BX,            "",        STATUS),
+    V("Bp",      ops.SLOT,     state.BP,            "",        FUNCTIONS),
+    V("Bm",      ops.SLOT,     state.BM,            "",        FUNCTIONS),
+    V("Bd",      ops.SLOT,     state.BD,            "",        STATUS),
+    V("Bu",      ops.SLOT,     state.BU,            "",        STATUS),
+    V("Bs",      ops.SLOT,     state.BS,            "",        STATUS),
+    V("Ba",      ops.SLOT,     state.BA,            "",        STATUS),
+    V("Bk",      ops.SLOT,     state.BK,            "",        STATUS),
+    V("Bb",      ops.SLOT,     state.BB,            "",        STATUS),
+    V("Bc",      ops.SLOT,     state.BC,            "",        STATUS),
+    V("Bf",      ops.SLOT,     state.BF,            "",        STATUS),
+    V("U",       ops.COMPUTED, ops.PIN_WORD,        "",        IO),
+    *(V(f"U{pin}",  ops.PIN,  number,                "",       IO) for number, pin in enumerate(state.USER_PINS)),
+    *(V(f"U{pin}I", ops.PIN,  number,                "",       IO) for number, pin in enumerate(state.USER_PINS)),
+    *(V(f"U{pin}A", ops.SLOT, state.ANALOG + number, "5/1023 V", IO) for number, pin in enumerate(state.USER_PINS)),
+    V("UIA",     ops.SLOT,     state.CURRENT,       "0.01 A",  IO),
+    V("UJA",     ops.SLOT,     state.BUS_VOLTAGE,   "0.1 V",   IO),
+    V("TEMP",    ops.SLOT,     state.TEMP,          "°C",      IO),
+    V("ADDR",    ops.SLOT,     state.ADDR,          "",        SERIAL),
+    V("LEN",     ops.SLOT,     state.LENGTHS,       "bytes",   SERIAL),
+    V("LEN1",    ops.SLOT,     state.LENGTHS + 1,   "bytes",   SERIAL),
+    V("GETCHR",  ops.VARIABLE, NOTHING,             "",        SERIAL, lambda motor: motor.channels[0].get_character()),
+    V("GETCHR1", ops.VARIABLE, NOTHING,             "",        SERIAL, lambda motor: motor.channels[1].get_character()),
+    V("EPTR",    ops.SLOT,     state.EPTR,          "bytes",   EEPROM),
+    *(V(letter,     ops.VARIABLE, state.LETTERS + number, "", NAMED) for number, letter in enumerate(ascii_lowercase)),
+    *(V(letter * 2, ops.VARIABLE, state.DOUBLES + number, "", NAMED) for number, letter in enumerate(ascii_lowercase)),
+    *(V(letter * 3, ops.VARIABLE, state.TRIPLES + number, "", NAMED) for number, letter in enumerate(ascii_lowercase)),
 )
 # fmt: on
 
 NAMES = {variable.name: variable for variable in TABLE}
 
-ARRAY_SIZES = {"ab": (BYTE, state.BYTES), "aw": (WORD, state.WORDS), "al": (LONG, state.LONGS)}
+ARRAY_SIZES = {"ab": (ops.BYTE, state.BYTES), "aw": (ops.WORD, state.WORDS), "al": (ops.LONG, state.LONGS)}
 """The arrays: operation, and number of elements (8.2)."""
 
 _device = re.compile(r"([AD])IN([A-H])(\d{1,2})", re.ASCII)
@@ -147,11 +130,9 @@ def _input(name: str) -> Variable | None:
     match = _device.fullmatch(name)
     if match is None:
         return None
-    kind, port, channel = match[1], match[2], int(match[3])
-    if channel not in (ANALOG_CHANNELS if kind == "A" else DIGITAL_CHANNELS):
+    if int(match[3]) not in (ANALOG_CHANNELS if match[1] == "A" else DIGITAL_CHANNELS):
         return None
-    fetch = partial(io.fetch_ain if kind == "A" else io.fetch_din, port=port, channel=channel)
-    return Variable(name, VARIABLE, NOTHING, "", ANILINK, fetch)
+    return Variable(name, ops.VARIABLE, NOTHING, "", ANILINK, io.fetch_input)
 
 
 def assign(motor: Processor, place: int, value: int) -> None:
@@ -164,7 +145,7 @@ def assign_elements(motor: Processor, code: Sequence[int]) -> None:
 
     `aw[0] 0 100 500.` sets consecutive elements; those before one that does not exist are set (1.1).
     """
-    store(motor.i, motor.v, [0] * STACK, code, 0)
+    store(motor.i, motor.v, [0] * ops.STACK, code, 0)
 
 
 def values(letters: str) -> range | None:

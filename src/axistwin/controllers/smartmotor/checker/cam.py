@@ -87,8 +87,7 @@ class _Cam:
             self._base(number, self.base)
         dwelling = self.functions is None or self.functions & DWELLING
         if self.dwell and not dwelling:
-            message = f"D={self.dwell} is no dwell: that needs F=16 or F=128"
-            self.findings.report(rules.NO_DWELL, self.dwell_at, message)
+            self.findings.report(rules.NO_DWELL, self.dwell_at, f"D={self.dwell} is no dwell: that needs F=16 or F=128")
 
     def _size(self, number: int) -> None:
         size = self.size

@@ -21,7 +21,7 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
         return fixing("put the equal sign in", put_behind(sent[len(name) - 1], "="))
     if problem.rule is rules.ELEMENTS and read(f"{text}.").problem is None:
         return fixing("end the values with a period", put_behind(sent[-1], "."))
-    if problem.rule is rules.LATER and (later := class5.command(text)) is not None:
+    if problem.rule is rules.LATER and (later := class5.find(text, class5.COMMANDS)) is not None:
         return _of_class5(sent, later)
     return None
 

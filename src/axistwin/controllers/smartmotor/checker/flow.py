@@ -165,8 +165,7 @@ def _returns(findings: Findings, flow: Flow) -> None:
     """Report routines that do not return with their own word."""
     called = {label for routine in flow.routines.values() for label in routine.calls.values()}
     for number, keyword in flow.main.returns.items():
-        message = f"{keyword} is reached without a GOSUB: it sets Bs and ends the program"
-        findings.report(rules.RETURN, number, message)
+        findings.report(rules.RETURN, number, f"{keyword} is reached without a GOSUB: it sets Bs and ends the program")
     for label, routine in flow.interrupts.items():
         for number, keyword in routine.returns.items():
             if keyword != RETURNS[label] and label not in called:
@@ -189,8 +188,7 @@ def _stack(findings: Findings, flow: Flow) -> None:
     calls = flow.main.calls
     if deepest > DEPTH_MOST and calls:
         number = max(calls, key=lambda at: depths.of(calls[at]))
-        message = f"this may need {deepest} returns to wait, there is room for {DEPTH_MOST}"
-        findings.report(rules.DEEP, number, message)
+        findings.report(rules.DEEP, number, f"this may need {deepest} returns to wait, there is room for {DEPTH_MOST}")
 
 
 class _Depths:

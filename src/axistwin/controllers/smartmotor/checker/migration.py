@@ -92,5 +92,4 @@ def _brake(findings: Findings, command: str, pin: str) -> None:
     for number in range(begun[0] + 1, len(findings.words)):
         taken = {name for part in findings.statements[number].computed for name in part.taken}
         if findings.words[number] in disturbing or not taken.isdisjoint({f"U{pin}", f"U{pin}I"}):
-            message = f"the brake uses pin {pin} since line {findings.line(begun[0])}"
-            findings.report(rules.BRAKE_USED, number, message)
+            findings.report(rules.BRAKE_USED, number, f"the brake uses pin {pin} since line {findings.line(begun[0])}")

@@ -40,9 +40,6 @@ def check(sessions: Sequence[Session]) -> list[Diagnostic]:
     return sorted(set(found))
 
 
-# A program
-
-
 def _program(characters: Sequence[Sent]) -> list[Diagnostic]:
     findings = Findings(characters)
     for number, statement in enumerate(findings.statements):
@@ -82,8 +79,7 @@ def _range(statement: Statement) -> Iterator[Problem]:
     value, found = known(statement), statement.command
     if found is None or found.form is not Form.LET or value is None or found.parameters[0].allows(value):
         return
-    message = f"{value} is out of range: {found.parameters[0]}"
-    yield Problem(len(str(found.code)), message, found.chapter, rules.RANGE)
+    yield Problem(len(str(found.code)), f"{value} is out of range: {found.parameters[0]}", found.chapter, rules.RANGE)
 
 
 def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
@@ -92,16 +88,12 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
     while at < len(code):
         operation = code[at]
         if operation == ops.OVERFLOW:
-            message = "a number does not fit 32 bits: Bd is set and nothing is done"
-            yield Problem(0, message, CHAPTER, rules.OVERFLOW)
+            yield Problem(0, "a number does not fit 32 bits: Bd is set and nothing is done", CHAPTER, rules.OVERFLOW)
         elif operation in (ops.DIVIDE, ops.REMAINDER) and before == (ops.CONSTANT, 0):
             yield Problem(0, "this divides by 0: Bd is set and nothing is done", CHAPTER, rules.ZERO)
         argument = operation in WITH_ARGUMENT
         before = (operation, code[at + 1] if argument else 0)
         at += 1 + argument
-
-
-# A host
 
 
 class _Host:
@@ -130,11 +122,9 @@ class _Host:
                 self._load()
         rest = bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY)
         if rest.strip(b" \r\n\0"):
-            message = "this command is never ended: a space or <CR> is missing"
-            self._report(rules.UNENDED, self._begin, message)
+            self._report(rules.UNENDED, self._begin, "this command is never ended: a space or <CR> is missing")
 
     def _command(self, text: str) -> None:
-        """Check a complete command."""
         sent = bytes(sent.byte for sent in self._characters[self._begin : self._at])
         begin = self._begin + max(sent.find(text.encode("ascii", "replace")), len(sent) - len(sent.lstrip(b" \r\n\0")))
         statement = command(text)
@@ -160,5 +150,4 @@ class _Host:
         self._at = self._begin = len(self._characters) if end is None else end + 1
 
     def _report(self, rule: Rule, offset: int, message: str) -> None:
-        """Add a diagnostic of the characters from `offset` to the present place."""
         self.found.append(diagnose(rule, self._characters[offset : max(self._at, offset + 1)], message))

@@ -5,31 +5,9 @@ aw[1]  ╱╲          BASE counts are one cycle; then, with F=16 or F=128, D co
 aw[0]╱ aw[2] D     begins relative to where the last one ended, and changed parameters are taken over after CI.
 """
 
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Ints
-from axistwin.controllers.smartmotor.kernel.state import (
-    ARRAY_BASE,
-    CAM_BASE,
-    CAM_DWELL,
-    CAM_F,
-    CAM_FACTOR,
-    CAM_ORIGIN,
-    CAM_PHASE,
-    CAM_SIZE,
-    CAM_TABLE,
-    CI_PENDING,
-    CI_SPOILT,
-    COMMANDED,
-    CTR,
-    CX,
-    MC_BASE,
-    MC_FACTOR,
-    MC_SIZE,
-    ORIGIN,
-    VELOCITY,
-    D,
-    F,
-)
 
 RELATIVE_CAM, MODULO_CAM = 16, 128
 DWELLING = RELATIVE_CAM | MODULO_CAM
@@ -40,50 +18,50 @@ TABLE_MOST = 101
 @sampled
 def entry(i: Ints, v: Ints, n: int) -> int:
     """Return aw[n], times the factor of MCn if that multiplies the table."""
-    word = v[i[ARRAY_BASE] + n // 2]
+    word = v[i[s.ARRAY_BASE] + n // 2]
     word = word >> 16 if n % 2 == 0 else (word & 0xFFFF ^ 0x8000) - 0x8000
-    return word * i[CAM_FACTOR] if i[CAM_TABLE] else word
+    return word * i[s.CAM_FACTOR] if i[s.CAM_TABLE] else word
 
 
 @sampled
 def take_over(i: Ints) -> None:
     """Put the buffered parameters in force: at G, and at the zero point after CI."""
-    i[CAM_BASE], i[CAM_SIZE], i[CAM_FACTOR] = i[MC_BASE], i[MC_SIZE], i[MC_FACTOR]
-    i[CAM_F] = i[F] & DWELLING
-    i[CAM_DWELL] = max(i[D], 0) if i[CAM_F] else 0
-    i[CI_PENDING] = i[CI_SPOILT] = 0
+    i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_FACTOR] = i[s.MC_BASE], i[s.MC_SIZE], i[s.MC_FACTOR]
+    i[s.CAM_F] = i[s.F] & DWELLING
+    i[s.CAM_DWELL] = max(i[s.D], 0) if i[s.CAM_F] else 0
+    i[s.CI_PENDING] = i[s.CI_SPOILT] = 0
 
 
 def invalidate(i: Ints) -> None:
     """Cancel a CI that waits for the zero point, as a cam parameter has changed; the next needs an MCn (9.5)."""
-    if i[CI_PENDING]:
-        i[CI_PENDING], i[CI_SPOILT] = 0, 1
+    if i[s.CI_PENDING]:
+        i[s.CI_PENDING], i[s.CI_SPOILT] = 0, 1
 
 
 @sampled
 def cross(i: Ints, v: Ints, way: int) -> None:
     """Cross the zero point forwards (+1) or backwards (-1)."""
-    end = entry(i, v, i[CAM_SIZE])
-    cycle = i[CAM_BASE] + i[CAM_DWELL]
-    word = i[CAM_F]
-    left = i[CAM_PHASE] if way > 0 else i[CAM_PHASE] - cycle  # counts beyond the zero point
-    if way > 0 and i[CI_PENDING]:
+    end = entry(i, v, i[s.CAM_SIZE])
+    cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
+    word = i[s.CAM_F]
+    left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle  # counts beyond the zero point
+    if way > 0 and i[s.CI_PENDING]:
         take_over(i)
-    elif i[CI_PENDING]:
+    elif i[s.CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[CAM_SIZE])  # of the cycle that is entered at its end
-        i[CAM_PHASE] = max(left + i[CAM_BASE] + i[CAM_DWELL], 0)
+        end = entry(i, v, i[s.CAM_SIZE])  # of the cycle that is entered at its end
+        i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
     if word & MODULO_CAM:  # position and counter restart
-        shift = i[CAM_ORIGIN] + end * way
-        i[CAM_ORIGIN] = 0
-        i[COMMANDED] -= shift << 16
-        i[ORIGIN] -= shift
-        factor = 1 if i[CAM_TABLE] else i[CAM_FACTOR]
-        i[CTR] = i[CAM_PHASE] // factor
+        shift = i[s.CAM_ORIGIN] + end * way
+        i[s.CAM_ORIGIN] = 0
+        i[s.COMMANDED] -= shift << 16
+        i[s.ORIGIN] -= shift
+        factor = 1 if i[s.CAM_TABLE] else i[s.CAM_FACTOR]
+        i[s.CTR] = i[s.CAM_PHASE] // factor
     elif word & RELATIVE_CAM:
-        i[CAM_ORIGIN] += end * way
-    if i[CAM_F] == 0:  # absolute positions from here on
-        i[CAM_ORIGIN] = 0
+        i[s.CAM_ORIGIN] += end * way
+    if i[s.CAM_F] == 0:  # absolute positions from here on
+        i[s.CAM_ORIGIN] = 0
 
 
 @sampled
@@ -92,12 +70,12 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 
     A quarter of BASE or more in one sample is too fast: the zero point is passed unseen.
     """
-    step = moved if i[CAM_TABLE] else moved * i[CAM_FACTOR]
-    cycle = i[CAM_BASE] + i[CAM_DWELL]
-    phase = i[CAM_PHASE] + step
-    seen = -i[CAM_BASE] < 4 * step < i[CAM_BASE]
+    step = moved if i[s.CAM_TABLE] else moved * i[s.CAM_FACTOR]
+    cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
+    phase = i[s.CAM_PHASE] + step
+    seen = -i[s.CAM_BASE] < 4 * step < i[s.CAM_BASE]
     way = 1 if phase >= cycle else (-1 if phase < 0 else 0)
-    i[CAM_PHASE] = phase % cycle
+    i[s.CAM_PHASE] = phase % cycle
     if seen and way != 0:
         cross(i, v, way)
 
@@ -105,23 +83,23 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 @sampled
 def cam_position(i: Ints, v: Ints) -> int:
     """Return the position at this place of the cycle, in counts, linear between the points; set CX."""
-    base, size, phase = i[CAM_BASE], i[CAM_SIZE], i[CAM_PHASE]
+    base, size, phase = i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_PHASE]
     if phase >= base:
-        i[CX] = size
+        i[s.CX] = size
         return entry(i, v, size)
     n = phase * size // base
-    i[CX] = n
+    i[s.CX] = n
     here = entry(i, v, n)
-    following = n + 1 if i[CAM_F] or n + 1 < size else 0  # without F=16 and F=128 the table closes upon itself
+    following = n + 1 if i[s.CAM_F] or n + 1 < size else 0  # without F=16 and F=128 the table closes upon itself
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 
 
 @sampled
 def cam(i: Ints, v: Ints, moved: int) -> None:
     """Do one sample of mode cam."""
-    before = i[COMMANDED]
-    origin = i[ORIGIN]
+    before = i[s.COMMANDED]
+    origin = i[s.ORIGIN]
     if moved != 0:
         turn(i, v, moved)
-    i[COMMANDED] = (i[CAM_ORIGIN] + cam_position(i, v)) << 16
-    i[VELOCITY] = i[COMMANDED] - before - ((i[ORIGIN] - origin) << 16)
+    i[s.COMMANDED] = (i[s.CAM_ORIGIN] + cam_position(i, v)) << 16
+    i[s.VELOCITY] = i[s.COMMANDED] - before - ((i[s.ORIGIN] - origin) << 16)

@@ -188,8 +188,6 @@ class Core:
         self._phase, self._block = Phase.STOPPED, None
         self._plan += 1
 
-    # Followed numbers
-
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
         """Report each change of these numbers, an operation and a place each (`log.py`), to the one follower.
 
@@ -223,8 +221,6 @@ class Core:
 
                 times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
                 self._follower(array("q", times.tobytes()), which, values)
-
-    # Blocks
 
     def _look_ahead(self) -> None:
         """Compute the next block and schedule its end."""

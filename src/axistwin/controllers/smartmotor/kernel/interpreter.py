@@ -11,46 +11,9 @@ abandoned, and a condition counts as false.
 
 from collections.abc import MutableSequence, Sequence
 
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.position import actual_position, following_error, wrapped
-from axistwin.controllers.smartmotor.kernel.state import (
-    ARRAY_BASE,
-    BD,
-    BI,
-    BRAKE_PIN,
-    BRAKE_READ,
-    BS,
-    BT,
-    BU,
-    BYTES,
-    C2_CALLED,
-    CALL_FAULT,
-    CALL_GOSUB,
-    CLK_ZERO,
-    DEPTH,
-    DEPTH_MOST,
-    FACTOR,
-    FAULT_AGAIN,
-    INDEX,
-    INDEX_ARMED,
-    LONGS,
-    M_POSITION,
-    M_RELATIVE,
-    MODE,
-    PC,
-    PENDING,
-    PID_RATE,
-    PINS,
-    PROGRAM,
-    RETURNS,
-    SAMPLE,
-    STATEMENT,
-    STOPPED,
-    SWITCHES,
-    TWAITING,
-    WAIT_UNTIL,
-    WORDS,
-)
 
 Ints = MutableSequence[int]
 
@@ -93,40 +56,40 @@ def computed(i: Ints, what: int) -> int:
     if what == POSITION_ERROR:
         return following_error(i)
     if what == CLOCK:
-        return wrapped(i[SAMPLE] - i[CLK_ZERO])
+        return wrapped(i[s.SAMPLE] - i[s.CLK_ZERO])
     if what == INDEX_POSITION:
-        i[BI], i[INDEX_ARMED] = 0, 1
-        return i[INDEX]
+        i[s.BI], i[s.INDEX_ARMED] = 0, 1
+        return i[s.INDEX]
     if what == PIN_WORD:
-        return i[PINS] & 0x7F
+        return i[s.PINS] & 0x7F
     if what == AT_STATEMENT:
-        return 0 if i[PROGRAM] == STOPPED else i[STATEMENT] + 1
+        return 0 if i[s.PROGRAM] == s.STOPPED else i[s.STATEMENT] + 1
     if what == MODE_TOLD:
-        return M_RELATIVE if i[MODE] == M_POSITION and i[FACTOR] else i[MODE]
+        return s.M_RELATIVE if i[s.MODE] == s.M_POSITION and i[s.FACTOR] else i[s.MODE]
     bits = 16 if what == STATUS_WORD else 8
     word = 0
     for bit in range(bits):
-        word |= i[BT + bit] << bit
+        word |= i[s.BT + bit] << bit
     return word
 
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
     """Return the level of a pin that an assignment reads; note it if the pin carries the brake's signal (5.1)."""
-    if i[BRAKE_PIN] == 1 << bit:
-        i[BRAKE_READ] = 1
-    return (i[PINS] >> bit) & 1
+    if i[s.BRAKE_PIN] == 1 << bit:
+        i[s.BRAKE_READ] = 1
+    return (i[s.PINS] >> bit) & 1
 
 
 @sampled
 def element(i: Ints, v: Ints, kind: int, index: int) -> int:
     """ab[], aw[] or al[] at an index that is in the array; big-endian over the longs (table 8.1)."""
     if kind == LONG:
-        return v[i[ARRAY_BASE] + index]
+        return v[i[s.ARRAY_BASE] + index]
     if kind == WORD:
-        half = v[i[ARRAY_BASE] + (index >> 1)] >> (16 - 16 * (index & 1))
+        half = v[i[s.ARRAY_BASE] + (index >> 1)] >> (16 - 16 * (index & 1))
         return ((half + 0x8000) & 0xFFFF) - 0x8000
-    part = v[i[ARRAY_BASE] + (index >> 2)] >> (24 - 8 * (index & 3))
+    part = v[i[s.ARRAY_BASE] + (index >> 2)] >> (24 - 8 * (index & 3))
     return ((part + 0x80) & 0xFF) - 0x80
 
 
@@ -134,18 +97,18 @@ def element(i: Ints, v: Ints, kind: int, index: int) -> int:
 def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
     """Store at an index that is in the array; ab[] and aw[] keep the low 8 and 16 bits."""
     if kind == LONG:
-        v[i[ARRAY_BASE] + index] = value
+        v[i[s.ARRAY_BASE] + index] = value
         return
-    where, shift, mask = i[ARRAY_BASE] + (index >> 2), 24 - 8 * (index & 3), 0xFF
+    where, shift, mask = i[s.ARRAY_BASE] + (index >> 2), 24 - 8 * (index & 3), 0xFF
     if kind == WORD:
-        where, shift, mask = i[ARRAY_BASE] + (index >> 1), 16 - 16 * (index & 1), 0xFFFF
+        where, shift, mask = i[s.ARRAY_BASE] + (index >> 1), 16 - 16 * (index & 1), 0xFFFF
     v[where] = wrapped((v[where] & ~(mask << shift)) | ((value & mask) << shift))
 
 
 @sampled
 def outside(kind: int, index: int) -> bool:
     """True if the element does not exist: ab[0…203], aw[0…101], al[0…50] (8.2)."""
-    size = BYTES if kind == BYTE else WORDS if kind == WORD else LONGS
+    size = s.BYTES if kind == BYTE else s.WORDS if kind == WORD else s.LONGS
     return index < 0 or index >= size
 
 
@@ -214,40 +177,27 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
         if operation == RESULT:
             return at + 1
         if operation == CONSTANT:
-            top += 1
-            stack[top] = code[at + 1]
-            at += 2
+            value = code[at + 1]
         elif operation == VARIABLE:
-            top += 1
-            stack[top] = v[code[at + 1]]
-            at += 2
+            value = v[code[at + 1]]
         elif operation == SLOT:
-            top += 1
-            stack[top] = i[code[at + 1]]
-            at += 2
+            value = i[code[at + 1]]
         elif operation == PIN:
-            top += 1
-            stack[top] = (i[PINS] >> code[at + 1]) & 1
-            at += 2
+            value = (i[s.PINS] >> code[at + 1]) & 1
         elif operation == TAKEN_PIN:
-            top += 1
-            stack[top] = taken(i, code[at + 1])
-            at += 2
+            value = taken(i, code[at + 1])
         elif operation == COMPUTED:
-            top += 1
-            stack[top] = computed(i, code[at + 1])
-            at += 2
-        elif BYTE <= operation <= LONG:
-            if outside(operation, stack[top]):
-                i[BU] = 1
-                return -1
-            stack[top] = element(i, v, operation, stack[top])
-            at += 1
-        elif operation == NO_VALUE:
-            i[BS] = 1
-            return -1
+            value = computed(i, code[at + 1])
         else:
-            if operation == NEGATIVE:
+            if BYTE <= operation <= LONG:
+                if outside(operation, stack[top]):
+                    i[s.BU] = 1
+                    return -1
+                value = element(i, v, operation, stack[top])
+            elif operation == NO_VALUE:
+                i[s.BS] = 1
+                return -1
+            elif operation == NEGATIVE:
                 value = -stack[top]
             elif operation == OVERFLOW:
                 value = HIGHEST + 1
@@ -255,10 +205,14 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
                 top -= 1
                 value = combined(operation, stack[top], stack[top + 1])
             if value > HIGHEST or value < LOWEST:
-                i[BD] = 1
+                i[s.BD] = 1
                 return -1
             stack[top] = value
             at += 1
+            continue
+        top += 1
+        stack[top] = value
+        at += 2
 
 
 @sampled
@@ -271,7 +225,7 @@ def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
         at = evaluate(i, v, stack, code, at)
         if at >= 0:
             if outside(kind, index):
-                i[BU] = 1
+                i[s.BU] = 1
                 return
             set_element(i, v, kind, index, stack[0])
             index += 1
@@ -281,9 +235,9 @@ def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
 @sampled
 def call_again(i: Ints) -> None:
     """End C1.  A fault that has occurred within C1 calls it again."""
-    if i[FAULT_AGAIN] != 0:
-        i[FAULT_AGAIN] = 0
-        i[PENDING] |= CALL_FAULT
+    if i[s.FAULT_AGAIN] != 0:
+        i[s.FAULT_AGAIN] = 0
+        i[s.PENDING] |= s.CALL_FAULT
 
 
 @sampled
@@ -292,36 +246,36 @@ def go_back(i: Ints) -> None:
 
     RETURN without a GOSUB sets Bs.
     """
-    if i[DEPTH] == 0:
-        i[BS] = 1
-        i[PROGRAM] = STOPPED
+    if i[s.DEPTH] == 0:
+        i[s.BS] = 1
+        i[s.PROGRAM] = s.STOPPED
         return
-    i[DEPTH] -= 1
-    if i[RETURNS + i[DEPTH]] & 3 == CALL_FAULT:
+    i[s.DEPTH] -= 1
+    if i[s.RETURNS + i[s.DEPTH]] & 3 == s.CALL_FAULT:
         call_again(i)
-    i[PC] = i[RETURNS + i[DEPTH]] >> 2
-    if i[PC] < 0:
-        i[PC] = 0
-        i[PROGRAM] = STOPPED
+    i[s.PC] = i[s.RETURNS + i[s.DEPTH]] >> 2
+    if i[s.PC] < 0:
+        i[s.PC] = 0
+        i[s.PROGRAM] = s.STOPPED
 
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
     """Go to `target` and push the return address (-1: none, the program was stopped).  A full stack sets only Bs."""
-    if i[DEPTH] >= DEPTH_MOST:
-        i[BS] = 1
+    if i[s.DEPTH] >= s.DEPTH_MOST:
+        i[s.BS] = 1
         return False
-    i[RETURNS + i[DEPTH]] = (back << 2) | kind
-    i[DEPTH] += 1
-    i[PC] = target
+    i[s.RETURNS + i[s.DEPTH]] = (back << 2) | kind
+    i[s.DEPTH] += 1
+    i[s.PC] = target
     return True
 
 
 @sampled
 def forget(i: Ints) -> None:
     """STACK: remove all return addresses; C2 may be called again (7, F=64)."""
-    i[DEPTH] = 0
-    i[C2_CALLED] = 0
+    i[s.DEPTH] = 0
+    i[s.C2_CALLED] = 0
     call_again(i)
 
 
@@ -332,18 +286,18 @@ def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
     Return DONE; TRAP: Python must execute it; HELD by TWAIT; FETCH: Python must fetch its external values first, and
     then continue with it at once.
     """
-    if i[TWAITING] != 0:
-        if i[BT] != 0:
+    if i[s.TWAITING] != 0:
+        if i[s.BT] != 0:
             return HELD
-        i[TWAITING] = 0
-    pc = i[PC]
+        i[s.TWAITING] = 0
+    pc = i[s.PC]
     operation = code[pc]
-    i[STATEMENT] = code[pc + 1]
-    i[PC] = code[pc + 2]
+    i[s.STATEMENT] = code[pc + 1]
+    i[s.PC] = code[pc + 2]
     if operation == S_IF:
         at = evaluate(i, v, stack, code, pc + HEAD)
         if at >= 0 and stack[0] != 0:
-            i[PC] = at
+            i[s.PC] = at
     elif operation == S_JUMP:
         pass
     elif operation == S_LET:
@@ -357,8 +311,8 @@ def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
     elif operation == S_FETCH:
         return FETCH
     elif operation == S_CASE:
-        if i[SWITCHES + i[DEPTH]] == code[pc + HEAD]:
-            i[PC] = code[pc + HEAD + 1]
+        if i[s.SWITCHES + i[s.DEPTH]] == code[pc + HEAD]:
+            i[s.PC] = code[pc + HEAD + 1]
     else:
         return seldom(i, v, stack, code, pc)
     return DONE
@@ -371,26 +325,26 @@ def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
     if operation == S_SWITCH:
         at = evaluate(i, v, stack, code, pc + HEAD)
         if at >= 0:
-            i[SWITCHES + i[DEPTH]] = stack[0]
-            i[PC] = at
+            i[s.SWITCHES + i[s.DEPTH]] = stack[0]
+            i[s.PC] = at
     elif operation == S_GOSUB:
-        call(i, code[pc + HEAD], i[PC], CALL_GOSUB)
+        call(i, code[pc + HEAD], i[s.PC], s.CALL_GOSUB)
     elif operation == S_RETURN:
         go_back(i)
     elif operation == S_RETURNI:
-        i[C2_CALLED] = 0
+        i[s.C2_CALLED] = 0
         go_back(i)
     elif operation == S_STACK:
         forget(i)
     elif operation == S_WAIT:
         at = evaluate(i, v, stack, code, pc + HEAD)
         if at >= 0:
-            i[WAIT_UNTIL] = i[SAMPLE] + 1 + stack[0] * i[PID_RATE]
+            i[s.WAIT_UNTIL] = i[s.SAMPLE] + 1 + stack[0] * i[s.PID_RATE]
     elif operation == S_TWAIT:
-        if i[BT] != 0:
-            i[TWAITING] = 1
+        if i[s.BT] != 0:
+            i[s.TWAITING] = 1
             return HELD
     else:  # END, or the end of the program
         forget(i)
-        i[PROGRAM] = STOPPED
+        i[s.PROGRAM] = s.STOPPED
     return DONE

@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from logging import getLogger
 from pathlib import Path
 from shutil import rmtree
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any, TypeVar, cast
 
 from axistwin.errors import MissingExtraError, UsageError
@@ -207,6 +207,8 @@ def fingerprint(functions: tuple[FunctionType, ...]) -> str:
 
 def _ingredients(function: FunctionType) -> str:
     code, known = function.__code__, function.__globals__
-    constants = {name: known[name] for name in code.co_names if isinstance(known.get(name), bool | int | float | tuple)}
+    spaces = known, *(vars(known[name]) for name in code.co_names if isinstance(known.get(name), ModuleType))
+    found = [(name, space.get(name)) for space in spaces for name in code.co_names]
+    constants = [(name, value) for name, value in found if isinstance(value, bool | int | float | tuple)]
     parts = function.__module__, function.__qualname__, function.__defaults__, code.co_varnames, code.co_names
     return repr((*parts, code.co_consts, constants, code.co_code))

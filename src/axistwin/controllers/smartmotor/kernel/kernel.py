@@ -8,6 +8,7 @@ or the end of a trajectory; Python (`motor.py`) handles them at exactly that sam
 
 from collections.abc import Sequence
 
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.cam import cam
 from axistwin.controllers.smartmotor.kernel.host_mode import EXIT, LAST, UNDERFLOW, host
 from axistwin.controllers.smartmotor.kernel.interpreter import statement
@@ -17,68 +18,6 @@ from axistwin.controllers.smartmotor.kernel.machine import Floats, Ints
 from axistwin.controllers.smartmotor.kernel.position import commanded_shaft, position
 from axistwin.controllers.smartmotor.kernel.servo import ideal, overloaded, rotate
 from axistwin.controllers.smartmotor.kernel.servo_law import control
-from axistwin.controllers.smartmotor.kernel.state import (
-    ACKNOWLEDGED_MINUS,
-    ACKNOWLEDGED_PLUS,
-    BE,
-    BH,
-    BI,
-    BL,
-    BM,
-    BP,
-    BR,
-    BRAKE_READ,
-    BT,
-    BUDGET,
-    BX,
-    COMMANDED,
-    COUNTS_PER_REV,
-    DEBOUNCE,
-    DIRECTION,
-    DRIVE,
-    DRIVE_ON,
-    GO_COUNT,
-    GO_LEVEL,
-    IDEAL,
-    INDEX,
-    INDEX_ARMED,
-    INDEX_FORCED,
-    INDEX_HIGH,
-    INDEX_LOW,
-    LIMIT_C,
-    LIMIT_D,
-    M_CAM,
-    M_FOLLOW,
-    M_HOLD,
-    M_HOST,
-    M_STEP_RATIO,
-    M_TORQUE,
-    MASTER,
-    MODE,
-    ORIGIN,
-    PENDING,
-    PID_RATE,
-    PINS,
-    PROGRAM,
-    RUNNING,
-    SAMPLE,
-    SHAFT,
-    SHOWN,
-    SLIPPED,
-    SLN,
-    SLP,
-    SOFT_LIMITS,
-    STATEMENTS_PER_SAMPLE,
-    STOPPED,
-    STOPPING,
-    VELOCITY,
-    WAIT_UNTIL,
-    WATCH_INDEX,
-    WINDOW_HIGH,
-    WINDOW_LOW,
-    E,
-    T,
-)
 from axistwin.controllers.smartmotor.kernel.trajectory import (
     counted,
     follow,
@@ -107,17 +46,17 @@ BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 @sampled
 def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
     """Execute the statements of one sample."""
-    if i[PENDING] and i[PROGRAM] == STOPPED:
+    if i[s.PENDING] and i[s.PROGRAM] == s.STOPPED:
         return CALL_WAITS
-    while i[BUDGET] > 0 and i[PROGRAM] == RUNNING and i[SAMPLE] + 1 >= i[WAIT_UNTIL]:
-        if i[PENDING]:
+    while i[s.BUDGET] > 0 and i[s.PROGRAM] == s.RUNNING and i[s.SAMPLE] + 1 >= i[s.WAIT_UNTIL]:
+        if i[s.PENDING]:
             return CALL_WAITS
         result = statement(i, v, stack, code)
         if result == 3:  # FETCH
             return VALUE_WAITS
         if result == 2:  # HELD
             break
-        i[BUDGET] -= 1
+        i[s.BUDGET] -= 1
         if result == 1:  # TRAP
             return STATEMENT_WAITS
     return ALL_DONE
@@ -126,25 +65,25 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 @sampled
 def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
     """Compute the trajectory of one sample; with PIDn, of every n-th."""
-    why, before = ALL_DONE, i[MASTER]
+    why, before = ALL_DONE, i[s.MASTER]
     master_turns(i, predicted)
-    if i[SHOWN] != 0:
+    if i[s.SHOWN] != 0:
         show_master(i, before)
-    if i[SAMPLE] % i[PID_RATE] != 0:
+    if i[s.SAMPLE] % i[s.PID_RATE] != 0:
         return why
     moved = counted(i)
-    mode = i[MODE]
-    if mode < M_HOLD or mode == M_TORQUE:  # the trajectory follows the shaft
-        i[COMMANDED] = position(i) << 16
-        i[VELOCITY] = 0
-    elif mode < M_FOLLOW:
-        if mode != M_HOLD:
+    mode = i[s.MODE]
+    if mode < s.M_HOLD or mode == s.M_TORQUE:  # the trajectory follows the shaft
+        i[s.COMMANDED] = position(i) << 16
+        i[s.VELOCITY] = 0
+    elif mode < s.M_FOLLOW:
+        if mode != s.M_HOLD:
             profile(i)
-    elif mode <= M_STEP_RATIO:
+    elif mode <= s.M_STEP_RATIO:
         follow(i, moved)
-    elif mode == M_CAM:
+    elif mode == s.M_CAM:
         cam(i, v, moved)
-    elif mode == M_HOST:
+    elif mode == s.M_HOST:
         result = host(i, ring)
         if result == EXIT:
             why = HOST_EXIT
@@ -159,23 +98,23 @@ def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
 @sampled
 def beyond_plus(i: Ints) -> int:
     """Return 1 if the positive limit is asserted: pin C, or the software limit, "at or beyond"."""
-    hard = i[LIMIT_C] and i[PINS] & 4
-    return 1 if hard or (i[SOFT_LIMITS] and position(i) >= i[SLP]) else 0
+    hard = i[s.LIMIT_C] and i[s.PINS] & 4
+    return 1 if hard or (i[s.SOFT_LIMITS] and position(i) >= i[s.SLP]) else 0
 
 
 @sampled
 def beyond_minus(i: Ints) -> int:
     """Return 1 if the negative limit is asserted: pin D, or the software limit."""
-    hard = i[LIMIT_D] and i[PINS] & 8
-    return 1 if hard or (i[SOFT_LIMITS] and position(i) <= i[SLN]) else 0
+    hard = i[s.LIMIT_D] and i[s.PINS] & 8
+    return 1 if hard or (i[s.SOFT_LIMITS] and position(i) <= i[s.SLN]) else 0
 
 
 @sampled
 def heading(i: Ints) -> int:
     """Return the direction in which the motor is driven; 0 while it stops because of a fault."""
-    if i[STOPPING]:
+    if i[s.STOPPING]:
         return 0
-    return i[T] if i[MODE] == M_TORQUE else i[VELOCITY]
+    return i[s.T] if i[s.MODE] == s.M_TORQUE else i[s.VELOCITY]
 
 
 @sampled
@@ -184,19 +123,19 @@ def protect(i: Ints, f: Floats) -> int:
     why = ALL_DONE
     plus, minus = beyond_plus(i), beyond_minus(i)
     if plus == 0:
-        i[ACKNOWLEDGED_PLUS] = 0
-    elif not i[BP] or not i[BR] or heading(i) > 0:
+        i[s.ACKNOWLEDGED_PLUS] = 0
+    elif not i[s.BP] or not i[s.BR] or heading(i) > 0:
         why |= PLUS
     if minus == 0:
-        i[ACKNOWLEDGED_MINUS] = 0
-    elif not i[BM] or not i[BL] or heading(i) < 0:
+        i[s.ACKNOWLEDGED_MINUS] = 0
+    elif not i[s.BM] or not i[s.BL] or heading(i) < 0:
         why |= MINUS
-    i[BP], i[BM] = plus, minus
-    if i[DRIVE] == DRIVE_ON and i[MODE] != M_TORQUE and not i[BE]:
-        error = (i[COMMANDED] >> 16) - position(i)
-        if error > i[E] or -error > i[E]:
+    i[s.BP], i[s.BM] = plus, minus
+    if i[s.DRIVE] == s.DRIVE_ON and i[s.MODE] != s.M_TORQUE and not i[s.BE]:
+        error = (i[s.COMMANDED] >> 16) - position(i)
+        if error > i[s.E] or -error > i[s.E]:
             why |= ERROR
-    if overloaded(i, f) and not i[BH]:
+    if overloaded(i, f) and not i[s.BH]:
         why |= HEAT
     return why
 
@@ -204,41 +143,41 @@ def protect(i: Ints, f: Floats) -> int:
 @sampled
 def mark(i: Ints) -> int:
     """Handle an index mark that the shaft has reached or passed: its position is captured once, flag Bi."""
-    shaft, turn = i[SHAFT], i[COUNTS_PER_REV]
-    passed = i[INDEX_HIGH] if shaft >= i[INDEX_HIGH] else i[INDEX_LOW]
-    before = i[BX]
-    at_mark = (shaft - i[INDEX_LOW]) % turn == 0
-    i[BX] = 1 if at_mark or i[INDEX_FORCED] else 0
-    if i[INDEX_ARMED] and not before and (at_mark or shaft <= i[INDEX_LOW] or shaft >= i[INDEX_HIGH]):
-        i[INDEX] = i[DIRECTION] * passed + i[ORIGIN]
-        i[INDEX_ARMED] = 0
-        i[BI] = 1
+    shaft, turn = i[s.SHAFT], i[s.COUNTS_PER_REV]
+    passed = i[s.INDEX_HIGH] if shaft >= i[s.INDEX_HIGH] else i[s.INDEX_LOW]
+    before = i[s.BX]
+    at_mark = (shaft - i[s.INDEX_LOW]) % turn == 0
+    i[s.BX] = 1 if at_mark or i[s.INDEX_FORCED] else 0
+    if i[s.INDEX_ARMED] and not before and (at_mark or shaft <= i[s.INDEX_LOW] or shaft >= i[s.INDEX_HIGH]):
+        i[s.INDEX] = i[s.DIRECTION] * passed + i[s.ORIGIN]
+        i[s.INDEX_ARMED] = 0
+        i[s.BI] = 1
     if not at_mark:
-        i[INDEX_LOW] += (shaft - i[INDEX_LOW]) // turn * turn
-        i[INDEX_HIGH] = i[INDEX_LOW] + turn
-    return INDEX_MARK if i[WATCH_INDEX] and i[BX] != before else ALL_DONE
+        i[s.INDEX_LOW] += (shaft - i[s.INDEX_LOW]) // turn * turn
+        i[s.INDEX_HIGH] = i[s.INDEX_LOW] + turn
+    return INDEX_MARK if i[s.WATCH_INDEX] and i[s.BX] != before else ALL_DONE
 
 
 @sampled
 def inputs(i: Ints) -> int:
     """Poll pin G, "once per sample and de-bounced", and check for switches and index marks."""
     why = ALL_DONE
-    level = i[PINS] >> 6 & 1
-    if level == i[GO_LEVEL]:
-        i[GO_COUNT] = 0
+    level = i[s.PINS] >> 6 & 1
+    if level == i[s.GO_LEVEL]:
+        i[s.GO_COUNT] = 0
     else:
-        i[GO_COUNT] += 1
-        if i[GO_COUNT] >= i[DEBOUNCE]:
-            i[GO_LEVEL] = level
-            i[GO_COUNT] = 0
+        i[s.GO_COUNT] += 1
+        if i[s.GO_COUNT] >= i[s.DEBOUNCE]:
+            i[s.GO_LEVEL] = level
+            i[s.GO_COUNT] = 0
             if level == 0:
                 why |= GO_EDGE
-    if i[SHAFT] + i[SLIPPED] < i[WINDOW_LOW] or i[SHAFT] + i[SLIPPED] > i[WINDOW_HIGH]:
+    if i[s.SHAFT] + i[s.SLIPPED] < i[s.WINDOW_LOW] or i[s.SHAFT] + i[s.SLIPPED] > i[s.WINDOW_HIGH]:
         why |= SWITCH
-    if i[SHAFT] <= i[INDEX_LOW] or i[SHAFT] >= i[INDEX_HIGH] or i[BX]:
+    if i[s.SHAFT] <= i[s.INDEX_LOW] or i[s.SHAFT] >= i[s.INDEX_HIGH] or i[s.BX]:
         why |= mark(i)
-    if i[BRAKE_READ]:
-        i[BRAKE_READ] = 0
+    if i[s.BRAKE_READ]:
+        i[s.BRAKE_READ] = 0
         why |= PIN_TAKEN
     return why
 
@@ -246,10 +185,10 @@ def inputs(i: Ints) -> int:
 @sampled
 def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
     """Compute one sample, after its statements."""
-    i[SAMPLE] += 1
-    i[BUDGET] = i[STATEMENTS_PER_SAMPLE]
-    busy = i[BT]
-    if i[IDEAL]:
+    i[s.SAMPLE] += 1
+    i[s.BUDGET] = i[s.STATEMENTS_PER_SAMPLE]
+    busy = i[s.BT]
+    if i[s.IDEAL]:
         why = move(i, v, ring, predicted)
         ideal(i, f)
     else:
@@ -257,7 +196,7 @@ def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
         why = move(i, v, ring, predicted)
         control(i)
     why |= protect(i, f) | inputs(i)
-    if i[BT] != busy:
+    if i[s.BT] != busy:
         why |= TRAJECTORY
     return why
 
@@ -282,17 +221,17 @@ def advance(
     Writes the actual and the commanded position of each sample into `shaft` and `commanded`, in counts of the machine,
     and the changes of followed numbers into `log` (`log.py`).
     """
-    first = i[SAMPLE]
+    first = i[s.SAMPLE]
     why = ALL_DONE
     log[USED] = 0
-    while why == ALL_DONE and i[SAMPLE] - first < most and room(log):
-        budget = i[BUDGET]
+    while why == ALL_DONE and i[s.SAMPLE] - first < most and room(log):
+        budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            stated = i[BUDGET] != budget or i[SAMPLE] == first  # before the first sample Python may have done something
+            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first  # Python may have acted before the first sample
             why = sample(i, v, f, ring, predicted)
-            n = i[SAMPLE] - first - 1
-            shaft[n] = i[SHAFT] + i[SLIPPED]
+            n = i[s.SAMPLE] - first - 1
+            shaft[n] = i[s.SHAFT] + i[s.SLIPPED]
             commanded[n] = commanded_shaft(i)
             if log[FOLLOWED]:
                 note(i, v, log, log[FOLLOWED] if stated else log[MOVING])

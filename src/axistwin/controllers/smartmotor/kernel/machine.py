@@ -3,26 +3,12 @@
 The units are counts and samples, so that a sample takes few operations (`servo.py`).
 """
 
-from collections.abc import MutableSequence, Sequence
+from collections.abc import MutableSequence
 from dataclasses import replace
 from itertools import count
 from math import exp, floor, inf, isfinite
 
-from axistwin.controllers.smartmotor.kernel.state import (
-    BUS_VOLTAGE,
-    COUNTS_OF,
-    COUNTS_OUT_OF,
-    COUNTS_PER_REV,
-    CURRENT_SUM,
-    HEAT,
-    HEAT_SAMPLES,
-    IDEAL,
-    SHAFT,
-    SLIPPED,
-    TEMP,
-    TUNING,
-    UNCOUNTED,
-)
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.errors import UsageError
 from axistwin.plant.servo import ServoLoad, ServoMotor
 
@@ -64,22 +50,21 @@ MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
 PER_NM = next(_slots)  # counts/sample² per N·m
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
-"""Number of floats."""
 
-MACHINE = SHAFT, CURRENT_SUM, HEAT, HEAT_SAMPLES, TEMP, BUS_VOLTAGE
+MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 """Integers of the machine: they are kept without power, as all floats are."""
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
     """Set up a machine of these data sheets, at rest at 25 °C; without a motor's data sheet an ideal one."""
-    i[IDEAL] = int(motor is None)
+    i[s.IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
-    i[TEMP] = floor(AMBIENT_C)
+    i[s.TEMP] = floor(AMBIENT_C)
     if motor is not None:
         _fit_shaft(f, motor, load or ServoLoad())
         _fit_windings(f, motor)
         _fit_heat(f, motor)
-        i[BUS_VOLTAGE], i[COUNTS_PER_REV] = round(10 * motor.supply_voltage_v), motor.counts_per_rev
+        i[s.BUS_VOLTAGE], i[s.COUNTS_PER_REV] = round(10 * motor.supply_voltage_v), motor.counts_per_rev
 
 
 def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
@@ -129,12 +114,6 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
     f[RATED_SQUARE] = motor.continuous_current_a**2
 
 
-def tune(i: Ints, tuning: Sequence[int]) -> None:
-    """Put KP KI KD KL KS KV KA KG in force."""
-    for slot, value in enumerate(tuning, TUNING):
-        i[slot] = value
-
-
 def set_torque(f: Floats, newton_metres: float) -> None:
     """Set the torque on the shaft from outside, up to ±1000 N·m; a positive one turns it in the positive direction.
 
@@ -159,26 +138,26 @@ def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply:
         supply_voltage_v=max(supply, LEAST) * motor.supply_voltage_v,
     )
     _fit_windings(f, weak)
-    i[BUS_VOLTAGE] = round(10 * weak.supply_voltage_v)
+    i[s.BUS_VOLTAGE] = round(10 * weak.supply_voltage_v)
 
 
 def set_encoder(i: Ints, of: int, out_of: int) -> None:
     """Let the encoder count `of` for each `out_of` counts."""
     good = of == out_of
-    i[COUNTS_OF], i[COUNTS_OUT_OF] = (0, 0) if good else (of, out_of)
+    i[s.COUNTS_OF], i[s.COUNTS_OUT_OF] = (0, 0) if good else (of, out_of)
     if good:
-        i[UNCOUNTED] = 0
+        i[s.UNCOUNTED] = 0
 
 
 def slip(i: Ints, counts: int) -> None:
     """Turn the encoder on its shaft by a number of counts."""
-    i[SHAFT] += counts
-    i[SLIPPED] -= counts
+    i[s.SHAFT] += counts
+    i[s.SLIPPED] -= counts
 
 
 def push(i: Ints, counts: int) -> None:
     """Turn the shaft by a number of counts; it stays there until the motor moves it back."""
-    i[SHAFT] += counts
+    i[s.SHAFT] += counts
 
 
 def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
@@ -186,6 +165,6 @@ def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
     if not isfinite(celsius) or not -273.0 <= celsius <= 1000.0:
         raise UsageError(f"ambient={celsius}: give a temperature from -273 to 1000 °C")
     f[AMBIENT] = celsius
-    if i[IDEAL]:
+    if i[s.IDEAL]:
         f[WINDING_C] = f[HOUSING_C] = celsius
-        i[TEMP] = floor(celsius)
+        i[s.TEMP] = floor(celsius)

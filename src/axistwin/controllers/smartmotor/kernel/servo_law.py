@@ -5,27 +5,10 @@
 Δe is the difference between two errors KS samples apart; it holds until the next one.
 """
 
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Ints
 from axistwin.controllers.smartmotor.kernel.position import following_error
-from axistwin.controllers.smartmotor.kernel.state import (
-    AMPS,
-    DIFFERENCE,
-    DIRECTION,
-    DRIVE,
-    DRIVE_ON,
-    ERROR_BEFORE,
-    INTEGRAL,
-    M_TORQUE,
-    MODE,
-    PID_RATE,
-    PWM,
-    SAMPLE,
-    TUNING,
-    VELOCITY,
-    VELOCITY_BEFORE,
-    T,
-)
 
 FRACTION_BITS = 4
 """KP, KD, KV, KA and KG are in 1/16 of a PWM unit per count, count/sample, count/sample² and by itself."""
@@ -42,39 +25,39 @@ FASTEST = 1 << 32
 @sampled
 def control(i: Ints) -> None:
     """Set PWM for the next sample, from T or from the following error; 0 while the drive is off."""
-    if i[DRIVE] != DRIVE_ON:
-        i[PWM], i[ERROR_BEFORE], i[DIFFERENCE] = 0, 0, 0
+    if i[s.DRIVE] != s.DRIVE_ON:
+        i[s.PWM], i[s.ERROR_BEFORE], i[s.DIFFERENCE] = 0, 0, 0
         clear_integral(i)
-    elif i[MODE] == M_TORQUE:
-        i[PWM] = i[DIRECTION] * clipped(i[T], i[AMPS])
-    elif (i[SAMPLE] & (i[PID_RATE] - 1)) == 0:
+    elif i[s.MODE] == s.M_TORQUE:
+        i[s.PWM] = i[s.DIRECTION] * clipped(i[s.T], i[s.AMPS])
+    elif (i[s.SAMPLE] & (i[s.PID_RATE] - 1)) == 0:
         pid(i, following_error(i))
 
 
 @sampled
 def pid(i: Ints, error: int) -> None:
     """Do one step of the PID: keep the integral and the difference, set PWM to the output."""
-    i[INTEGRAL] = integrated(i, error)
-    if i[TUNING + 4] <= 1 or (i[SAMPLE] // i[PID_RATE]) % i[TUNING + 4] == 0:
-        i[DIFFERENCE] = error - i[ERROR_BEFORE]
-        i[ERROR_BEFORE] = error
-    i[PWM] = i[DIRECTION] * output(i, error)
-    i[VELOCITY_BEFORE] = i[VELOCITY]
+    i[s.INTEGRAL] = integrated(i, error)
+    if i[s.TUNING + 4] <= 1 or (i[s.SAMPLE] // i[s.PID_RATE]) % i[s.TUNING + 4] == 0:
+        i[s.DIFFERENCE] = error - i[s.ERROR_BEFORE]
+        i[s.ERROR_BEFORE] = error
+    i[s.PWM] = i[s.DIRECTION] * output(i, error)
+    i[s.VELOCITY_BEFORE] = i[s.VELOCITY]
 
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
     """Return the integral with this error added, within KL."""
-    return clipped(i[INTEGRAL] + i[TUNING + 1] * error, i[TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
+    return clipped(i[s.INTEGRAL] + i[s.TUNING + 1] * error, i[s.TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 
 
 @sampled
 def output(i: Ints, error: int) -> int:
     """Return PWM in the controller's direction: KP, KI, KD, KV, KA, KG, within AMPS."""
-    total = i[TUNING] * error + (i[INTEGRAL] >> INTEGRAL_BITS) + i[TUNING + 2] * i[DIFFERENCE] + i[TUNING + 7]
-    velocity, before = clipped(i[VELOCITY], FASTEST), clipped(i[VELOCITY_BEFORE], FASTEST)
-    forward = i[TUNING + 5] * velocity + i[TUNING + 6] * (velocity - before)
-    return clipped((total + (forward >> VELOCITY_BITS) + HALF) >> FRACTION_BITS, i[AMPS])
+    total = i[s.TUNING] * error + (i[s.INTEGRAL] >> INTEGRAL_BITS) + i[s.TUNING + 2] * i[s.DIFFERENCE] + i[s.TUNING + 7]
+    velocity, before = clipped(i[s.VELOCITY], FASTEST), clipped(i[s.VELOCITY_BEFORE], FASTEST)
+    forward = i[s.TUNING + 5] * velocity + i[s.TUNING + 6] * (velocity - before)
+    return clipped((total + (forward >> VELOCITY_BITS) + HALF) >> FRACTION_BITS, i[s.AMPS])
 
 
 @sampled
@@ -90,15 +73,15 @@ def clipped(value: int, limit: int) -> int:
 @sampled
 def clear_integral(i: Ints) -> None:
     """Set the integral term to 0 (F=8)."""
-    i[INTEGRAL] = 0
+    i[s.INTEGRAL] = 0
 
 
 @sampled
 def steady(i: Ints) -> int:
     """Return 1 if the servo law would repeat its output."""
-    if i[MODE] == M_TORQUE:
-        return 1 if i[PWM] == i[DIRECTION] * clipped(i[T], i[AMPS]) else 0
+    if i[s.MODE] == s.M_TORQUE:
+        return 1 if i[s.PWM] == i[s.DIRECTION] * clipped(i[s.T], i[s.AMPS]) else 0
     error = following_error(i)
-    if i[DIFFERENCE] != 0 or i[ERROR_BEFORE] != error or i[VELOCITY] != 0 or i[VELOCITY_BEFORE] != 0:
+    if i[s.DIFFERENCE] != 0 or i[s.ERROR_BEFORE] != error or i[s.VELOCITY] != 0 or i[s.VELOCITY_BEFORE] != 0:
         return 0
-    return 1 if integrated(i, error) == i[INTEGRAL] and i[PWM] == i[DIRECTION] * output(i, error) else 0
+    return 1 if integrated(i, error) == i[s.INTEGRAL] and i[s.PWM] == i[s.DIRECTION] * output(i, error) else 0

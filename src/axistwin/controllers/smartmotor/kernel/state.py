@@ -4,7 +4,7 @@
 `servo.py`.  The names are indices, so that a kernel that knows nothing but arrays can use them.
 """
 
-from itertools import count
+from itertools import count, islice
 
 # Integers.  Positions in encoder counts, trajectory positions and velocities in 1/65536 count (and per sample).
 _slots = count()
@@ -14,135 +14,145 @@ SAMPLE = next(_slots)  # number of the last sample done, from 0 at power-up
 CLK_ZERO = next(_slots)  # CLK = SAMPLE - CLK_ZERO
 
 # The running program (interpreter.py)
-PROGRAM = next(_slots)  # STOPPED, RUNNING, BLOCKED
-PC = next(_slots)  # index into `code` of the next statement
-STATEMENT = next(_slots)  # number of the statement that was begun last
-BUDGET = next(_slots)  # statements left in this sample
-STATEMENTS_PER_SAMPLE = next(_slots)
-WAIT_UNTIL = next(_slots)  # WAIT: no statement before this sample
-DEPTH = next(_slots)  # return addresses on the stack
-RETURNS = next(_slots)  # ten of them
-for _ in range(9):
-    next(_slots)
-SWITCHES = next(_slots)  # the value of the SWITCH whose CASEs are being tested, at each depth of the stack
-for _ in range(10):
-    next(_slots)
-TWAITING = next(_slots)  # 1: TWAIT holds the program while Bt
-PAUSED = next(_slots)  # 1: ! holds the program (BLOCKED) until a serial character arrives
-RUN_GIVEN = next(_slots)  # 1: the program was started by RUN, so that RUN? is passed over
-C2_CALLED = next(_slots)  # 1: C2 has been called and not been completed by RETURNI, STACK or END
+(
+    PROGRAM,  # STOPPED, RUNNING, BLOCKED
+    PC,  # index into `code` of the next statement
+    STATEMENT,  # number of the statement that was begun last
+    BUDGET,  # statements left in this sample
+    STATEMENTS_PER_SAMPLE,
+    WAIT_UNTIL,  # WAIT: no statement before this sample
+    DEPTH,  # return addresses on the stack
+) = islice(_slots, 7)
+RETURNS, *_ = islice(_slots, 10)  # ten of them
+SWITCHES, *_ = islice(_slots, 11)  # the value of the SWITCH whose CASEs are being tested, at each depth of the stack
+(
+    TWAITING,  # 1: TWAIT holds the program while Bt
+    PAUSED,  # 1: ! holds the program (BLOCKED) until a serial character arrives
+    RUN_GIVEN,  # 1: the program was started by RUN, so that RUN? is passed over
+    C2_CALLED,  # 1: C2 has been called and not been completed by RETURNI, STACK or END
+) = islice(_slots, 4)
 
 # Buffered parameters (4, 13 of the base language)
-A, V, P, D, T, E = (next(_slots) for _ in range(6))
-AMPS, TH, THD = (next(_slots) for _ in range(3))
-KP, KI, KD, KL, KS, KV, KA, KG = (next(_slots) for _ in range(8))
+A, V, P, D, T, E = islice(_slots, 6)
+AMPS, TH, THD = islice(_slots, 3)
+KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
 F = next(_slots)  # the function word, chapter 7
-SLN, SLP, SOFT_LIMITS = (next(_slots) for _ in range(3))  # chapter 3.2; SOFT_LIMITS: 1 enabled
+SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # chapter 3.2; SOFT_LIMITS: 1 enabled
 MFMUL, MFDIV = next(_slots), next(_slots)
 RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # taken by MFR and MSR
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
-RELATIVE = next(_slots)  # 1: D was assigned later than P
-BUFFERED_MODE = next(_slots)  # what G starts: a MODE
-BUFFERED_FACTOR = next(_slots)  # of that mode: MF1/2/4, MC1/2/4/8
+(
+    RELATIVE,  # 1: D was assigned later than P
+    BUFFERED_MODE,  # what G starts: a MODE
+    BUFFERED_FACTOR,  # of that mode: MF1/2/4, MC1/2/4/8
+) = islice(_slots, 3)
 
 # The tuning in force (F without = takes the buffered one over); KS is the number of samples between two errors
-TUNING = next(_slots)  # KP KI KD KL KS KV KA KG in force, in this order
-for _ in range(7):
-    next(_slots)
+TUNING, *_ = islice(_slots, 8)  # KP KI KD KL KS KV KA KG in force, in this order
 PID_RATE = next(_slots)  # PID1, 2, 4, 8
 
 # The trajectory in force
-MODE = next(_slots)  # a MODE
-FACTOR = next(_slots)
-COMMANDED = next(_slots)  # 48.16 fixed point, controller's coordinates
-VELOCITY = next(_slots)  # trajectory velocity now, 16.16 per sample
-TARGET, TOP, RATE = (next(_slots) for _ in range(3))  # P, V and A in force; of a ratio: FACTOR / TARGET
+(
+    MODE,  # a MODE
+    FACTOR,
+    COMMANDED,  # 48.16 fixed point, controller's coordinates
+    VELOCITY,  # trajectory velocity now, 16.16 per sample
+) = islice(_slots, 4)
+TARGET, TOP, RATE = islice(_slots, 3)  # P, V and A in force; of a ratio: FACTOR / TARGET
 # Where the shaft is: controller's position = DIRECTION * shaft + ORIGIN
 SHAFT = next(_slots)  # encoder counts from 0 when the bench is made, the machine's own direction
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
 # Follow and cam
-CTR = next(_slots)  # external counter
-MASTER = next(_slots)  # edges of the external encoder that have arrived, as `axis.master` has them
-MASTER_SEEN = next(_slots)  # of which the trajectory has followed this many
-MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = (next(_slots) for _ in range(7))
+(
+    CTR,  # external counter
+    MASTER,  # edges of the external encoder that have arrived, as `axis.master` has them
+    MASTER_SEEN,  # of which the trajectory has followed this many
+) = islice(_slots, 3)
+MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = islice(_slots, 7)
 """A steady run of the external encoder: +1 or -1; counts per sample, and what is left over; samples to go; its end."""
 TOLD, TOLD_AT = next(_slots), next(_slots)
 """Where the course is known, the edges are told for so many samples to come, from this place of the list on."""
-SHOWN = next(_slots)  # pins whose levels are the external encoder's: 1 A, 2 B
-BY_HAND = next(_slots)  # edges in MASTER that have come through the pins themselves
-STEP_UP = next(_slots)  # 1: the latest step of the external source was in the positive direction
-RESOLUTION = next(_slots)  # edges of four that count: 1, 2, 4 (MF1, MF2, MF4); steps count whole: 4
-STEPS = next(_slots)  # 1: pins A and B are step and direction
-FOLLOW_REM = next(_slots)  # what MFMUL/MFDIV has left over
-CAM_PHASE, CAM_ORIGIN, CX = (next(_slots) for _ in range(3))
-CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = (next(_slots) for _ in range(5))  # in force
-MC_BASE, MC_SIZE, MC_FACTOR = (next(_slots) for _ in range(3))  # taken by MCn, wait for CI
+(
+    SHOWN,  # pins whose levels are the external encoder's: 1 A, 2 B
+    BY_HAND,  # edges in MASTER that have come through the pins themselves
+    STEP_UP,  # 1: the latest step of the external source was in the positive direction
+    RESOLUTION,  # edges of four that count: 1, 2, 4 (MF1, MF2, MF4); steps count whole: 4
+    STEPS,  # 1: pins A and B are step and direction
+    FOLLOW_REM,  # what MFMUL/MFDIV has left over
+) = islice(_slots, 6)
+CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
+CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # in force
+MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # taken by MCn, wait for CI
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)  # CI waits for the zero point; it has become invalid, up to MCn
 CAM_TABLE = next(_slots)  # 1: MCn multiplies the table instead of the external encoder's counts
 
 # Host mode
-HOST_HEAD, HOST_COUNT, HOST_LEFT = (next(_slots) for _ in range(3))  # ring of points; samples left in this segment
+HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)  # ring of points; samples left in this segment
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # numbers in the ring
 HOST_ARMED = next(_slots)  # 1: MD is what the next G starts
 
 # Status word W, bit by bit (0 or 1), and the three flags that are not in it
-BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = (next(_slots) for _ in range(16))
-BB, BC, BF = (next(_slots) for _ in range(3))
-INDEX = next(_slots)  # captured index position, `I`
-INDEX_ARMED = next(_slots)  # 1: the next mark is captured; 0 until the position captured before has been read
-INDEX_FORCED = next(_slots)  # 1: somebody holds the index line high
+BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
+BB, BC, BF = islice(_slots, 3)
+(
+    INDEX,  # captured index position, `I`
+    INDEX_ARMED,  # 1: the next mark is captured; 0 until the position captured before has been read
+    INDEX_FORCED,  # 1: somebody holds the index line high
+) = islice(_slots, 3)
 
 # Protection
 LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1: the pin has its limit role
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
-OVERLOAD = next(_slots)  # samples for which current or temperature has been too high
-STOPPING = next(_slots)  # 1: decelerating because of a fault with F=1
-PENDING = next(_slots)  # C1 and C2 calls that wait for the end of a statement: bits CALL_FAULT, CALL_INPUT
-FAULT_AGAIN = next(_slots)  # 1: a fault has occurred within C1, which is called again when it has returned
-WATCH_INDEX = next(_slots)  # 1: somebody wants to see every change of Bx
-INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = (next(_slots) for _ in range(3))  # index marks around the shaft
+(
+    OVERLOAD,  # samples for which current or temperature has been too high
+    STOPPING,  # 1: decelerating because of a fault with F=1
+    PENDING,  # C1 and C2 calls that wait for the end of a statement: bits CALL_FAULT, CALL_INPUT
+    FAULT_AGAIN,  # 1: a fault has occurred within C1, which is called again when it has returned
+    WATCH_INDEX,  # 1: somebody wants to see every change of Bx
+) = islice(_slots, 5)
+INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)  # index marks around the shaft
 
 # Pins: bit 0 = A … bit 6 = G, 1 = high; analog in 0…1023; window of shaft positions in which no switch changes
 PINS = next(_slots)
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # pin G as polled and debounced; samples with another level
-DEBOUNCE = next(_slots)  # samples for which pin G must have its new level
-LATCHES = next(_slots)  # what UA= … UG= have set, bit by bit; it reaches the pin while that is an output
-GO_PIN = next(_slots)  # 1: pin G has its go role (UG)
-BRAKE_PIN = next(_slots)  # the pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none
-BRAKE_READ = next(_slots)  # 1: an assignment has read that pin (5.1, note 2)
-ANALOG = next(_slots)  # seven values
-for _ in range(6):
-    next(_slots)
+(
+    DEBOUNCE,  # samples for which pin G must have its new level
+    LATCHES,  # what UA= … UG= have set, bit by bit; it reaches the pin while that is an output
+    GO_PIN,  # 1: pin G has its go role (UG)
+    BRAKE_PIN,  # the pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none
+    BRAKE_READ,  # 1: an assignment has read that pin (5.1, note 2)
+) = islice(_slots, 5)
+ANALOG, *_ = islice(_slots, 7)  # seven values
 WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # What the drive does, for the physics
-DRIVE = next(_slots)  # a DRIVE
-PWM = next(_slots)  # -1023 … 1023, machine's direction
-BRAKE = next(_slots)  # 1: static brake engaged
-TEMP = next(_slots)  # whole °C, for TEMP
-CURRENT = next(_slots)  # 0.01 A, for UIA
-BUS_VOLTAGE = next(_slots)  # 0.1 V, for UJA
-IDEAL = next(_slots)  # 1: the shaft follows the trajectory exactly
+(
+    DRIVE,  # a DRIVE
+    PWM,  # -1023 … 1023, machine's direction
+    BRAKE,  # 1: static brake engaged
+    TEMP,  # whole °C, for TEMP
+    CURRENT,  # 0.01 A, for UIA
+    BUS_VOLTAGE,  # 0.1 V, for UJA
+    IDEAL,  # 1: the shaft follows the trajectory exactly
+) = islice(_slots, 7)
 
 # What the servo law and the physics remember (servo.py)
-INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = (next(_slots) for _ in range(4))
-CURRENT_SUM, HEAT, HEAT_SAMPLES = (next(_slots) for _ in range(3))  # the filter of CURRENT; (0.01 A)² and their number
+INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
+CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)  # the filter of CURRENT; (0.01 A)² and their number
 SLIPPED = next(_slots)  # the shaft stands so many counts beyond SHAFT, which is what the encoder says
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # a bad encoder counts so many for so many; 0 of 0: it is good
 UNCOUNTED = next(_slots)  # what is left over of that
 HOT = next(_slots)  # 1: has been overheated, and is not yet cool enough to move again
 
-LENGTHS = next(_slots)  # LEN, LEN1: bytes waiting
-next(_slots)
+LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: bytes waiting
 ARRAY_BASE = next(_slots)  # where al[0] lies in `v`
 
 INTS = next(_slots)
-"""How many integers there are."""
 
-PROGRAM_STATES = STOPPED, RUNNING, BLOCKED = range(3)
+STOPPED, RUNNING, BLOCKED = range(3)
 """BLOCKED: a statement is waiting for something outside, such as room in the transmitter."""
 NOTHING_YET = -1
 """Instead of the number of a statement: none has begun since the program was started."""
@@ -161,7 +171,7 @@ NO_POWER = -1
 CALL_GOSUB, CALL_FAULT, CALL_INPUT = 0, 1, 2
 """Why a return address lies on the stack: GOSUB, a fault's call of C1, pin G's call of C2."""
 
-DRIVES = DRIVE_OPEN, DRIVE_SHORTED, DRIVE_ON = range(3)
+DRIVE_OPEN, DRIVE_SHORTED, DRIVE_ON = range(3)
 """Windings open (the shaft coasts), shorted (mode torque brake), driven by PWM."""
 
 STATUS = (BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK)

@@ -9,48 +9,10 @@ Velocities and accelerations are in 1/65536 count per sample (squared), position
 
 import math
 
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Ints
 from axistwin.controllers.smartmotor.kernel.position import wrapped
-from axistwin.controllers.smartmotor.kernel.state import (
-    ANALOG,
-    BT,
-    BW,
-    BY_HAND,
-    CAM_ORIGIN,
-    COMMANDED,
-    CTR,
-    FACTOR,
-    FOLLOW_REM,
-    M_FOLLOW,
-    M_HOLD,
-    M_POSITION,
-    M_STEP,
-    M_STOP,
-    M_VELOCITY,
-    MASTER,
-    MASTER_ADD,
-    MASTER_DIV,
-    MASTER_END,
-    MASTER_LEFT,
-    MASTER_REM,
-    MASTER_SEEN,
-    MASTER_STEP,
-    MASTER_WAY,
-    MODE,
-    ORIGIN,
-    PINS,
-    RATE,
-    RESOLUTION,
-    SHOWN,
-    STEP_UP,
-    STEPS,
-    TARGET,
-    TOLD,
-    TOLD_AT,
-    TOP,
-    VELOCITY,
-)
 
 FULL_SCALE = 1023
 """The analog value of a pin at 5 V (6.3)."""
@@ -106,21 +68,21 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 @sampled
 def master_turns(i: Ints, told: Ints) -> None:
     """Turn the external encoder for a sample: to its announced count, or at constant speed."""
-    if i[TOLD] > 0:
-        i[MASTER] = told[i[TOLD_AT]]
-        i[TOLD_AT] += 1
-        i[TOLD] -= 1
+    if i[s.TOLD] > 0:
+        i[s.MASTER] = told[i[s.TOLD_AT]]
+        i[s.TOLD_AT] += 1
+        i[s.TOLD] -= 1
         return
-    if i[MASTER_LEFT] == 0:
+    if i[s.MASTER_LEFT] == 0:
         return
-    i[MASTER_LEFT] -= 1
-    i[MASTER] += i[MASTER_WAY] * i[MASTER_STEP]
-    i[MASTER_REM] += i[MASTER_ADD]
-    if i[MASTER_REM] >= i[MASTER_DIV]:
-        i[MASTER_REM] -= i[MASTER_DIV]
-        i[MASTER] += i[MASTER_WAY]
-    if i[MASTER_LEFT] == 0:
-        i[MASTER] = i[MASTER_END]
+    i[s.MASTER_LEFT] -= 1
+    i[s.MASTER] += i[s.MASTER_WAY] * i[s.MASTER_STEP]
+    i[s.MASTER_REM] += i[s.MASTER_ADD]
+    if i[s.MASTER_REM] >= i[s.MASTER_DIV]:
+        i[s.MASTER_REM] -= i[s.MASTER_DIV]
+        i[s.MASTER] += i[s.MASTER_WAY]
+    if i[s.MASTER_LEFT] == 0:
+        i[s.MASTER] = i[s.MASTER_END]
 
 
 @sampled
@@ -133,23 +95,23 @@ def quadrature(count: int) -> int:
 @sampled
 def show_master(i: Ints, before: int) -> None:
     """Set pins A and B to the levels of the external encoder; of a step source B is the direction, and A is low."""
-    if i[MASTER] != before:
-        i[STEP_UP] = 1 if i[MASTER] > before else 0
-    levels = 2 * i[STEP_UP] if i[STEPS] != 0 else quadrature(i[MASTER] - i[BY_HAND])
-    i[PINS] = (i[PINS] & ~i[SHOWN]) | (levels & i[SHOWN])
+    if i[s.MASTER] != before:
+        i[s.STEP_UP] = 1 if i[s.MASTER] > before else 0
+    levels = 2 * i[s.STEP_UP] if i[s.STEPS] != 0 else quadrature(i[s.MASTER] - i[s.BY_HAND])
+    i[s.PINS] = (i[s.PINS] & ~i[s.SHOWN]) | (levels & i[s.SHOWN])
     for bit in range(2):
-        if i[SHOWN] >> bit & 1:
-            i[ANALOG + bit] = FULL_SCALE * (levels >> bit & 1)
+        if i[s.SHOWN] >> bit & 1:
+            i[s.ANALOG + bit] = FULL_SCALE * (levels >> bit & 1)
 
 
 @sampled
 def counted(i: Ints) -> int:
     """Update CTR; return its change since the last call."""
-    counts = i[MASTER] * i[RESOLUTION] // 4
-    moved = counts - i[MASTER_SEEN]
+    counts = i[s.MASTER] * i[s.RESOLUTION] // 4
+    moved = counts - i[s.MASTER_SEEN]
     if moved != 0:
-        i[MASTER_SEEN] = counts
-        i[CTR] = wrapped(i[CTR] + moved)
+        i[s.MASTER_SEEN] = counts
+        i[s.CTR] = wrapped(i[s.CTR] + moved)
     return moved
 
 
@@ -157,41 +119,41 @@ def counted(i: Ints) -> int:
 def follow(i: Ints, moved: int) -> None:
     """Follow CTR: MF1, MF2, MF4 and MS one to one, MFR and MSR by MFMUL/MFDIV with the remainder kept."""
     step = moved
-    if i[MODE] != M_FOLLOW and i[MODE] != M_STEP:
-        owed = moved * i[FACTOR] + i[FOLLOW_REM]
-        step = owed // i[TARGET]
-        i[FOLLOW_REM] = owed - step * i[TARGET]
-    i[VELOCITY] = step << 16
-    i[COMMANDED] += step << 16
+    if i[s.MODE] != s.M_FOLLOW and i[s.MODE] != s.M_STEP:
+        owed = moved * i[s.FACTOR] + i[s.FOLLOW_REM]
+        step = owed // i[s.TARGET]
+        i[s.FOLLOW_REM] = owed - step * i[s.TARGET]
+    i[s.VELOCITY] = step << 16
+    i[s.COMMANDED] += step << 16
 
 
 @sampled
 def profile(i: Ints) -> None:
     """Move by MP, MV or X: a trapezoid, a ramp to a velocity, a ramp to a stop."""
-    mode = i[MODE]
-    velocity = i[VELOCITY]
-    acceleration = i[RATE]
-    if mode == M_POSITION:
-        remaining = (i[TARGET] << 16) - i[COMMANDED]
+    mode = i[s.MODE]
+    velocity = i[s.VELOCITY]
+    acceleration = i[s.RATE]
+    if mode == s.M_POSITION:
+        remaining = (i[s.TARGET] << 16) - i[s.COMMANDED]
         if acceleration > 0:
-            velocity = next_velocity(velocity, remaining, i[TOP], acceleration)
-        i[COMMANDED] += velocity
+            velocity = next_velocity(velocity, remaining, i[s.TOP], acceleration)
+        i[s.COMMANDED] += velocity
         if velocity == remaining and -acceleration <= velocity <= acceleration:
             velocity = 0
-            i[BT] = 0
-        elif velocity == 0 and (acceleration == 0 or i[TOP] == 0):
-            i[BT] = 0  # no travel at all
-    elif mode == M_VELOCITY:
-        velocity = ramp_velocity(velocity, i[TOP], acceleration)
-        i[COMMANDED] += velocity
-        i[BT] = 0 if velocity == 0 and (i[TOP] == 0 or acceleration == 0) else 1
-    elif mode == M_STOP:
+            i[s.BT] = 0
+        elif velocity == 0 and (acceleration == 0 or i[s.TOP] == 0):
+            i[s.BT] = 0  # no travel at all
+    elif mode == s.M_VELOCITY:
+        velocity = ramp_velocity(velocity, i[s.TOP], acceleration)
+        i[s.COMMANDED] += velocity
+        i[s.BT] = 0 if velocity == 0 and (i[s.TOP] == 0 or acceleration == 0) else 1
+    elif mode == s.M_STOP:
         velocity = ramp_velocity(velocity, 0, acceleration)
-        i[COMMANDED] += velocity
+        i[s.COMMANDED] += velocity
         if velocity == 0:
-            i[MODE] = M_HOLD
-            i[BT] = 0
-    i[VELOCITY] = velocity
+            i[s.MODE] = s.M_HOLD
+            i[s.BT] = 0
+    i[s.VELOCITY] = velocity
 
 
 @sampled
@@ -201,14 +163,14 @@ def wrap(i: Ints) -> None:
     The target is shifted too, so that a move ends where it would on a longer scale.
     """
     turn = 0
-    if i[COMMANDED] >= WRAP // 2:
+    if i[s.COMMANDED] >= WRAP // 2:
         turn = -1
-    elif i[COMMANDED] < -WRAP // 2:
+    elif i[s.COMMANDED] < -WRAP // 2:
         turn = 1
     if turn != 0:
-        i[COMMANDED] += turn * WRAP
-        i[ORIGIN] += turn * (WRAP >> 16)
-        i[CAM_ORIGIN] += turn * (WRAP >> 16)
-        if i[MODE] == M_POSITION:
-            i[TARGET] += turn * (WRAP >> 16)
-        i[BW] = 1
+        i[s.COMMANDED] += turn * WRAP
+        i[s.ORIGIN] += turn * (WRAP >> 16)
+        i[s.CAM_ORIGIN] += turn * (WRAP >> 16)
+        if i[s.MODE] == s.M_POSITION:
+            i[s.TARGET] += turn * (WRAP >> 16)
+        i[s.BW] = 1

@@ -18,7 +18,7 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 class Later(NamedTuple):
     """A form of Class 5.  `here` is what 4.76 has for it, in terms of its groups; `sure`: the values are the same."""
 
-    form: re.Pattern[str]
+    form: str
     here: str
     note: str = ""
     sure: bool = False
@@ -33,72 +33,57 @@ class Found(NamedTuple):
     sure: bool
 
 
-def _later(form: str, here: str, note: str = "", *, sure: bool = False) -> Later:
-    return Later(re.compile(form, re.ASCII), here, note, sure)
-
-
 COMMANDS = (
-    _later(r"PT=(?P<v>.+)", r"P=\g<v>", sure=True),
-    _later(r"PRT=(?P<v>.+)", r"D=\g<v>", sure=True),
-    _later(r"EL=(?P<v>.+)", r"E=\g<v>", sure=True),
-    _later(r"VT=(?P<v>.+)", r"V=\g<v>", RATES),
-    _later(r"(?:ADT|AT|DT)=(?P<v>.+)", r"A=\g<v>", RAMPS),
-    _later(r"EIGN\(2\)", "UCI", sure=True),
-    _later(r"EIGN\(3\)", "UDI", sure=True),
-    _later(r"EIGN\(W,0(?:,12)?\)", "UCI UDI", sure=True),
-    _later(r"EIGN\((?P<pin>[0-6])\)", "U{pin}I", sure=True),
-    _later(r"EILP", "UCP", sure=True),
-    _later(r"EILN", "UDM", sure=True),
-    _later(r"EISM\(6\)", "UG", sure=True),
-    _later(r"EOBK\(-1\)", "BRKI", sure=True),
-    _later(r"EOBK\(2\)", "BRKC", sure=True),
-    _later(r"EOBK\(6\)", "BRKG", sure=True),
-    _later(r"EOBK\(.*\)", "BRKI, BRKC or BRKG"),
-    _later(r"OUT\((?P<pin>[0-6])\)=(?P<v>.+)", r"U{pin}=\g<v>", "U{pin}O makes the pin an output"),
-    _later(r"OS\((?P<pin>[0-6])\)", "U{pin}=1", "U{pin}O makes the pin an output"),
-    _later(r"OR\((?P<pin>[0-6])\)", "U{pin}=0", "U{pin}O makes the pin an output"),
-    _later(r"RIN\((?P<pin>[0-6])\)", "RU{pin}", sure=True),
-    _later(r"RPA", "RP", sure=True),
-    _later(r"REA", "RPE", sure=True),
-    _later(r"RVA", "RV", RATES),
-    _later(r"RCTR\([01]\)", "RCTR", sure=True),
-    _later(r"RW\(\d+\)", "RW", "the bits are others"),
-    _later(r"RB\(\d+,\d+\)", "RBx with the flag's letter"),
-    _later(r"(MV|MP|MT|MC|G|X|S|TWAIT)\((?:\d+)?\)", r"\1"),
-    _later(r"(MFR|MSR)\(\d+\)", r"\1"),
-    _later(r"(?:MFA|MFD|MFSLEW|MFH|MFL|MFCTP|MFSDC)\(.*\)", "MFMUL=, MFDIV= and MFR"),
-    _later(r"(?:CTE|CTA|CTW)\(.*\)", "aw[], SIZE= and BASE="),
-    _later(r"PRINT0(?P<v>\(.*\))", r"PRINT\g<v>", sure=True),
-    _later(r"(?:EITR|DITR|ITR|ITRE|ITRD)(?:\(.*\))?", "F=32 with label C1 and F=64 with C2"),
-    _later(r"FSA\(.*\)", "F="),
-    _later(r"Z\(.*\)", "ZS, or Z with the flag's letter"),
-    _later(r"BAUD\([01]\)=(?P<v>.+)", r"BAUD\g<v>"),
-    _later(r"ADDR=(?P<v>.+)", r"SADDR\g<v>"),
+    Later(r"PT=(?P<v>.+)", r"P=\g<v>", sure=True),
+    Later(r"PRT=(?P<v>.+)", r"D=\g<v>", sure=True),
+    Later(r"EL=(?P<v>.+)", r"E=\g<v>", sure=True),
+    Later(r"VT=(?P<v>.+)", r"V=\g<v>", RATES),
+    Later(r"(?:ADT|AT|DT)=(?P<v>.+)", r"A=\g<v>", RAMPS),
+    Later(r"EIGN\(2\)", "UCI", sure=True),
+    Later(r"EIGN\(3\)", "UDI", sure=True),
+    Later(r"EIGN\(W,0(?:,12)?\)", "UCI UDI", sure=True),
+    Later(r"EIGN\((?P<pin>[0-6])\)", "U{pin}I", sure=True),
+    Later(r"EILP", "UCP", sure=True),
+    Later(r"EILN", "UDM", sure=True),
+    Later(r"EISM\(6\)", "UG", sure=True),
+    Later(r"EOBK\(-1\)", "BRKI", sure=True),
+    Later(r"EOBK\(2\)", "BRKC", sure=True),
+    Later(r"EOBK\(6\)", "BRKG", sure=True),
+    Later(r"EOBK\(.*\)", "BRKI, BRKC or BRKG"),
+    Later(r"OUT\((?P<pin>[0-6])\)=(?P<v>.+)", r"U{pin}=\g<v>", "U{pin}O makes the pin an output"),
+    Later(r"OS\((?P<pin>[0-6])\)", "U{pin}=1", "U{pin}O makes the pin an output"),
+    Later(r"OR\((?P<pin>[0-6])\)", "U{pin}=0", "U{pin}O makes the pin an output"),
+    Later(r"RIN\((?P<pin>[0-6])\)", "RU{pin}", sure=True),
+    Later(r"RPA", "RP", sure=True),
+    Later(r"REA", "RPE", sure=True),
+    Later(r"RVA", "RV", RATES),
+    Later(r"RCTR\([01]\)", "RCTR", sure=True),
+    Later(r"RW\(\d+\)", "RW", "the bits are others"),
+    Later(r"RB\(\d+,\d+\)", "RBx with the flag's letter"),
+    Later(r"(MV|MP|MT|MC|G|X|S|TWAIT)\((?:\d+)?\)", r"\1"),
+    Later(r"(MFR|MSR)\(\d+\)", r"\1"),
+    Later(r"(?:MFA|MFD|MFSLEW|MFH|MFL|MFCTP|MFSDC)\(.*\)", "MFMUL=, MFDIV= and MFR"),
+    Later(r"(?:CTE|CTA|CTW)\(.*\)", "aw[], SIZE= and BASE="),
+    Later(r"PRINT0(?P<v>\(.*\))", r"PRINT\g<v>", sure=True),
+    Later(r"(?:EITR|DITR|ITR|ITRE|ITRD)(?:\(.*\))?", "F=32 with label C1 and F=64 with C2"),
+    Later(r"FSA\(.*\)", "F="),
+    Later(r"Z\(.*\)", "ZS, or Z with the flag's letter"),
+    Later(r"BAUD\([01]\)=(?P<v>.+)", r"BAUD\g<v>"),
+    Later(r"ADDR=(?P<v>.+)", r"SADDR\g<v>"),
 )
 """In the order in which they are tried."""
 VALUES = (
-    _later(r"PA", "@P", sure=True),
-    _later(r"EA", "@PE", sure=True),
-    _later(r"VA", "@V", RATES),
-    _later(r"PT", "P", sure=True),
-    _later(r"PRT", "D", sure=True),
-    _later(r"VT", "V", RATES),
-    _later(r"(?:AT|DT)", "A", RAMPS),
-    _later(r"EL", "E", sure=True),
-    _later(r"INA", "UAA to UGA"),
-    _later(r"IN", "UA to UG"),
+    Later(r"PA", "@P", sure=True),
+    Later(r"EA", "@PE", sure=True),
+    Later(r"VA", "@V", RATES),
+    Later(r"PT", "P", sure=True),
+    Later(r"PRT", "D", sure=True),
+    Later(r"VT", "V", RATES),
+    Later(r"(?:AT|DT)", "A", RAMPS),
+    Later(r"EL", "E", sure=True),
+    Later(r"INA", "UAA to UGA"),
+    Later(r"IN", "UA to UG"),
 )
-"""Values of expressions, by name."""
-
-
-def command(text: str) -> Found | None:
-    """Return the Class 5 command that a statement is; None: it is none."""
-    return _find(text, COMMANDS)
-
-
-def value(name: str) -> Found | None:
-    """Return the Class 5 value of this name; None: there is none."""
-    return _find(name, VALUES)
 
 
 def message(found: Found) -> str:
@@ -107,11 +92,12 @@ def message(found: Found) -> str:
     return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 has {found.here}{note}"
 
 
-def _find(text: str, table: tuple[Later, ...]) -> Found | None:
+def find(text: str, table: tuple[Later, ...]) -> Found | None:
+    """Return the Class 5 word of a table that a text is, and what 4.76 has for it; None: it is none."""
     for later in table:
-        if match := later.form.fullmatch(text):
-            pin = PINS[int(match["pin"])] if "pin" in later.form.groupindex else ""
+        if match := re.fullmatch(later.form, text, re.ASCII):
+            pin = PINS[int(match["pin"])] if "pin" in match.re.groupindex else ""
             here = match.expand(later.here.replace("{pin}", pin))
-            word = text[: match.start("v")] if "v" in later.form.groupindex else text
+            word = text[: match.start("v")] if "v" in match.re.groupindex else text
             return Found(clipped(word), here, later.note.replace("{pin}", pin), later.sure)
     return None

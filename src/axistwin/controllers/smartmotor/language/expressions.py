@@ -68,8 +68,8 @@ class Index:
 
 
 @dataclass(frozen=True)
-class Expression:
-    """A number in a statement."""
+class Computed:
+    """An operand that the interpreter computes."""
 
     code: tuple[int, ...]
     fetches: "tuple[Callable[[Processor], int], ...]" = ()
@@ -80,16 +80,21 @@ class Expression:
     taken: tuple[str, ...] = ()
     """Those of them that are the level of a pin which is assigned to a variable (5.1, note 2)."""
 
+    def fetch(self, motor: Processor) -> None:
+        """Fetch the external values."""
+        for number, fetch in enumerate(self.fetches):
+            motor.v[s.HIDDEN + number] = fetch(motor)
+
+
+@dataclass(frozen=True)
+class Expression(Computed):
+    """A number in a statement."""
+
     @cached_property
     def constant(self) -> int | None:
         """The value, if it is constant."""
         known = len(self.code) == 3 and self.code[0] == ops.CONSTANT
         return self.code[1] if known else None
-
-    def fetch(self, motor: Processor) -> None:
-        """Fetch the external values."""
-        for number, fetch in enumerate(self.fetches):
-            motor.v[s.HIDDEN + number] = fetch(motor)
 
     def value(self, motor: Processor) -> int | None:
         """Return the value now; None: there is no value, and a flag is set."""
@@ -229,11 +234,10 @@ class Reader:
             return Malformed(self.at, "a value is missing at the end")
         if not token or not token[-1].isalnum():
             return Malformed(self.at, f"a value is missing before {self.text[self.at]!r}")
-        if later := class5.value(token):
+        if later := class5.find(token, class5.VALUES):
             return Malformed(self.at, class5.message(later), rule=rules.LATER, end=self.at + len(token))
         hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
-        message = f"there is no variable {token}{hint}"
-        return Malformed(self.at, message, rule=rules.VARIABLE, end=self.at + len(token))
+        return Malformed(self.at, f"there is no variable {token}{hint}", rule=rules.VARIABLE, end=self.at + len(token))
 
     def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)

@@ -80,13 +80,6 @@ def encode(text: str) -> bytes:
     return (head + table + program).encode("latin-1")
 
 
-def decode(data: bytes) -> tuple[str, bool]:
-    """The text of what has been loaded, an image or plain source, and whether it is intact by its header."""
-    decoder = Decoder()
-    decoder.feed(data)
-    return decoder.result()
-
-
 class Decoder:
     """Decodes a program line by line while it is received, so that little is left to do at its end."""
 

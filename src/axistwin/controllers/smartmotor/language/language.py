@@ -16,10 +16,9 @@ from axistwin.controllers.smartmotor.chapters.reports import READ_ONLY
 from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, NAMES, find, values
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
-from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST
 from axistwin.controllers.smartmotor.language import class5
-from axistwin.controllers.smartmotor.language.expressions import Expression, Index, Malformed, Problem, Reader
+from axistwin.controllers.smartmotor.language.expressions import Computed, Expression, Index, Malformed, Problem, Reader
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
 from axistwin.controllers.smartmotor.processor import Processor
 
@@ -28,20 +27,10 @@ EQUAL_SIGN = "8.1 Forced equal sign"
 
 
 @dataclass(frozen=True)
-class Elements:
+class Elements(Computed):
     """An assignment to an array as the interpreter's code: number of values, array, first index, values."""
 
-    code: tuple[int, ...]
-    fetches: "tuple[Callable[[Processor], int], ...]" = ()
-    indices: tuple[Index, ...] = ()
-    names: tuple[str, ...] = ()
-    taken: tuple[str, ...] = ()
     count: int = 1
-
-    def fetch(self, motor: Processor) -> None:
-        """Fetch the external values."""
-        for number, fetch in enumerate(self.fetches):
-            motor.v[s.HIDDEN + number] = fetch(motor)
 
     def value(self, motor: Processor) -> tuple[int, ...]:
         """Return the code, after fetching the external values."""
@@ -87,9 +76,9 @@ class Statement:
     problem: Problem | None = None
 
     @property
-    def computed(self) -> tuple[Expression | Elements, ...]:
+    def computed(self) -> tuple[Computed, ...]:
         """The operands that are computed."""
-        return tuple(part for part in self.operands if isinstance(part, Expression | Elements))
+        return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:
         """Fetch the external values of an assignment or a condition; the interpreter does the rest."""
@@ -118,12 +107,8 @@ class Statement:
             if value is None:
                 return None  # abandoned: Bd or Bu says why
             given.append(value)
-        if self.command.form is Form.LET:
-            return self._report(self.command.handler(motor, value=given[0]))
-        return self._report(self.command.handler(motor, *given))
-
-    @staticmethod
-    def _report(answer: object) -> str | None:
+        named = self.command.form is Form.LET
+        answer = self.command.handler(motor, value=given[0]) if named else self.command.handler(motor, *given)
         return answer if isinstance(answer, str) else None
 
 
@@ -148,8 +133,7 @@ def read(text: str) -> Statement:
             rule, message = _unknown(text)
             raise Malformed(0, message, rule.chapter, rule)
         if Accept.REMOVED in found.accepted:
-            message = f"{found.code} has been removed in 4.76: {found.instead}"
-            raise Malformed(0, message, found.chapter, rules.REMOVED)
+            raise Malformed(0, f"{found.code} has been removed in 4.76: {found.instead}", found.chapter, rules.REMOVED)
         return Statement(text, found, _READERS[found.form](text, begin, found))
     except Malformed as malformed:
         condition = found is not None and found.form is Form.AFTER
@@ -204,7 +188,7 @@ def _unknown(text: str) -> tuple[Rule, str]:
     if match and (_get(f"{match[1]}=") is not None or values(match[1]) is not None):
         better = f"{match[1]}={text[match.end(1) :]}"
         return rules.EQUAL_SIGN, f"{text}: an assignment needs its equal sign, {better}"
-    if later := class5.command(text):
+    if later := class5.find(text, class5.COMMANDS):
         return rules.LATER, class5.message(later)
     if len(text) > 1 and not text.strip(text[0]) and not text[0].isalnum():
         return rules.NO_COMMENT, f"{text[:20]} is no command, and no comment: ' begins one"
@@ -222,10 +206,6 @@ def _unknown(text: str) -> tuple[Rule, str]:
 _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
 
-def _bare(_text: str, _at: int, _found: Instruction) -> tuple[Operand, ...]:
-    return ()
-
-
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     """Digits that belong to the name: GOSUB5."""
     digits, field = text[at:].lstrip("0") or "0", found.parameters[0]
@@ -235,7 +215,6 @@ def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 
 
 def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, assigned: bool = False) -> Expression:
-    """Read an expression up to the end."""
     reader = Reader(text[:end], at, assigned=assigned)
     expression = reader.expression()
     _expect_end(reader, found)
@@ -248,10 +227,6 @@ def _expect_end(reader: Reader, found: Instruction) -> None:
         raise Malformed(reader.at, f"{rest[:20]} cannot stand behind this expression", found.chapter)
 
 
-def _let(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    return (_whole(text, at, found),)
-
-
 def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     expression = _whole(text, at, found)
     if found.code != "CASE":
@@ -259,10 +234,6 @@ def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     if expression.constant is None:
         raise Malformed(at, "CASE takes a constant", found.chapter)
     return (expression.constant,)
-
-
-def _variable(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    return NAMES[text[: at - 1]].place, _whole(text, at, found, assigned=True)
 
 
 _value = re.compile(r"[ \t]+(-?\d+)")
@@ -388,13 +359,13 @@ def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 
 
 _READERS: dict[Form, _Read] = {
-    Form.BARE: _bare,
+    Form.BARE: lambda text, at, found: (),
     Form.NUMBER: _number,
-    Form.LET: _let,
+    Form.LET: lambda text, at, found: (_whole(text, at, found),),
     Form.AFTER: _after,
     Form.ITEMS: _items,
     Form.CALL: _call,
-    Form.VARIABLE: _variable,
+    Form.VARIABLE: lambda text, at, found: (NAMES[text[: at - 1]].place, _whole(text, at, found, assigned=True)),
     Form.ARRAY: _array,
     Form.REPORT_VARIABLE: _report_variable,
     Form.REPORT_ARRAY: _report_array,

@@ -17,9 +17,9 @@ from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.commands import FLOW
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.language import lexer
-from axistwin.controllers.smartmotor.language.expressions import Expression, Problem
+from axistwin.controllers.smartmotor.language.expressions import Computed, Problem
 from axistwin.controllers.smartmotor.language.forms import Form
-from axistwin.controllers.smartmotor.language.language import WITHOUT_VALUE, Elements, Statement, read
+from axistwin.controllers.smartmotor.language.language import WITHOUT_VALUE, Statement, read
 
 __all__ = ["Compilation", "Place", "Program", "Statement"]
 
@@ -28,8 +28,8 @@ OPENS = {"ENDIF": "IF", "LOOP": "WHILE", "ENDS": "SWITCH"}
 PARTS = {"ELSEIF": "IF", "ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
 OTHERWISE = frozenset({"ELSE", "DEFAULT"})
 """Parts that occur once in a block; ELSE is the last part of an IF."""
-SILENT = frozenset({"ENDIF", "ENDS"})
-"""Statements that take no time."""
+SILENT = frozenset({"ENDIF", "ENDS", "CASE", "DEFAULT"})
+"""Statements without code of their own."""
 PIECE = 64
 """Statements, or parts of blocks, that are read, matched or written in one piece of a compilation."""
 
@@ -51,7 +51,6 @@ class _Block:
     parts: list[int] = field(default_factory=list)
     breaks: list[int] = field(default_factory=list)
     otherwise: str = ""
-    """ELSE or DEFAULT, once the block has one."""
     end: int = -1
 
     def after(self, number: int) -> int:
@@ -94,11 +93,6 @@ class Program:
     def announcement(self, head: int) -> int:
         """Return the length of the announcement at this head, before the operation itself."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
-
-    def problems(self) -> list[tuple[int, Problem]]:
-        """Return the errors: offset in the text, and problem."""
-        found = zip(self.places, self.statements, strict=True)
-        return [(place.begin + s.problem.position, s.problem) for place, s in found if s.problem is not None]
 
 
 class Compilation:
@@ -263,7 +257,6 @@ class _Writer:
         """The place of each statement for jumps within its block."""
         self.code: list[int] = []
         self._last = -1, -1
-        """Operation and number of the head that was written last."""
         self._jumps: list[tuple[int, int]] = []
         """A word of the code, and the statement whose entry it is to hold."""
         self._calls: list[tuple[int, int, int, int]] = []
@@ -300,7 +293,7 @@ class _Writer:
         """Write a statement that continues with the next one."""
         target = self._head(operation, number)
         for part in statement.operands if statement else ():
-            if isinstance(part, Expression | Elements):
+            if isinstance(part, Computed):
                 self.code += part.code
             elif isinstance(part, int):
                 self.code.append(part)
@@ -326,8 +319,6 @@ class _Writer:
 
     def _jump(self, number: int, to: int) -> None:
         self._jumps.append((self._head(ops.S_JUMP, number), to))
-
-    # Program flow
 
     def _label(self, _: int, statement: Statement) -> None:
         self.labels.setdefault(digits(statement), len(self.code))
@@ -405,9 +396,6 @@ class _Writer:
         self._jumps.append((len(self.code) - 1, case))
         return target
 
-    def _nothing(self, _: int, __: Statement) -> None:
-        """CASE, DEFAULT: targets of a SWITCH without code of their own."""
-
 
 def digits(statement: Statement) -> int:
     """The number of a label, GOTO, GOSUB or CASE."""
@@ -435,8 +423,6 @@ _WRITERS: dict[str, Callable[[_Writer, int, Statement], Iterator[None] | None]] 
     "WHILE": _Writer._condition,
     "LOOP": _Writer._loop,
     "SWITCH": _Writer._switch,
-    "CASE": _Writer._nothing,
-    "DEFAULT": _Writer._nothing,
     "BREAK": _Writer._break,
 }
 """Statements that are more than an operation and its expression."""

@@ -9,7 +9,7 @@ Channel 0 is the main one, RS-232 or with pin G as its direction line RS-485; ch
 
 from array import array
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import IntFlag
 from typing import Protocol
 
@@ -58,10 +58,7 @@ class Dispatcher(Protocol):
     clock: Clock
     i: "array[int]"
     powered: bool
-
-    @property
-    def channels(self) -> "Sequence[Channel]":
-        """All channels of the motor."""
+    channels: "tuple[Channel, Channel]"
 
     def catch_up(self, *, changing: bool = True) -> None:
         """Bring the state to the last sample by now."""
@@ -113,8 +110,6 @@ class Channel:
         self.transfer = None
         self.uart.on_receive, self.uart.on_idle = lambda byte, errors: None, lambda: None
 
-    # In
-
     def receive(self, byte: int, errors: LineError) -> None:
         """Receive a character.  A line error is flagged, and spoils the command in which it occurs."""
         if not self.open:
@@ -149,7 +144,6 @@ class Channel:
                 self.flag_new(ChannelError.SCAN)
 
     def _resume_program(self) -> None:
-        """Resume the program that `!` has paused."""
         self.motor.catch_up()
         self.motor.i[s.PAUSED], self.motor.i[s.PROGRAM] = 0, s.RUNNING
         self.motor.update_outputs()
@@ -206,7 +200,6 @@ class Channel:
             self.motor.execute_record(record[0], int.from_bytes(record[1:5], "big", signed=True))
 
     def _reject_record(self, byte: int) -> None:
-        """Reject a record that does not end in CR."""
         if self._active:
             self.flag_new(ChannelError.SCAN)
         if byte < GLOBAL:
@@ -226,8 +219,6 @@ class Channel:
     def _active(self) -> bool:
         """True if commands on this channel are executed."""
         return self.addressed and not self.asleep
-
-    # Errors
 
     def flag_new(self, error: ChannelError) -> None:
         """Set the flag of a receive error.  A motor at rest is not disturbed if the flag is set already."""
@@ -266,8 +257,6 @@ class Channel:
         elif self.addressed and not self._data_mode:
             self._words.drop()
 
-    # Out
-
     def send(self, data: bytes) -> None:
         """Send characters after those that are waiting.  On a closed channel they are lost."""
         if not self.open:
@@ -296,8 +285,6 @@ class Channel:
         action, self._when_empty = self._when_empty, None
         if action is not None:
             action()
-
-    # Opening
 
     def set_up(self, fmt: UartFormat, *, data_mode: bool, timeout_ns: int = 0) -> None:
         """OCHN: from the next character on."""

@@ -17,7 +17,6 @@ from axistwin.units import MS, S
 ACKNOWLEDGE, END = 0x06, 0xFF
 UPLOAD_BLOCK = 8
 DECODED_AT_ONCE = 256
-"""Bytes of a download that are decoded in one step."""
 GIVE_UP_NS = 5 * S
 """Time without a character after which a download ends."""
 SECOND_END_NS = 50 * MS
