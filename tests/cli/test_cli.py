@@ -45,7 +45,7 @@ def test_version(capsys):
 def test_help_names_all_commands(capsys, flag):
     assert main(flag) == 0
     out = capsys.readouterr().out
-    assert re.findall(r"^  (\w+)  ", out, re.MULTILINE) == list(cli.COMMANDS)
+    assert re.findall(r"^  (\w[\w-]*)  ", out, re.MULTILINE) == list(cli.COMMANDS)
 
 
 def test_no_command_shows_the_help_and_is_wrong_usage(capsys):

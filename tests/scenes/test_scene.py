@@ -345,7 +345,8 @@ def test_a_scene_that_is_no_text(tmp_path):
 
 def test_the_schema_is_json_and_knows_all_tables():
     schema = json.loads(json.dumps(Scene.schema()))
-    assert set(schema["properties"]) == {"title", "seed", "controller", "wire", "chain", "rs485", "fault", "script"}
+    tables = {"title", "seed", "controller", "wire", "chain", "rs485", "fault", "script", "stand-in"}
+    assert set(schema["properties"]) == tables
     assert {"model", "ports", "axes"} <= set(schema["$defs"]["ControllerTable"]["properties"])
     assert "from" in schema["$defs"]["WireTable"]["properties"]
 

@@ -29,9 +29,14 @@ class Command:
     folder: str
     summary: str
 
+    @property
+    def module(self) -> str:
+        """Name of its module, and of its function there."""
+        return self.name.replace("-", "_")
+
     def load(self) -> click.Command:
         """Import the command."""
-        loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.name}"), self.name)
+        loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.module}"), self.module)
         return loaded
 
 
@@ -55,6 +60,8 @@ GROUPS = {
         Command("serve", "serving", "Put controllers on real ports: TCP, pty, RFC2217, serial, bus."),
         Command("term", "serving", "An interactive terminal on a virtual or a real controller."),
         Command("learn", "serving", "Six short lessons for a model, in the terminal."),
+        Command("stand-in", "serving", "Let a legacy host drive real motors through a motion board."),
+        Command("boards", "serving", "List the motion boards that are connected."),
         Command("record", "serving", "Record the conversation of a host with a real controller."),
         Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),
     ),

@@ -2,6 +2,7 @@
 
 from bisect import bisect_right
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -100,6 +101,19 @@ class Train:
             move.profile.fill_pulse_times(before + 1, move.start_ns, times[filled : filled + upto - before])
             filled += upto - before
         return times
+
+    def pulse_runs(self, start_ns: int, stop_ns: int) -> "Iterator[tuple[int, NDArray[np.int64]]]":
+        """Yield direction and pulse times of each move with pulses at start_ns <= time < stop_ns, in order."""
+        import numpy as np
+
+        earliest = self.move_at(max(start_ns - 1, 0)).start_ns  # its last pulse may be at start_ns
+        for move in self.moves:
+            if earliest <= move.start_ns < stop_ns:
+                before = self._pulses_before(move, start_ns)
+                times = np.empty(self._pulses_before(move, stop_ns) - before, np.int64)
+                move.profile.fill_pulse_times(before + 1, move.start_ns, times)
+                if len(times):
+                    yield move.direction, times
 
     @staticmethod
     def _pulses_before(move: Move, time_ns: int) -> int:

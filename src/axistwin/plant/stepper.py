@@ -124,13 +124,16 @@ class StepperAxis:
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         self._lost = 0  # net pulses lost in finished moves
+        self._unmade = 0  # net pulses that the output has not made, before the present hold
+        self._made: int | None = None  # while the output is held: the net pulses it has made
         self._was_held = False
 
     # What the controller does
 
     def start(self, profile: Profile, direction: int) -> None:
         """Begin a new move now; `direction` +1 or -1."""
-        self._lost += self.train.move.direction * self._lost_in_move(over=True)
+        if self._made is None:
+            self._lost += self.train.move.direction * self._lost_in_move(over=True)
         self._fall_in()
         if self._encoder:
             self._encoder.begin()
@@ -164,7 +167,7 @@ class StepperAxis:
         move = self.train.move
         done = move.profile.pulses_by(max(0, self.clock.now - within_ns - move.start_ns))
         behind = lost_pulses(self._slips, done, False, self._per_tooth)
-        return self._encoder.counted(move.origin - self._lost + move.direction * (done - behind))
+        return self._encoder.counted(move.origin - self._lost - self._unmade + move.direction * (done - behind))
 
     @property
     def encoder_direction(self) -> int:
@@ -184,7 +187,7 @@ class StepperAxis:
     @property
     def predictable(self) -> bool:
         """True if positions are predictable up to the next move; lost steps make positions unpredictable."""
-        return not self._slips
+        return not self._slips and self._made is None
 
     @property
     def follows(self) -> None:
@@ -202,7 +205,7 @@ class StepperAxis:
         pulses_ns = np.empty(last - first, np.int64)
         profile.fill_pulse_times(first + 1, 0, pulses_ns)
         done = first + np.searchsorted(pulses_ns, since_ns, side="right")
-        found: list[int] = (move.origin - self._lost + move.direction * done).tolist()
+        found: list[int] = (move.origin - self._lost - self._unmade + move.direction * done).tolist()
         return found
 
     # The machine, for the user
@@ -210,7 +213,8 @@ class StepperAxis:
     @property
     def position(self) -> int:
         """Position of the motor, in pulses from 0 when the bench was made."""
-        return self.pulses - self._lost - self.train.move.direction * self._lost_in_move()
+        lost = 0 if self._made is not None else self.train.move.direction * self._lost_in_move()
+        return self.pulses - self._lost - lost
 
     @property
     def lost(self) -> int:
@@ -243,8 +247,33 @@ class StepperAxis:
 
     @property
     def pulses(self) -> int:
-        """Net pulses issued in the positive direction."""
+        """Net pulses made in the positive direction."""
+        return self._issued - self._unmade if self._made is None else self._made
+
+    @property
+    def _issued(self) -> int:
+        """Net pulses that the controller has issued."""
         return self.train.move.position_at(self.clock.now)
+
+    @property
+    def unmade(self) -> int:
+        """Net pulses that the controller has issued, but that a held output has not made."""
+        return self._unmade if self._made is None else self._issued - self._made
+
+    def hold(self, made: int) -> None:
+        """Correct the output: it made pulses only up to this net number, and makes none until `let_go`.
+
+        A stand-in calls this function when a motion board has stopped a real motor.
+        """
+        self._lost += self.train.move.direction * self._lost_in_move()
+        self._slips, self._made = [], made
+        self.on_motion.emit()
+
+    def let_go(self) -> None:
+        """Let a held output make pulses again, from now on."""
+        if self._made is not None:
+            self._unmade, self._made = self._issued - self._made, None
+            self._replan()
 
     @property
     def velocity(self) -> float:
@@ -311,7 +340,9 @@ class StepperAxis:
     def reaches_ns(self, position: int) -> int | None:
         """Return the time at which the motor next reaches `position`, as now planned; None: not in this move."""
         move, now_ns = self.train.move, self.clock.now
-        n = (position + self._lost - move.origin) * move.direction
+        if self._made is not None:
+            return None
+        n = (position + self._lost + self._unmade - move.origin) * move.direction
         for slip in self._slips:
             if n <= slip.first:
                 break
@@ -333,7 +364,7 @@ class StepperAxis:
 
     def _behind(self, settled: bool) -> int:
         """Return the lost pulses of this move, with the rotor between teeth or settled in one."""
-        if not self._slips:
+        if not self._slips or self._made is not None:
             return 0
         move = self.train.move
         pulses = move.profile.pulses_by(self.clock.now - move.start_ns)
@@ -361,6 +392,8 @@ class StepperAxis:
         self._fall_in()
 
     def _find_slips(self, elapsed_ns: int, out_of_step: bool) -> list[Slip]:
+        if self._made is not None:
+            return []
         motor = self._motor
         if motor is None:
             if not self.jammed and self.strength:

@@ -31,6 +31,7 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
@@ -40,7 +41,7 @@ from axistwin.controllers.product import Product
 from axistwin.scenes.addresses import check_ports
 from axistwin.scenes.build import Builder, is_in_loop
 from axistwin.scenes.source import Given, Source
-from axistwin.scenes.tables import SceneFile, shared_lines
+from axistwin.scenes.tables import SceneFile, StandInTable, shared_lines
 
 if TYPE_CHECKING:
     from axistwin.scenes.copying import Copy
@@ -84,6 +85,20 @@ class Scene:
         found = [(table.called, url) for table in self._contents.controller for url in table.ports]
         found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
         return found + [(name, url) for _, name, table, _ in shared_lines(self._contents) for url in table.ports]
+
+    @property
+    def stand_in(self) -> StandInTable | None:
+        """The real motors of the scene; None without any."""
+        return self._contents.stand_in
+
+    @property
+    def file(self) -> Path:
+        """The scene's file."""
+        return self._source.file
+
+    def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
+        """Turn each UsageError in this context into a SceneError at the place of `path` in the file."""
+        return self._source.placing_errors(*path)
 
     @property
     def hosted(self) -> set[str]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -239,6 +239,89 @@ class ScriptTable(Table):
     """Controller whose pins and axes are meant; may be left out if there is only one controller."""
 
 
+Pin = Annotated[str, Field(pattern=r"^[\^~]?!?\w+$")]
+"""A pin of a motion board as Klipper writes it: `^` pull-up, `~` pull-down, `!` inverted, then the name."""
+
+
+class BoardTable(Table):
+    """A motion board with Klipper's micro-controller firmware."""
+
+    name: Name
+    """Name of the board."""
+    port: str
+    """Its serial port, e.g. "/dev/ttyACM0"."""
+    baud: Annotated[int, Field(ge=1200)] = 250_000
+    """Baud rate of its firmware; a board with USB of its own ignores it."""
+
+
+class BoardAxisTable(Table):
+    """The drive of an axis."""
+
+    axis: str
+    """Axis with a stepper motor, as "controller.axis"."""
+    board: str | None = None
+    """Name of the board; may be left out if there is only one."""
+    step: Pin
+    """Pin of the step input of the drive."""
+    direction: Pin
+    """Pin of the direction input; high in the positive direction."""
+    enable: Pin
+    """Pin of the enable input; off when the board stops."""
+    pulse_us: Annotated[float, Field(gt=0, le=1000)] = 2.0
+    """Minimum width of a step pulse, in microseconds."""
+    travel: tuple[int, int] | None = None
+    """Lowest and highest position in pulses; motion beyond is refused."""
+    max_rate: Annotated[float, Field(gt=0)] | None = None
+    """Highest step rate in pulses per second; a higher one is refused."""
+
+
+class BoardInputTable(Table):
+    """A switch or a signal of the machine."""
+
+    to: str
+    """Input of a controller, as "controller.pin"."""
+    pin: Pin
+    """Pin of the board."""
+    board: str | None = None
+    """Name of the board; may be left out if there is only one."""
+    stops: Literal["plus", "minus", "both"] | None = None
+    """Direction of the motion that the board stops at once; left out: none."""
+    stops_at: Literal["low", "high"] = "low"
+    """Level of the controller's input at which motion stops."""
+
+
+class BoardOutputTable(Table):
+    """An output of a controller."""
+
+    source: Annotated[str, Field(alias="from")]
+    """Output of a controller, as "controller.pin"."""
+    pin: Pin
+    """Pin of the board."""
+    board: str | None = None
+    """Name of the board; may be left out if there is only one."""
+    safe: Literal["low", "high"] = "low"
+    """Level when the board has stopped."""
+
+
+class StandInTable(Table):
+    """Real motors on motion boards, for `axistwin stand-in`."""
+
+    horizon_ms: Annotated[float, Field(ge=50, le=2000)] = 100.0
+    """Constant delay of everything at the pins, in milliseconds."""
+    watchdog_ms: Annotated[float, Field(ge=20, le=2000)] = 100.0
+    """Time after which a board without orders stops everything, in milliseconds; at most the horizon."""
+    journal: File | None = None
+    """Journal of pulses and positions, relative to the scene file; its name with .journal if left out."""
+    board: Annotated[list[BoardTable], Field(min_length=1)]
+    """Boards, one [[stand-in.board]] each."""
+    axis: Annotated[list[BoardAxisTable], Field(min_length=1)]
+    """Axes, one [[stand-in.axis]] each."""
+    input: list[BoardInputTable] = []
+    """Inputs, one [[stand-in.input]] each."""
+    output: list[BoardOutputTable] = []
+    """Outputs, one [[stand-in.output]] each."""
+
+
 class SceneFile(Table):
     """Contents of a scene file."""
 
@@ -259,6 +342,8 @@ class SceneFile(Table):
     """Faults, one [[fault]] each."""
     script: list[ScriptTable] = []
     """Actions at the machine, one [[script]] each."""
+    stand_in: Annotated[StandInTable | None, Field(alias="stand-in")] = None
+    """Real motors on motion boards."""
 
 
 @cache

@@ -46,9 +46,9 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
 
     A FILE is a conversation (.talk; the host's lines are checked), IF1/IF2 command lines as typed at a terminal (.if1),
     commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene or a sweep
-    (.toml).  MODEL may be left out if the file gives the model: a conversation by `; model: if1`, other files by their suffix (.if1 is
-    checked for an IF1, .181x for an 1811).  With a scene, all programs, hosts and conversations that the scene names
-    are checked.  One line is printed for each diagnostic:
+    (.toml).  MODEL may be left out if the file gives the model: a conversation by `; model: if1`, other files by their
+    suffix (.if1 is checked for an IF1, .181x for an 1811).  With a scene, all programs, hosts and conversations that
+    the scene names are checked.  One line is printed for each diagnostic:
 
     \b
       moves.if1:3:5: error: unknown character 'x': … (manual: Full command list) [DP101]

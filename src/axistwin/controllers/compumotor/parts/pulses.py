@@ -82,7 +82,7 @@ class PulseGenerator:
         self.velocity_profile = VelocityProfile(())
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
-        self._excursion_origin = 0
+        self._excursion_origin, self._unmade_at_reset = 0, axis.unmade
         self._pulse_ns: int | None = None  # the time of the latest pulse from outside in this excursion
         self._plan = 0
         self._changed: Event | None = None
@@ -105,6 +105,11 @@ class PulseGenerator:
     @property
     def position(self) -> int:
         """Net pulses since the board was reset, signed by the + and - at the time of each pulse."""
+        unmade = self.axis.unmade - self._unmade_at_reset
+        return self._issued - (unmade if self.cw_is_plus else -unmade)
+
+    @property
+    def _issued(self) -> int:
         return self._origin + self.sign * self._output.pulses_by(self._elapsed_ns)
 
     @property
@@ -168,7 +173,7 @@ class PulseGenerator:
         else:
             fraction, rate = self._output.fraction_at(self._elapsed_ns), self.rate
             self._output = self._output.cut(self._elapsed_ns)
-            self._origin = self.position
+            self._origin = self._issued
             self._begin(Profile(profile.segments, fraction, rate))
             self._follow(profile)
 
@@ -188,7 +193,7 @@ class PulseGenerator:
 
     def face(self, sign: int) -> None:
         """Set the direction of the next pulses: the level of DIRECTION, high for CW."""
-        self._origin, self._output = self.position, AT_REST
+        self._origin, self._output = self._issued, AT_REST
         self.sign = sign
         self._direction.set(self.physical > 0)
 
@@ -196,7 +201,7 @@ class PulseGenerator:
         """Output a single pulse of the joystick in the next nanosecond, in the direction of `sign`. The rate follows
         from the time since the previous pulse.
         """
-        self._origin = self.position
+        self._origin = self._issued
         since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
         self._pulse_ns = self.clock.now
         self._begin(one_pulse(since_ns))

@@ -32,6 +32,7 @@ class RampGenerator:
         self._ratios: dict[str, Fraction] = {}
         self._start_ns = 0
         self._steps_before = 0
+        self._unmade_before: dict[str, int] = {}
 
     def begin(
         self,
@@ -50,6 +51,7 @@ class RampGenerator:
         self._ratios, self.interpolating = dict(minor or {}), minor is not None
         self.profile, self.ramp, self.directions = profile, ramp, dict(directions)
         self._start_ns = self.clock.now
+        self._unmade_before = {axis: self.axes[axis].unmade for axis in directions if axis not in self._ratios}
         for axis, direction in directions.items():
             self.pins[DIRECTIONS[axis]].set(direction > 0)
         for axis, direction in directions.items():
@@ -91,7 +93,9 @@ class RampGenerator:
     @property
     def steps(self) -> int:
         """Pulses of the common clock since the last index or run began."""
-        return self._steps_before + self.profile.pulses_by(self._elapsed_ns)
+        made = self._steps_before + self.profile.pulses_by(self._elapsed_ns)
+        unmade = (abs(self.axes[axis].unmade - before) for axis, before in self._unmade_before.items())
+        return max(made - max(unmade, default=0), 0)
 
     def clock_level(self, axis: str) -> bool:
         """Return the level of the clock output of an axis: high for 5 µs from each pulse."""

@@ -1,0 +1,188 @@
+"""`axistwin stand-in`: a legacy host drives real motors through a motion board."""
+
+import asyncio
+import sys
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from time import monotonic
+
+import click
+
+from axistwin.bench import Bench
+from axistwin.cli.serving import served
+from axistwin.cli.serving.ending import ending
+from axistwin.errors import UsageError
+from axistwin.links.server import Server
+from axistwin.scenes.scene import Scene
+from axistwin.standin import reading
+from axistwin.standin.board import Board
+from axistwin.standin.driver import Driver
+from axistwin.standin.events import Event
+from axistwin.standin.journal import Journal, last_positions
+from axistwin.standin.sender import Sender, open_port
+
+COLLECT_S = 0.01
+"""Interval at which pulses go to the boards."""
+WARNING = "axistwin is not a safety controller: wire the emergency stop and the limit chain to the drives' enable."
+
+
+@click.command("stand-in", context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("scene", metavar="SCENE.toml")
+@click.option("--board", metavar="DEV", help="Serial port of the only board, instead of the scene's.")
+@click.option("--dry-run", is_flag=True, help="Print every pin and check the scene; open no port, move nothing.")
+@click.option("--unhomed", is_flag=True, help="Start although the last position is unknown: home the machine first.")
+def stand_in(scene: str, board: str | None, dry_run: bool, unhomed: bool) -> int:
+    """Take the place of a dead controller: its host talks to the emulated one, and real motors turn.
+
+    The scene's table [stand-in] maps axes, inputs and outputs to the pins of a board with Klipper's micro-controller
+    firmware.  Everything at the pins happens one constant horizon later.  While the motors are live, type `stop`
+    or Enter to stop them, and `go` to go on after a stop.
+
+    The journal of each run says where the motors are.  After a run that did not end properly the next one refuses to
+    start, until you give --unhomed and home the machine.
+
+    \b
+    axistwin stand-in table.toml --dry-run
+    axistwin stand-in table.toml
+    axistwin stand-in table.toml --board /dev/ttyACM0
+    """
+    loaded = Scene.load(Path(scene))
+    bench = loaded.build(served=True)
+    plan = reading.read(loaded, bench, board)
+    if dry_run:
+        for line in reading.lines(plan):
+            click.echo(line)
+        return 0
+    click.echo(WARNING, err=True)
+    known = last_positions(plan.journal)
+    if known is None and not unhomed:
+        raise UsageError(
+            f"the last position is unknown, as the last run did not end properly ({plan.journal}): "
+            "start with --unhomed, then home the machine"
+        )
+    ports = served.scene(scene, [], alone=False).ports(bench)
+    return asyncio.run(_Run(bench, plan, known or {}).serve(ports))
+
+
+class _Run:
+    """One run: boards, driver and journal."""
+
+    def __init__(self, bench: Bench, plan: reading.Plan, positions: dict[str, int]) -> None:
+        self.bench, self.plan, self._at_start = bench, plan, positions
+        self._changed = asyncio.Event()
+        self._ending = self._proper_end = False
+
+    async def serve(self, ports: served.Ports) -> int:
+        lines = [(open_port(table.port, table.baud), wiring) for table, wiring in self.plan.boards]
+        journal = Journal(self.plan.journal)
+        loop = asyncio.get_running_loop()
+        server = Server(self.bench)
+
+        def deliver(sender: Sender, event: Event) -> None:
+            loop.call_soon_threadsafe(self._handle, sender, event)
+
+        senders = [
+            Sender(Board(wiring, self.plan.horizon_s, journal.note, self._at_start), line, deliver)
+            for line, wiring in lines
+        ]
+        self._driver, self._server = Driver(self.bench, senders, _tell), server
+        journal.begin(", ".join(self._driver.axes))
+        try:
+            return await self._drive(senders, ports)
+        finally:
+            self._ending = True
+            server.close()
+            for sender in senders:
+                sender.close()
+            if self._proper_end:
+                journal.end(self._driver.positions)
+            journal.close()
+            for controller in self.bench.controllers.values():
+                controller.power(False)
+
+    async def _drive(self, senders: list[Sender], ports: served.Ports) -> int:
+        ended = ending()
+        for sender in senders:
+            sender.start()
+        while not (self._driver.all_ready or self._driver.failed):
+            await self._change_or(ended)
+            if ended.done():
+                return await ended
+        if self._driver.failed:
+            return 1
+        for name, url in ports:
+            click.echo(f"{name} listening on {await self._server.open(name, url)}")
+        self._server.start()
+        self._driver.begin(monotonic())
+        click.echo(f"LIVE: {', '.join(self._driver.axes)}; `stop` or Enter stops, `go` goes on", err=True)
+        self._collect()
+        _read_words(self._said)
+        code = await ended
+        await self._end(senders)
+        return code
+
+    async def _end(self, senders: list[Sender]) -> None:
+        """Stop the motors, read where they are, and switch the drives off."""
+        if not self._driver.failed:
+            self._driver.stopped.clear()
+            self._driver.stop("end of the run")
+            for _ in range(50):
+                if self._driver.stopped:
+                    break
+                await self._change_or(asyncio.sleep(0.02))
+            self._proper_end = bool(self._driver.stopped) and not self._driver.failed
+        self._ending = True
+        for sender in senders:
+            sender.shut_down()
+        await asyncio.sleep(0.05)
+
+    async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
+        """Wait until an event has come, or `other` is done."""
+        self._changed.clear()
+        waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
+        _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+        for each in pending:
+            if each is not other:
+                each.cancel()
+
+    def _handle(self, sender: Sender, event: Event) -> None:
+        if self._ending:
+            return
+        self._server.pacer.sync()
+        self._driver.handle(sender, event)
+        self._server.pacer.work()
+        self._changed.set()
+
+    def _collect(self) -> None:
+        self._server.pacer.inspect(self._driver.collect)
+        asyncio.get_running_loop().call_later(COLLECT_S, self._collect)
+
+    def _said(self, word: str) -> None:
+        """Follow a word of the person at the terminal."""
+        if word == "go":
+            self._driver.go_on(monotonic())
+            _tell("going on")
+        else:
+            self._driver.stop("stopped by hand")
+
+
+def _tell(line: str) -> None:
+    click.echo(f"axistwin: {line}", err=True)
+
+
+def _read_words(said: Callable[[str], None]) -> None:
+    """Call `said` with each line that a person types; the end of input is no word."""
+    loop = asyncio.get_running_loop()
+
+    def read() -> None:
+        line = sys.stdin.readline()
+        if line:
+            said(line.strip())
+        else:
+            loop.remove_reader(sys.stdin)
+
+    if sys.stdin is not None and not sys.stdin.closed:
+        try:
+            loop.add_reader(sys.stdin, read)
+        except (OSError, ValueError):  # a file, or no real input
+            return

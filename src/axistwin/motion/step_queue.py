@@ -1,0 +1,98 @@
+"""Pulse times as a queue of step commands: `count` pulses, the first `interval` ticks after the last pulse.
+
+Each further interval is longer by `add` ticks.  Motion boards execute such commands by themselves, in ticks of their
+own clock.  Pulse k of a command happens at `last + k * interval + add * k * (k - 1) / 2`, with k from 1.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+MOST_COUNT = (1 << 16) - 1
+MOST_ADD = (1 << 15) - 1
+MOST_INTERVAL = (1 << 31) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """One command of the queue, in ticks."""
+
+    interval: int
+    count: int
+    add: int
+
+    @property
+    def ticks(self) -> int:
+        """Ticks from the pulse before this command to its last pulse."""
+        return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
+
+    def times(self, last: int) -> "NDArray[np.int64]":
+        """Return the ticks of the pulses; `last`: tick of the pulse before."""
+        import numpy as np
+
+        k = np.arange(1, self.count + 1, dtype=np.int64)
+        found: NDArray[np.int64] = last + k * self.interval + self.add * (k * (k - 1) // 2)
+        return found
+
+
+def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator[Steps]:
+    """Yield commands whose pulses are within `tolerance` ticks of the `wanted` times, which rise.
+
+    `last`: tick of the pulse before, which is earlier than the first wanted time by more than `tolerance`.  Each
+    command is the longest that is possible.  Raises ValueError if an interval is out of range.
+    """
+    import numpy as np
+
+    low, high = np.ceil(wanted - tolerance).astype(np.int64), np.floor(wanted + tolerance).astype(np.int64)
+    done = 0
+    while done < len(wanted):
+        steps = _longest(low[done : done + MOST_COUNT] - last, high[done : done + MOST_COUNT] - last)
+        yield steps
+        done += steps.count
+        last += steps.ticks
+
+
+def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
+    """Return the longest command whose pulses are within these bounds, which are relative to the pulse before."""
+    if high[0] <= 0 or low[0] > MOST_INTERVAL:
+        raise ValueError(f"no pulse after {int(high[0])} ticks: expected 1 to {MOST_INTERVAL}")
+    best, reach = _fit(low[:1], high[:1]), 2
+    assert best is not None, "one pulse is possible"
+    while reach <= len(low) and (found := _fit(low[:reach], high[:reach])):
+        best, reach = found, 2 * reach
+    fails = min(reach, len(low) + 1)
+    while best.count + 1 < fails:
+        middle = (best.count + fails) // 2
+        found = _fit(low[:middle], high[:middle])
+        if found is None:
+            fails = middle
+        else:
+            best = found
+    return best
+
+
+def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
+    """Return a command with one pulse within each of these bounds; None: there is none."""
+    import numpy as np
+
+    count = len(low)
+    if count == 1:
+        return Steps(min(max(1, int(low[0] + high[0]) // 2), MOST_INTERVAL), 1, 0)
+    pairs = count * (count - 1)
+    first = max(-(-2 * int(low[-1] - count * high[0]) // pairs), -MOST_ADD)
+    last = min(2 * int(high[-1] - count * low[0]) // pairs, MOST_ADD)
+    if first > last:
+        return None
+    k = np.arange(1, count + 1, dtype=np.int64)
+    triangle = k * (k - 1) // 2
+    middle = (first + last) / 2
+    for add in sorted(range(first, last + 1), key=lambda each: abs(each - middle)):
+        at_least = max(1, int(np.max(-(-(low - add * triangle) // k))))
+        at_most = min(MOST_INTERVAL, int(np.min((high - add * triangle) // k)))
+        if at_least <= at_most and at_least + add * (count - 1) >= 1:
+            return Steps((at_least + at_most) // 2, count, add)
+    return None

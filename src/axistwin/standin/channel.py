@@ -1,0 +1,139 @@
+"""The channel to a board: numbered blocks, acknowledged in order, sent again from the first lost one (go-back-N)."""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from axistwin.standin import frames
+
+WINDOW = 12
+"""Most blocks that are not acknowledged.  The sequence number has four bits."""
+LEAST_TIMEOUT_S, MOST_TIMEOUT_S = 0.025, 0.5
+RECEIVE_WINDOW = 192
+"""Bytes that a board can hold, unless its dictionary says so."""
+
+
+@dataclass
+class _Sent:
+    """A block that is not acknowledged.
+
+    `again`: it has been sent more than once.  `lost`: the board has asked for it.
+    """
+
+    content: bytes
+    data: bytes
+    at_s: float
+    again: bool = False
+    lost: bool = False
+
+
+class Channel:
+    """Bytes in, contents out, and back; without input or output of its own.  Times are in seconds."""
+
+    def __init__(self, window: int = RECEIVE_WINDOW) -> None:
+        self.window = window
+        """Bytes that the board can hold."""
+        self._reader = frames.Reader()
+        self._first = 0  # number of the oldest block; blocks carry its lowest four bits
+        self._agreed = False  # True once the board has acknowledged a block
+        self._unacknowledged: deque[_Sent] = deque()
+        self._waiting: deque[tuple[bytes, Callable[[float], None]]] = deque()
+        self._timeout_s = LEAST_TIMEOUT_S
+        self._silent_since_s: float | None = None
+        self._gone_back_to = -1
+        self.again = 0
+        """Number of blocks that were sent more than once."""
+
+    @property
+    def damaged(self) -> int:
+        """Number of damaged places in what the board has sent."""
+        return self._reader.damaged
+
+    @property
+    def idle(self) -> bool:
+        """True if everything has been sent and acknowledged."""
+        return not self._waiting and not self._unacknowledged
+
+    def send(self, content: bytes, sent: Callable[[float], None] = lambda at_s: None) -> None:
+        """Send one command; `sent(at_s)` is called when its block first leaves.  Small commands share a block."""
+        self._waiting.append((content, sent))
+
+    def silent_s(self, now_s: float) -> float:
+        """Return the time for which the board has acknowledged nothing although it should have."""
+        return 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
+
+    def receive(self, data: bytes, now_s: float) -> Iterator[bytes]:
+        """Yield the responses in these bytes."""
+        for sequence, content in self._reader.feed(data):
+            self._acknowledge(sequence, now_s, is_empty=not content)
+            if content:
+                yield content
+
+    def _acknowledge(self, sequence: int, now_s: float, *, is_empty: bool) -> None:
+        """Remove the blocks before this sequence number, which is the next one that the board expects."""
+        ahead = (sequence - self._first) & 0x0F
+        if ahead > len(self._unacknowledged):
+            if not self._agreed:
+                self._renumber(sequence)
+            return
+        self._agreed = self._agreed or ahead > 0
+        for _ in range(ahead):
+            sent = self._unacknowledged.popleft()
+            if not sent.again:
+                wished_s = max(2 * (now_s - sent.at_s), 0.9 * self._timeout_s)
+                self._timeout_s = min(max(wished_s, LEAST_TIMEOUT_S), MOST_TIMEOUT_S)
+        self._first += ahead
+        if ahead:
+            self._silent_since_s = now_s if self._unacknowledged else None
+        elif is_empty and self._unacknowledged and self._gone_back_to != self._first:
+            self._gone_back_to = self._first
+            self._unacknowledged[0].lost = True
+
+    def _renumber(self, sequence: int) -> None:
+        """Number the blocks from `sequence`, which the board has counted up to for an earlier host."""
+        self._first = sequence
+        for number, sent in enumerate(self._unacknowledged, sequence):
+            sent.data, sent.lost = frames.block(number, sent.content), True
+
+    def due(self, now_s: float) -> bytes:
+        """Return the bytes to send now."""
+        out = bytearray()
+        oldest = self._unacknowledged[0] if self._unacknowledged else None
+        if oldest is not None and (oldest.lost or now_s - oldest.at_s >= self._timeout_s):
+            if not oldest.lost:
+                self._timeout_s = min(2 * self._timeout_s, MOST_TIMEOUT_S)
+                self._gone_back_to = -1
+            out.append(frames.SYNC)
+            for block in self._unacknowledged:
+                block.at_s, block.again, block.lost = now_s, True, False
+                out += block.data
+                self.again += 1
+        while self._waiting and len(self._unacknowledged) < WINDOW:
+            if self._unacknowledged and self._in_flight + len(self._waiting[0][0]) + frames.LEAST > self.window:
+                break
+            out += self._next_block(now_s)
+        return bytes(out)
+
+    @property
+    def _in_flight(self) -> int:
+        return sum(len(block.data) for block in self._unacknowledged)
+
+    def _next_block(self, now_s: float) -> bytes:
+        """Return a block with as many of the waiting commands as fit."""
+        most = min(frames.MOST_CONTENT, self.window - self._in_flight - frames.LEAST)
+        contents, calls = bytearray(), []
+        while self._waiting and (not contents or len(contents) + len(self._waiting[0][0]) <= most):
+            content, sent = self._waiting.popleft()
+            contents += content
+            calls.append(sent)
+        data = frames.block(self._first + len(self._unacknowledged), bytes(contents))
+        for call in calls:
+            call(now_s)
+        self._unacknowledged.append(_Sent(bytes(contents), data, now_s))
+        if self._silent_since_s is None:
+            self._silent_since_s = now_s
+        return data
+
+    def drop_waiting(self) -> None:
+        """Drop the commands that have not left yet."""
+        self._waiting.clear()

@@ -1,0 +1,59 @@
+"""The board's clock as a line over the host's: ticks = rate · (time - origin) + offset, by least squares."""
+
+from collections import deque
+
+SAMPLES = 64
+"""Number of samples in the fit."""
+ENOUGH = 8
+"""Number of samples after which the fit can be judged."""
+_WRAP = 1 << 32
+
+
+class ClockFit:
+    """Converts between the host's time in seconds and the board's ticks, without the board's wrap at 32 bits."""
+
+    def __init__(self, nominal_hz: float) -> None:
+        self.nominal_hz = nominal_hz
+        self._samples: deque[tuple[float, int, float]] = deque(maxlen=SAMPLES)
+        self._latest = 0
+        self._time_s, self._ticks, self.hz = 0.0, 0.0, nominal_hz
+        self.error_s = float("inf")
+        """Largest distance of a good sample from the line."""
+
+    @property
+    def ready(self) -> bool:
+        """True if there are enough samples."""
+        return len(self._samples) >= ENOUGH
+
+    def add(self, sent_s: float, received_s: float, clock: int) -> None:
+        """Add an answer to `get_clock`; `clock`: its 32 bits.  The board read its clock between the two times."""
+        ticks = self.unwrapped(clock)
+        self._latest = max(self._latest, ticks)
+        self._samples.append(((sent_s + received_s) / 2, ticks, received_s - sent_s))
+        self._fit()
+
+    def unwrapped(self, clock: int) -> int:
+        """Return the full ticks for 32 bits near the latest sample."""
+        return self._latest + ((clock - self._latest + (_WRAP >> 1)) % _WRAP) - (_WRAP >> 1)
+
+    def _fit(self) -> None:
+        """Fit the line to the samples with the shortest round trips."""
+        shortest = min(trip for _, _, trip in self._samples)
+        good = [(at, ticks) for at, ticks, trip in self._samples if trip <= 1.5 * shortest + 50e-6]
+        mean_s = sum(at for at, _ in good) / len(good)
+        base = good[0][1]
+        mean_ticks = sum(ticks - base for _, ticks in good) / len(good)
+        spread = sum((at - mean_s) ** 2 for at, _ in good)
+        if spread > 1e-4:
+            self.hz = sum((at - mean_s) * (ticks - base - mean_ticks) for at, ticks in good) / spread
+            self.hz = min(max(self.hz, 0.999 * self.nominal_hz), 1.001 * self.nominal_hz)
+        self._time_s, self._ticks = mean_s, base + mean_ticks
+        self.error_s = max(abs(self.ticks(at) - ticks) for at, ticks in good) / self.hz
+
+    def ticks(self, time_s: float) -> float:
+        """Return the board's ticks at a time of the host."""
+        return self._ticks + (time_s - self._time_s) * self.hz
+
+    def time_s(self, ticks: float) -> float:
+        """Return the host's time at these ticks."""
+        return self._time_s + (ticks - self._ticks) / self.hz

@@ -1,0 +1,125 @@
+"""The data dictionary of a board: its messages, its pins and its constants (Protocol, Data Dictionary).
+
+The board sends the dictionary when it is asked, as JSON compressed by zlib.  Only the identifiers of `identify` and
+its answer are fixed.
+"""
+
+import json
+import re
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from axistwin.errors import LinkError
+from axistwin.standin import frames
+
+IDENTIFY, IDENTIFY_RESPONSE = "identify offset=%u count=%c", "identify_response offset=%u data=%.*s"
+_ARGUMENT = re.compile(r"(\w+)=(%[.*a-z]+)")
+_TEXT = re.compile(r"%[.*a-z]+")
+
+Value = int | bytes
+
+
+@dataclass(frozen=True)
+class Format:
+    """A message: identifier, name, and each parameter with True for a string."""
+
+    number: int
+    text: str
+    name: str
+    parameters: tuple[tuple[str, bool], ...]
+
+    @classmethod
+    def read(cls, text: str, number: int) -> "Format":
+        """Return the message described by a text such as `queue_step oid=%c interval=%u`."""
+        found = _ARGUMENT.findall(text)
+        return cls(number, text, text.split()[0], tuple((name, kind.endswith("s")) for name, kind in found))
+
+
+class Dictionary:
+    """What a board's firmware says about itself.  Raises LinkError for a dictionary that cannot be read."""
+
+    def __init__(self, described: Mapping[str, Any] | None = None) -> None:
+        described = described or {}
+        try:
+            commands, responses = described.get("commands", {}), described.get("responses", {})
+            self.commands = {each.name: each for each in map(Format.read, commands, commands.values())}
+            self._responses = {number: Format.read(text, number) for text, number in responses.items()}
+            self.constants: dict[str, Any] = dict(described.get("config", {}))
+            self.version = str(described.get("version", ""))
+            self._outputs = {number: str(text) for text, number in described.get("output", {}).items()}
+            enumerations = described.get("enumerations", {})
+            self.pins = _numbered(enumerations.get("pin", {}))
+            self._texts = {number: text for text, number in _numbered(enumerations.get("static_string_id", {})).items()}
+        except (AttributeError, TypeError, ValueError, IndexError) as error:
+            raise LinkError(f"the board's dictionary cannot be read: {error}") from None
+        self.commands.setdefault("identify", Format.read(IDENTIFY, 1))
+        self._responses.setdefault(0, Format.read(IDENTIFY_RESPONSE, 0))
+
+    @classmethod
+    def unpack(cls, data: bytes) -> "Dictionary":
+        """Return the dictionary that a board has sent."""
+        try:
+            described = json.loads(zlib.decompress(data))
+        except (zlib.error, ValueError) as error:
+            raise LinkError(f"the board's dictionary cannot be read: {error}") from None
+        if not isinstance(described, dict):
+            raise LinkError("the board's dictionary cannot be read: expected a JSON object")
+        return cls(described)
+
+    @property
+    def clock_hz(self) -> float:
+        """Ticks per second of the board's clock."""
+        return float(self.constants["CLOCK_FREQ"])
+
+    def encode(self, name: str, **values: Value) -> bytes:
+        """Return a command.  Raises LinkError if the firmware does not have it."""
+        if name not in self.commands:
+            raise LinkError(
+                f"the board's firmware has no command {name!r}: expected Klipper with this feature built in"
+            )
+        command = self.commands[name]
+        missing = {parameter for parameter, _ in command.parameters} ^ values.keys()
+        if missing:
+            raise LinkError(f"the board's firmware has another {name!r}: expected Klipper of 2022 or later")
+        encoded = [frames.integer(command.number)]
+        for parameter, _ in command.parameters:
+            value = values[parameter]
+            encoded.append(frames.integer(value) if isinstance(value, int) else frames.integer(len(value)) + value)
+        return b"".join(encoded)
+
+    def decode(self, content: bytes) -> tuple[str, dict[str, Any]]:
+        """Return the name of a response and its values; "" for one that is not in the dictionary."""
+        try:
+            number, at = frames.read_integer(content, 0)
+            if number in self._outputs:
+                return "output", {"text": _TEXT.sub("…", self._outputs[number])}
+            if number not in self._responses:
+                return "", {}
+            response = self._responses[number]
+            values: dict[str, Any] = {}
+            for name, is_string in response.parameters:
+                value, at = frames.read_integer(content, at)
+                if is_string:
+                    values[name] = content[at : at + value]
+                    at += value
+                else:
+                    values[name] = self._texts.get(value, value) if name == "static_string_id" else value
+        except IndexError:
+            return "", {}
+        return response.name, values
+
+
+def _numbered(enumeration: Mapping[str, Any]) -> dict[str, int]:
+    """Return an enumeration with its ranges written out: {"PC0": [16, 8]} are PC0 to PC7."""
+    numbers: dict[str, int] = {}
+    for name, value in enumeration.items():
+        if isinstance(value, int):
+            numbers[name] = value
+            continue
+        first, count = value
+        root = name.rstrip("0123456789")
+        begin = int(name[len(root) :] or 0)
+        numbers |= {f"{root}{begin + n}": first + n for n in range(count)}
+    return numbers

@@ -1,0 +1,180 @@
+"""Joins a bench to its boards: pulses out, inputs in, and what the boards did not make is corrected in the plant."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+
+from axistwin.bench import Bench
+from axistwin.plant import StepperAxis
+from axistwin.sim import Pin
+from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
+from axistwin.standin.wiring import Wiring
+from axistwin.units import S
+
+INPUT_S = 0.02
+"""Constant time after which a change of an input enters the twin: the board's time plus this."""
+
+
+class Output(Protocol):
+    """A board, as the driver uses it."""
+
+    wiring: Wiring
+
+    def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]") -> None:
+        """Make pulses at these times of the host plus the horizon."""
+
+    def set_output(self, source: str, level: bool, at_s: float) -> None:
+        """Set an output one horizon after this time of the host."""
+
+    def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
+        """Stop axes at once: those of these controllers, or all."""
+
+    def resume(self, group: str) -> None:
+        """Accept pulses of a controller again."""
+
+    def restart(self, now_s: float) -> None:
+        """Go on after a failure."""
+
+
+class Driver:
+    """Drives the boards from a bench.  `tell` receives one line for each event that a person should know."""
+
+    def __init__(self, bench: Bench, boards: Sequence[Output], tell: Callable[[str], None]) -> None:
+        self.bench, self.boards, self._tell = bench, boards, tell
+        self.live = False
+        """True while pulses go to the boards."""
+        self.stopped: dict[str, str] = {}
+        """Controllers that need a human to go on, with the reason."""
+        self.positions: dict[str, int] = {}
+        """Latest positions that the boards have reported, by axis."""
+        self._offset_s = 0.0
+        self._collected_ns = bench.now
+        self._board = {axis.axis: board for board in boards for axis in board.wiring.axes}
+        self._origin: dict[str, int] = {}
+        self._held: set[str] = set()
+        self._failed: set[str] = set()
+        self._ready: set[str] = set()
+        for board in boards:
+            for output in board.wiring.outputs:
+                self._pin(output.source).subscribe(partial(self._output_changed, board, output.source))
+
+    def _axis(self, whole: str) -> StepperAxis:
+        controller, _, name = whole.rpartition(".")
+        axis = self.bench[controller].axes[name]
+        assert isinstance(axis, StepperAxis), "the scene has been checked"
+        return axis
+
+    def _pin(self, whole: str) -> Pin:
+        controller, _, name = whole.rpartition(".")
+        return self.bench[controller].pins[name]
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes that it drives."""
+        return tuple(self._board)
+
+    @property
+    def all_ready(self) -> bool:
+        """True if each board is ready."""
+        return len(self._ready) == len(self.boards)
+
+    @property
+    def failed(self) -> bool:
+        """True if a board has failed."""
+        return bool(self._failed)
+
+    def begin(self, now_s: float) -> None:
+        """Begin to drive: virtual time is the host's time `now_s` from now on."""
+        self._offset_s = now_s - self.bench.now / S
+        self._collected_ns = self.bench.now
+        self._origin = {whole: self.positions[whole] - self._axis(whole).pulses for whole in self._board}
+        self.live = True
+        for board in self.boards:
+            for output in board.wiring.outputs:
+                board.set_output(output.source, self._pin(output.source).level, now_s)
+
+    def collect(self) -> None:
+        """Send the pulses since the last call.  Call at least five times per horizon, when no event is due."""
+        stop_ns = self.bench.now
+        if self.live:
+            for whole, board in self._board.items():
+                for direction, times in self._axis(whole).train.pulse_runs(self._collected_ns, stop_ns):
+                    board.queue(whole, direction, times / S + self._offset_s)
+            self._let_go()
+        self._collected_ns = stop_ns
+
+    def _let_go(self) -> None:
+        """Let the axes of a controller move again once it has ended the motion that a board has stopped."""
+        busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
+        for group in tuple(self._held - self.stopped.keys() - busy):
+            wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
+            if not any(self._axis(whole).moving for whole in wholes):
+                self._held.discard(group)
+                for whole in wholes:
+                    self._axis(whole).let_go()
+                for board in {id(board): board for board in self.boards if group in board.wiring.groups}.values():
+                    board.resume(group)
+
+    def handle(self, board: Output, event: Event) -> None:
+        """Take an event of a board.  The bench must have been advanced to now."""
+        match event:
+            case Ready(positions, inputs):
+                self._ready.add(board.wiring.name)
+                self._failed.discard(board.wiring.name)
+                self.positions |= positions
+                for to, level in inputs.items():
+                    self._pin(to).drive(level)
+                if self.live:
+                    self._hold(positions)
+            case InputChanged(to, level, at_s):
+                due_ns = round((at_s - self._offset_s + INPUT_S) * S)
+                self.bench.clock.call_last(max(due_ns, self.bench.now), partial(self._pin(to).drive, level))
+            case Stopped(reason, positions, by):
+                self.positions |= positions
+                self._hold(positions)
+                if not by:
+                    self._wait_for_human(board, reason)
+                else:
+                    self._tell(f"{reason}: {_written(positions)}")
+            case Failed(reason):
+                self._failed.add(board.wiring.name)
+                self._ready.discard(board.wiring.name)
+                if self.live:
+                    self._hold({axis.axis: self.positions[axis.axis] for axis in board.wiring.axes})
+                self._wait_for_human(board, reason)
+
+    def _wait_for_human(self, board: Output, reason: str) -> None:
+        for group in board.wiring.groups:
+            self.stopped[group] = reason
+        self._tell(f"stopped: {board.wiring.name}: {reason}")
+
+    def _hold(self, positions: Mapping[str, int]) -> None:
+        """Correct the plant: these axes have made pulses up to these positions, and make none now."""
+        if self.live:
+            for whole, position in positions.items():
+                self._axis(whole).hold(position - self._origin[whole])
+                self._held.add(whole.rpartition(".")[0])
+
+    def stop(self, reason: str) -> None:
+        """Stop all motors at once."""
+        for board in self.boards:
+            board.stop(reason)
+
+    def go_on(self, now_s: float) -> None:
+        """Go on after a stop, at a human's word: boards that failed start again."""
+        self._offset_s = max(self._offset_s, now_s - self.bench.now / S)
+        for board in self.boards:
+            if board.wiring.name in self._failed:
+                self._failed.discard(board.wiring.name)
+                board.restart(now_s)
+        self.stopped.clear()
+
+    def _output_changed(self, board: Output, source: str, pin: Pin) -> None:
+        if self.live:
+            board.set_output(source, pin.level, self.bench.now / S + self._offset_s)
+
+
+def _written(positions: Mapping[str, int]) -> str:
+    return ", ".join(f"{axis} at {position}" for axis, position in positions.items())

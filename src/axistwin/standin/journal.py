@@ -1,0 +1,68 @@
+"""The journal of a stand-in: every step command sent and every position read, one line each.
+
+It ends with `end` and the positions after a proper end; without that line the positions are unknown.
+"""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TextIO
+
+from axistwin.errors import UsageError
+from axistwin.storage import reason
+
+MOST_TAIL = 4096
+
+
+class Journal:
+    """An open journal file; it is extended, never rewritten."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._file: TextIO = _open(path)
+
+    def note(self, line: str) -> None:
+        """Append a line; after a crash of this program the line is in the file."""
+        self._file.write(f"{line}\n")
+        self._file.flush()
+
+    def begin(self, title: str) -> None:
+        """Begin a run."""
+        self.note(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}")
+
+    def end(self, positions: Mapping[str, int]) -> None:
+        """End a run properly, at these positions."""
+        self.note("end " + " ".join(f"{axis}={position}" for axis, position in positions.items()))
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def _open(path: Path) -> TextIO:
+    try:
+        return path.open("a", encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"journal {path} cannot be written: {reason(error)}") from None
+
+
+def last_positions(path: Path) -> dict[str, int] | None:
+    """Return the positions at the end of the last run; None if they are unknown, {} if there was no run."""
+    try:
+        with path.open("rb") as file:
+            size = file.seek(0, 2)
+            file.seek(max(0, size - MOST_TAIL))
+            lines = file.read().decode(errors="replace").splitlines()
+    except FileNotFoundError:
+        return {}
+    except OSError as error:
+        raise UsageError(f"journal {path} cannot be read: {reason(error)}") from None
+    if not lines:
+        return {}
+    word, *pairs = lines[-1].split()
+    if word != "end":
+        return None
+    try:
+        return {axis: int(position) for axis, _, position in (pair.partition("=") for pair in pairs)}
+    except ValueError:
+        return None

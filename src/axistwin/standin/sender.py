@@ -1,0 +1,123 @@
+"""A board on a serial port, served by a thread of its own so that the emulation cannot starve the port."""
+
+from collections.abc import Callable
+from threading import Event as Flag
+from threading import Lock, Thread
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import serial
+
+from axistwin.errors import LinkError
+from axistwin.standin.board import Board
+from axistwin.standin.channel import Channel
+from axistwin.standin.dictionary import Dictionary
+from axistwin.standin.events import Event
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+WAIT_S = 0.002
+"""Longest wait for a byte of the board; the interval at which commands leave."""
+IDENTIFY_S = 3.0
+_CHUNK = 40
+
+
+def open_port(port: str, baud: int) -> serial.Serial:
+    """Open a board's serial port.  Raises LinkError."""
+    try:
+        return serial.Serial(port, baud, timeout=WAIT_S, exclusive=True)
+    except (OSError, ValueError) as error:  # includes serial.SerialException
+        reason = getattr(error, "strerror", None) or str(error)
+        raise LinkError(f"board on {port}: {reason.lower()}: `axistwin boards` lists what is connected") from None
+
+
+def identify(port: str, baud: int) -> Dictionary:
+    """Ask the board on a port for its dictionary.  Raises LinkError if no board answers."""
+    data, dictionary, channel = bytearray(), Dictionary(), Channel()
+    ends_s, asked_s = monotonic() + IDENTIFY_S, 0.0
+    with open_port(port, baud) as line:
+        while (now := monotonic()) < ends_s:
+            if now - asked_s > 0.25:
+                asked_s = now
+                channel.send(dictionary.encode("identify", offset=len(data), count=_CHUNK))
+            line.write(channel.due(now))
+            for content in channel.receive(line.read(max(1, line.in_waiting)), now):
+                name, values = dictionary.decode(content)
+                if name == "identify_response" and values["offset"] == len(data):
+                    if not values["data"]:
+                        return Dictionary.unpack(bytes(data))
+                    data += values["data"]
+                    asked_s, ends_s = 0.0, now + IDENTIFY_S
+    raise LinkError(f"{port}: no answer at {baud} baud: expected a board with Klipper's firmware")
+
+
+class Sender(Thread):
+    """Serves one board.  `deliver` is called in this thread with each event."""
+
+    def __init__(self, board: Board, port: serial.Serial, deliver: Callable[["Sender", Event], None]) -> None:
+        super().__init__(name=f"board {board.wiring.name}", daemon=True)
+        self.wiring = board.wiring
+        self._board, self._port, self._deliver = board, port, deliver
+        self._lock, self._end = Lock(), Flag()
+
+    def run(self) -> None:
+        """Serve the port until `close`."""
+        while not self._end.is_set():
+            try:
+                self._turn(self._port.read(max(1, self._port.in_waiting)))
+            except OSError as error:
+                with self._lock:
+                    self._board.fail(f"the board has disappeared ({error}): connect it, then begin again")
+                self._report()
+                return
+        self._port.close()
+
+    def _turn(self, data: bytes) -> None:
+        with self._lock:
+            now_s = monotonic()
+            self._board.receive(data, now_s)
+            out = self._board.due(now_s)
+        if out:
+            self._port.write(out)
+        self._report()
+
+    def _report(self) -> None:
+        while self._board.events:
+            self._deliver(self, self._board.events.popleft())
+
+    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
+        """Make pulses at these times plus the horizon."""
+        with self._lock:
+            self._board.queue(axis, direction, times_s)
+
+    def set_output(self, source: str, level: bool, at_s: float) -> None:
+        """Set an output one horizon after this time."""
+        with self._lock:
+            self._board.set_output(source, level, at_s)
+
+    def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
+        """Stop axes at once: those of these controllers, or all."""
+        with self._lock:
+            self._board.stop(reason, groups)
+
+    def resume(self, group: str) -> None:
+        """Accept pulses of a controller again."""
+        with self._lock:
+            self._board.resume(group)
+
+    def restart(self, now_s: float) -> None:
+        """Go on after a failure."""
+        with self._lock:
+            self._board.restart(now_s)
+
+    def shut_down(self) -> None:
+        """Let the board stop everything and switch the drives off."""
+        with self._lock:
+            self._board.shut_down()
+
+    def close(self) -> None:
+        """End the thread and close the port."""
+        self._end.set()
+        self.join(1.0)

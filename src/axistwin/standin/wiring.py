@@ -1,0 +1,200 @@
+"""What is connected to a board: pins, and the commands that configure the board for them."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from zlib import crc32
+
+from axistwin.errors import UsageError
+from axistwin.standin.dictionary import Dictionary
+
+_PIN = re.compile(r"([\^~]?)(!?)(\w+)")
+_PULLS = {"^": 1, "~": -1, "": 0}
+
+
+@dataclass(frozen=True)
+class BoardPin:
+    """A pin of a board, written as in Klipper: `^` pull-up, `~` pull-down, `!` inverted, then the name."""
+
+    name: str
+    inverted: bool = False
+    pull: int = 0
+
+    @classmethod
+    def read(cls, text: str) -> "BoardPin":
+        """Return the pin.  Raises UsageError."""
+        found = _PIN.fullmatch(text)
+        if found is None:
+            raise UsageError(f"invalid pin {text!r}: expected the name of a board's pin, e.g. PD2, !PB0 or ^PC1")
+        return cls(found[3], bool(found[2]), _PULLS[found[1]])
+
+    def __str__(self) -> str:
+        pull = {1: "^", -1: "~", 0: ""}[self.pull]
+        return f"{pull}{'!' * self.inverted}{self.name}"
+
+
+@dataclass(frozen=True)
+class AxisPins:
+    """An axis: pins of its drive, and the ceilings that are checked before pulses leave."""
+
+    axis: str
+    """Axis of the bench, as "controller.axis"."""
+    step: BoardPin
+    direction: BoardPin
+    enable: BoardPin | None = None
+    pulse_us: float = 2.0
+    travel: tuple[int, int] | None = None
+    max_rate: float | None = None
+
+    @property
+    def controller(self) -> str:
+        """Name of its controller."""
+        return self.axis.rpartition(".")[0]
+
+
+@dataclass(frozen=True)
+class InputPin:
+    """An input.  `stops`: direction of the motion that it stops, +1, -1, or 0 for both; None: it stops nothing."""
+
+    to: str
+    """Terminal of the bench, as "controller.pin"."""
+    pin: BoardPin
+    stops: int | None = None
+    stops_at: bool = False
+    """Level of the terminal that stops the motion."""
+
+    @property
+    def controller(self) -> str:
+        """Name of its controller."""
+        return self.to.rpartition(".")[0]
+
+
+@dataclass(frozen=True)
+class OutputPin:
+    """An output, which has the level `safe` when the board has stopped."""
+
+    source: str
+    """Terminal of the bench, as "controller.pin"."""
+    pin: BoardPin
+    safe: bool = False
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Everything on one board.  Times in seconds."""
+
+    name: str
+    axes: tuple[AxisPins, ...]
+    inputs: tuple[InputPin, ...] = ()
+    outputs: tuple[OutputPin, ...] = ()
+    watchdog_s: float = 0.1
+    stop_sample_s: float = 100e-6
+    """Interval at which the board samples inputs that stop motion."""
+    sample_s: float = 1e-3
+    """Interval at which the board samples other inputs."""
+
+    @cached_property
+    def groups(self) -> tuple[str, ...]:
+        """Controllers on the board: their axes stop together."""
+        return tuple(dict.fromkeys(axis.controller for axis in self.axes))
+
+    @cached_property
+    def enables(self) -> tuple[BoardPin, ...]:
+        """Enable pins, each once."""
+        return tuple(dict.fromkeys(axis.enable for axis in self.axes if axis.enable is not None))
+
+    def used(self) -> Iterator[tuple[BoardPin, str]]:
+        """Yield each pin with its use, in the order of the scene."""
+        for axis in self.axes:
+            yield axis.step, f"{axis.axis} step"
+            yield axis.direction, f"{axis.axis} direction"
+        for pin in self.enables:
+            yield pin, f"{', '.join(axis.axis for axis in self.axes if axis.enable == pin)} enable"
+        for given in self.inputs:
+            yield given.pin, f"{given.to} input"
+        for output in self.outputs:
+            yield output.pin, f"{output.source} output"
+
+    def check(self) -> None:
+        """Raise UsageError for pins with two uses, and for axes without a way to be switched off."""
+        uses: dict[str, str] = {}
+        for pin, use in self.used():
+            if pin.name in uses:
+                raise UsageError(f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: expected one")
+            uses[pin.name] = use
+        for axis in self.axes:
+            if axis.enable is None:
+                raise UsageError(f"{axis.axis} has no enable pin: the board must switch the drive off when it stops")
+        for given in self.inputs:
+            if given.stops is not None and given.controller not in self.groups:
+                raise UsageError(f"{given.to} stops an axis of {given.controller}, which has none on this board")
+
+    def check_pins(self, dictionary: Dictionary) -> None:
+        """Raise UsageError for pins that the board does not have, or needs itself."""
+        reserved = {
+            pin: key.removeprefix("RESERVE_PINS_")
+            for key, pins in dictionary.constants.items()
+            if key.startswith("RESERVE_PINS_")
+            for pin in str(pins).split(",")
+        }
+        for pin, use in self.used():
+            if pin.name not in dictionary.pins:
+                some = ", ".join(list(dictionary.pins)[:8])
+                raise UsageError(f"{use}: the board has no pin {pin.name}: it has {some}, …")
+            if pin.name in reserved:
+                raise UsageError(f"{use}: pin {pin.name} is the board's {reserved[pin.name]}: choose another pin")
+
+
+@dataclass(frozen=True)
+class Objects:
+    """The objects of a board's configuration: their numbers, and the commands that make them."""
+
+    steppers: dict[str, int] = field(default_factory=dict)
+    enables: dict[BoardPin, int] = field(default_factory=dict)
+    groups: dict[str, int] = field(default_factory=dict)
+    endstops: dict[str, int] = field(default_factory=dict)
+    watches: dict[str, int] = field(default_factory=dict)
+    outputs: dict[str, int] = field(default_factory=dict)
+    commands: tuple[bytes, ...] = ()
+    crc: int = 0
+
+
+def objects(wiring: Wiring, dictionary: Dictionary) -> Objects:
+    """Return the objects for this wiring on a board with this dictionary."""
+    number = iter(range(256))
+    steppers = {axis.axis: next(number) for axis in wiring.axes}
+    enables = {pin: next(number) for pin in wiring.enables}
+    groups = {group: next(number) for group in wiring.groups}
+    endstops = {given.to: next(number) for given in wiring.inputs}
+    watches = {given.to: next(number) for given in wiring.inputs}
+    outputs = {output.source: next(number) for output in wiring.outputs}
+    encode, pins = dictionary.encode, dictionary.pins
+    made = [encode("allocate_oids", count=next(number))]
+    for axis in wiring.axes:
+        step, direction = pins[axis.step.name], pins[axis.direction.name]
+        ticks = round(axis.pulse_us * 1e-6 * dictionary.clock_hz)
+        made.append(
+            encode("config_stepper", oid=steppers[axis.axis], step_pin=step, dir_pin=direction,
+                   invert_step=int(axis.step.inverted), step_pulse_ticks=ticks)
+        )  # fmt: skip
+    for pin, oid in enables.items():
+        off, longest = int(pin.inverted), round(wiring.watchdog_s * dictionary.clock_hz)
+        made.append(_output(dictionary, oid, pin, off, longest))
+    made += [encode("config_trsync", oid=oid) for oid in (*groups.values(), *watches.values())]
+    for given in wiring.inputs:
+        pin = given.pin
+        made.append(encode("config_endstop", oid=endstops[given.to], pin=pins[pin.name], pull_up=pin.pull))
+    for output in wiring.outputs:
+        level = int(output.safe is not output.pin.inverted)
+        made.append(_output(dictionary, outputs[output.source], output.pin, level, 0))
+    crc = crc32(b"".join(made))
+    made.append(encode("finalize_config", crc=crc))
+    return Objects(steppers, enables, groups, endstops, watches, outputs, tuple(made), crc)
+
+
+def _output(dictionary: Dictionary, oid: int, pin: BoardPin, level: int, longest: int) -> bytes:
+    return dictionary.encode(
+        "config_digital_out", oid=oid, pin=dictionary.pins[pin.name], value=level, default_value=level,
+        max_duration=longest,
+    )  # fmt: skip

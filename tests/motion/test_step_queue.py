@@ -1,0 +1,74 @@
+"""Pulse times as a queue of step commands."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axistwin.motion.profile import Profile, Segment
+from axistwin.motion.step_queue import MOST_INTERVAL, Steps, plan
+
+MHZ, TOLERANCE = 16, 8.0  # an AVR's clock; half a microsecond
+
+
+def executed(commands, last):
+    """Return the ticks of all pulses, as a board executes the commands."""
+    times = []
+    for command in commands:
+        assert 1 <= command.count < 1 << 16
+        assert -(1 << 15) <= command.add < 1 << 15
+        interval = command.interval
+        for _ in range(command.count):
+            assert 0 < interval <= MOST_INTERVAL
+            last += interval
+            interval += command.add
+            times.append(last)
+    return np.array(times, np.int64)
+
+
+@given(
+    st.lists(st.integers(50, 400_000), min_size=1, max_size=200),
+    st.sampled_from([2.0, 8.0, 40.0]),
+    st.integers(0, 1 << 33),
+)
+def test_each_pulse_is_within_the_tolerance(gaps, tolerance, last):
+    wanted = last + np.cumsum(gaps).astype(float)
+    assert np.abs(executed(plan(wanted, last, tolerance), last) - wanted).max() <= tolerance
+
+
+@given(
+    st.lists(st.tuples(st.integers(100, 60_000), st.integers(1, 300)), min_size=1, max_size=8),
+    st.floats(0, 1000),
+)
+def test_profiles_of_any_rates(segments, offset):
+    profile = Profile(Segment(Fraction(rate), Fraction(pulses, rate)) for rate, pulses in segments)
+    times = np.empty(profile.pulses, np.int64)
+    profile.fill_pulse_times(1, 100_000, times)
+    wanted = (times + offset) * MHZ / 1000
+    assert np.abs(executed(plan(wanted, 0, TOLERANCE), 0) - wanted).max() <= TOLERANCE
+
+
+def test_a_move_of_20_000_pulses_takes_at_most_150_commands():
+    levels = [Fraction(rate) for rate in range(400, 4001, 200)]
+    up = [Segment(rate, Fraction(1, 50)) for rate in levels]
+    ramps = 2 * sum(rate / 50 for rate in levels)
+    profile = Profile([*up, Segment(levels[-1], (20_000 - ramps) / 4000), *reversed(up)])
+    times = np.empty(profile.pulses, np.int64)
+    profile.fill_pulse_times(1, 100_000, times)
+    wanted = times * MHZ / 1000
+    commands = list(plan(wanted, 0, TOLERANCE))
+    assert len(times) == 20_000
+    assert np.abs(executed(commands, 0) - wanted).max() <= TOLERANCE
+    assert len(commands) <= 150
+
+
+def test_a_command_knows_its_times():
+    assert Steps(100, 3, -10).times(1000).tolist() == [1100, 1190, 1270]
+    assert Steps(100, 3, -10).ticks == 270
+
+
+def test_a_pulse_before_the_last_one_is_refused():
+    with pytest.raises(ValueError, match="no pulse after -92 ticks: expected 1 to"):
+        list(plan(np.array([900.0]), 1000, 8.0))

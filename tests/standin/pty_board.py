@@ -1,0 +1,37 @@
+"""A small board on a pseudo terminal, at the pace of the wall clock: `python -m tests.standin.pty_board LINK PULSES`.
+
+At its end it writes the pulses, as JSON, to the file PULSES.
+"""
+
+import json
+import os
+import select
+import signal
+import sys
+import time
+import tty
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from tests.standin.small_board import SmallBoard
+
+
+def main(link, pulses):
+    master, slave = os.openpty()
+    tty.setraw(master)
+    tty.setraw(slave)
+    os.symlink(os.ttyname(slave), link)
+    board, begun, ended = SmallBoard(), time.monotonic(), []
+    board.levels |= {8: 1, 9: 1}
+    signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
+    while not ended:
+        ready, _, _ = select.select([master], [], [], 0.001)
+        board.run_to(time.monotonic() - begun)
+        if ready:
+            board.receive(os.read(master, 4096))
+        if out := board.transmitted():
+            os.write(master, out)
+    Path(pulses).write_text(json.dumps({"pulses": board.pulses, "levels": board.levels, "stop": board.shutdown}))
+
+
+main(*sys.argv[1:])

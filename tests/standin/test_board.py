@@ -1,0 +1,276 @@
+"""A board of the product against a small board, in virtual time."""
+
+import random
+import re
+
+import numpy as np
+import pytest
+
+from axistwin.errors import UsageError
+from axistwin.standin.board import State
+from axistwin.standin.dictionary import Dictionary
+from axistwin.standin.events import Failed, InputChanged, Ready, Stopped
+from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, Wiring
+
+from .metal import INPUT, LIMIT, TICK_S, Metal, X, Y
+from .small_board import DESCRIBED, SmallBoard
+
+
+def kinds(metal, kind):
+    return [event for event in metal.events if isinstance(event, kind)]
+
+
+def test_pulses_at_the_pin_are_the_pulses_queued():
+    metal = Metal().start()
+    times = metal.even(2000, 4000)
+    metal.move("table.X", +1, times)
+    assert [direction for _, direction in metal.small.pulses[2]] == [+1] * 2000
+    assert np.abs(metal.errors_us(2, times)).max() < 25
+    assert not kinds(metal, Stopped)
+    assert sum(line.startswith("pulses") for line in metal.lines) < 600
+
+
+def test_a_change_of_direction_and_an_inverted_pin():
+    metal = Metal().start()
+    metal.move("table.Y", +1, metal.even(30, 1000))
+    metal.move("table.Y", -1, metal.even(50, 1000))
+    assert [direction for _, direction in metal.small.pulses[5]] == [-1] * 30 + [+1] * 50
+    metal.board.stop("a human")
+    metal.run(0.2)
+    assert kinds(metal, Stopped) == [Stopped("a human", {"table.X": 0, "table.Y": -20})]
+
+
+@pytest.mark.parametrize("drift", [-200e-6, 200e-6])
+def test_a_drifting_clock(drift):
+    metal = Metal(SmallBoard(drift)).start()
+    times = metal.even(2000, 250)
+    metal.move("table.X", +1, times)
+    assert len(metal.small.pulses[2]) == 2000
+    assert np.abs(metal.errors_us(2, times)).max() < 25
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_bad_cable_loses_no_pulse(seed):
+    rng = random.Random(seed)
+
+    def wire(data):
+        if rng.random() > 0.01 or not data:
+            return data
+        at = rng.randrange(len(data))
+        return data[:at] + (b"", bytes([data[at] ^ 4]), data[at : at + 1] * 2)[rng.randrange(3)] + data[at + 1 :]
+
+    metal = Metal(wire=wire).start()
+    metal.move("table.X", +1, metal.even(3000, 4000))
+    metal.move("table.X", -1, metal.even(1000, 1000))
+    stops = kinds(metal, Stopped)
+    made = [direction for _, direction in metal.small.pulses[2]]
+    assert made == [+1] * 3000 + [-1] * 1000 if not stops else stops[0].reason
+    assert metal.board.channel.again > 0
+
+
+@pytest.mark.parametrize("at", [1, 17, 400, 1999])
+def test_a_limit_stops_the_motion_in_the_board(at):
+    metal = Metal().start()
+    board, small = metal.board, metal.small
+    times = metal.even(2000, 4000)
+
+    def open_limit():
+        small.levels[8] = 0
+        open_limit.made = len(small.pulses[2])
+
+    opens = times[at - 1] + board.horizon_s + 10e-6
+    small.at(small.start + round(opens * small.hz), open_limit)
+    metal.move("table.X", +1, times)
+    assert len(small.pulses[2]) - open_limit.made <= 1
+    [stopped] = kinds(metal, Stopped)
+    assert stopped.by == "table.limit_plus"
+    assert stopped.positions["table.X"] == len(small.pulses[2])
+    changed = next(event for event in kinds(metal, InputChanged) if event.to == "table.limit_plus")
+    assert changed.level is False
+    assert abs(changed.at_s - opens) < TICK_S
+
+
+def test_an_axis_leaves_an_open_limit_and_is_stopped_by_it_again():
+    metal = Metal().start()
+    metal.small.levels[8] = 0
+    metal.run(0.2)
+    metal.board.resume("table")
+    metal.move("table.X", -1, metal.even(50, 1000))
+    assert len(metal.small.pulses[2]) == 50
+    metal.small.levels[8] = 1
+    metal.run(0.2)
+    metal.move("table.X", +1, metal.even(20, 1000))
+    metal.small.levels[8] = 0
+    metal.run(0.2)
+    assert [event.level for event in kinds(metal, InputChanged)] == [False, True, False]
+
+
+def test_motion_towards_an_open_limit_is_refused():
+    metal = Metal().start()
+    metal.small.levels[8] = 0
+    metal.run(0.2)
+    metal.board.resume("table")
+    metal.move("table.X", +1, metal.even(50, 1000))
+    assert metal.small.pulses[2] == []
+    assert kinds(metal, Stopped)[-1].reason == "table.X: table.limit_plus is open: no motion in this direction"
+
+
+def test_inputs_come_with_the_time_of_the_board():
+    metal = Metal().start()
+    opens = metal.now + 0.0123
+    metal.small.at(metal.small.start + round(opens * metal.small.hz), lambda: metal.small.levels.update({9: 0}))
+    metal.run(0.2)
+    metal.small.levels[9] = 1
+    metal.run(0.2)
+    first, second = kinds(metal, InputChanged)
+    assert (first.to, first.level, second.level) == ("table.input1", True, False)
+    assert abs(first.at_s - opens) < 2 * TICK_S
+
+
+def test_silence_stops_the_motors_and_drops_the_enable():
+    metal = Metal(horizon_s=0.5).start()
+    small, times = metal.small, metal.even(8000, 4000)
+    metal.run(0.1)
+    assert small.levels[4] == 0  # inverted: enabled
+
+    def die(now):
+        metal.alive = metal.alive and now < times[0] + 1.0
+
+    died = times[0] + 1.0
+    metal.run(0.0)
+    sent = 0
+
+    def each(now):
+        nonlocal sent
+        die(now)
+        upto = int(np.searchsorted(times, now))
+        if metal.alive:
+            metal.board.queue("table.X", +1, times[sent:upto])
+            sent = upto
+
+    metal.run(3.0, each)
+    last = small.time_s(small.pulses[2][-1][0])
+    assert last - died < 0.12
+    assert small.levels[4] == 1
+    assert small.shutdown
+
+
+def test_after_a_shutdown_a_human_goes_on():
+    metal = Metal().start()
+    metal.move("table.X", +1, metal.even(100, 1000))
+    metal.alive = False
+    metal.run(0.3)
+    metal.alive = True
+    metal.run(0.1)
+    assert kinds(metal, Failed) == [Failed("the board has stopped: Missed scheduling of next digital out event")]
+    metal.board.restart(metal.now)
+    metal.run(1.0)
+    assert kinds(metal, Ready)[-1].positions == {"table.X": 100, "table.Y": 0}
+    metal.move("table.X", -1, metal.even(40, 1000))
+    assert len(metal.small.pulses[2]) == 140
+
+
+def test_after_a_reset_of_the_board_the_position_is_unknown():
+    metal = Metal().start()
+    metal.small.off()
+    metal.board.fail("unplugged")
+    metal.board.restart(metal.now)
+    metal.run(1.0)
+    assert kinds(metal, Failed)[-1].reason.startswith("the board was reset, so its position is unknown")
+
+
+def test_late_pulses_stop_the_motors_with_a_reason():
+    metal = Metal().start()
+    metal.move("table.X", +1, metal.even(100, 1000))
+    metal.board.queue("table.X", +1, metal.even(100, 1000) - 0.15)
+    metal.run(0.2)
+    [stopped] = kinds(metal, Stopped)
+    assert re.fullmatch(r"late by 6\d ms, with a horizon of 100 ms", stopped.reason)
+    assert stopped.positions["table.X"] == len(metal.small.pulses[2]) == 100
+
+
+@pytest.mark.parametrize(
+    ("ceilings", "reason"),
+    [
+        ({"max_rate": 900}, "table.X: 1000 pulses/s is above max_rate 900"),
+        ({"travel": (-10, 20)}, "table.X: position 21 is beyond travel [-10, 20]"),
+    ],
+)
+def test_ceilings_are_checked_before_pulses_leave(ceilings, reason):
+    metal = Metal(axes=(AxisPins("table.X", X.step, X.direction, X.enable, **ceilings),)).start()
+    metal.board.queue("table.X", +1, metal.even(21, 1000))
+    metal.run(0.3)
+    assert metal.small.pulses[2] == []
+    assert kinds(metal, Stopped)[0].reason == reason
+
+
+def test_a_small_queue_holds_commands_back():
+    metal = Metal(SmallBoard(moves=32)).start()
+    rng = random.Random(1)
+    times = metal.now + np.cumsum([rng.uniform(0.0005, 0.005) for _ in range(300)])
+    metal.move("table.X", +1, times)
+    assert len(metal.small.pulses[2]) == 300
+
+
+def test_outputs_follow_one_horizon_later():
+    metal = Metal().start()
+    metal.board.set_output("table.output1", True, metal.now)
+    metal.run(0.09)
+    assert metal.small.levels[10] == 0
+    metal.run(0.02)
+    assert metal.small.levels[10] == 1
+
+
+def test_a_board_that_never_answers():
+    metal = Metal(wire=lambda data: b"")
+    metal.run(6.0)
+    assert metal.board.state is State.FAILED
+    assert kinds(metal, Failed)[0].reason.startswith("the board does not answer")
+
+
+def test_a_board_with_another_configuration():
+    small = SmallBoard()
+    small.configured, small.crc = True, 7
+    metal = Metal(small)
+    metal.run(1.0)
+    expected = "the board is configured for another scene: press its reset button, then go on"
+    assert kinds(metal, Failed) == [Failed(expected)]
+
+
+def test_a_queue_that_is_too_small():
+    metal = Metal(SmallBoard(moves=20))
+    metal.run(1.0)
+    assert kinds(metal, Failed)[0].reason == "the board's queue has 20 entries: expected at least 31: use fewer axes"
+
+
+@pytest.mark.parametrize(
+    ("axes", "inputs", "message"),
+    [
+        (
+            (X, Y),
+            (InputPin("table.input1", BoardPin("P2")),),
+            "pin P2 has two uses, table.X step and table.input1 input",
+        ),
+        ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
+        ((X,), (InputPin("other.limit", BoardPin("P9"), stops=0),), "other.limit stops an axis of other"),
+    ],
+)
+def test_conflicts_of_the_wiring(axes, inputs, message):
+    with pytest.raises(UsageError, match=message):
+        Wiring("small", axes, inputs).check()
+
+
+@pytest.mark.parametrize(
+    ("pin", "message"),
+    [("P77", "the board has no pin P77: it has P0, P1"), ("P0", "pin P0 is the board's serial: choose another pin")],
+)
+def test_pins_that_the_board_does_not_offer(pin, message):
+    wiring = Wiring("small", (X,), (INPUT, InputPin("table.input2", BoardPin(pin)), LIMIT))
+    with pytest.raises(UsageError, match=message):
+        wiring.check_pins(Dictionary(DESCRIBED))
+
+
+@pytest.mark.parametrize("text", ["", "!", "P 1", "!^P1", "P1 "])
+def test_pins_that_are_none(text):
+    with pytest.raises(UsageError, match="expected the name of a board's pin"):
+        BoardPin.read(text)

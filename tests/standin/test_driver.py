@@ -1,0 +1,152 @@
+"""An emulated controller drives a small board: pulses at the pin are its pulses, and corrections reach its counters."""
+
+import numpy as np
+import pytest
+
+from axistwin import Bench
+from axistwin.standin.driver import Driver
+from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin
+
+from .metal import BLOCK, INPUT, LIMIT, OUTPUT, TICK_S, Metal, X, Y
+from .small_board import SmallBoard
+
+Z = AxisPins("table.Z", *map(BoardPin, ("P12", "P13", "P14")))
+
+
+class Twin:
+    """A bench and a board in lockstep."""
+
+    def __init__(self, model="if1", axes=(X, Y, Z), inputs=(LIMIT, INPUT), outputs=(OUTPUT,), **options):
+        self.metal = Metal(axes=axes, inputs=inputs, outputs=outputs)
+        self.metal.start()
+        self.bench, self.lines = Bench(), []
+        self.controller = self.bench.add(model, "table", **options)
+        self.driver = Driver(self.bench, [self.metal.board], self.lines.append)
+        self._taken = 0
+        self._take()
+        self.driver.begin(self.metal.now)
+
+    def _take(self):
+        for event in self.metal.events[self._taken :]:
+            self.driver.handle(self.metal.board, event)
+        self._taken = len(self.metal.events)
+
+    def run(self, seconds):
+        def each(now):
+            self.bench.run(TICK_S)
+            self._take()
+            if round(now / TICK_S) % BLOCK == 0:
+                self.driver.collect()
+
+        self.metal.run(seconds, each)
+
+    def say(self, text, seconds=0.2):
+        self.controller.serial.write(text)
+        self.run(seconds)
+        return self.controller.serial.read()
+
+    def initialise(self):
+        self.run(1.6)
+        self.say(b"(")
+        self.say(b"U61\r", 1.3)
+
+
+@pytest.fixture
+def if1():
+    twin = Twin(line="instant")
+    twin.initialise()
+    return twin
+
+
+def test_a_controller_drives_three_axes(if1):
+    if1.say(b"X+900Y-900Z @ 1500 $ \r", 1.5)
+    if1.say(b"X-100 $ \r", 1.0)
+    for axis, pin in (("X", 2), ("Y", 5), ("Z", 12)):
+        virtual = if1.controller.axes[axis].pulse_times() / 1e9
+        made = if1.metal.small.pulses[pin]
+        assert len(made) == len(virtual)
+        real = np.array([if1.metal.small.time_s(tick) for tick, _ in made])
+        errors = (real - virtual - np.median(real - virtual)) * 1e6
+        assert np.abs(errors).max() < 5, axis
+        assert (
+            sum(direction for _, direction in made) * (-1 if axis == "Y" else 1) == if1.controller.axes[axis].position
+        )
+
+
+def test_after_a_limit_the_count_of_the_controller_is_that_of_the_board(if1):
+    if1.say(b"X2000 @ 1000 $ \r", 0.7)
+    if1.metal.small.levels[8] = 0
+    if1.run(1.0)
+    made = len(if1.metal.small.pulses[2])
+    assert 100 < made < 1000
+    assert if1.controller.axes["X"].position == made
+    assert if1.say(b"N\r") == b"%d\r" % made
+    assert if1.say(b"K\r") == b"64\r"
+    assert if1.lines == [f"table.limit_plus stopped the motion: table.X at {made}, table.Y at 0, table.Z at 0"]
+    if1.say(b"X-30 $ \r", 1.0)  # away from the switch
+    assert if1.controller.axes["X"].position == made - 30
+
+
+def test_a_stop_needs_a_human(if1):
+    if1.say(b"X2000 @ 1000 $ \r", 0.7)
+    if1.driver.stop("stopped by hand")
+    if1.run(3.0)
+    made = len(if1.metal.small.pulses[2])
+    assert if1.lines == ["stopped: small: stopped by hand"]
+    if1.say(b"X100 $ \r", 1.0)
+    assert len(if1.metal.small.pulses[2]) == made
+    if1.driver.go_on(if1.metal.now)
+    if1.run(0.1)
+    assert if1.controller.axes["X"].position == made
+    if1.say(b"X100 $ \r", 1.0)
+    assert len(if1.metal.small.pulses[2]) == made + 100
+    assert if1.controller.axes["X"].position == made + 100
+
+
+def test_a_shutdown_of_the_board_needs_a_human(if1):
+    if1.say(b"X500 $ \r", 2.0)
+    if1.metal.small.do_emergency_stop = SmallBoard.do_emergency_stop.__get__(if1.metal.small)
+    if1.metal.board.shut_down()
+    if1.run(1.0)
+    assert if1.lines == ["stopped: small: the board has stopped: Command request"]
+    if1.driver.go_on(if1.metal.now)
+    if1.run(1.0)
+    if1.say(b"X-200 $ \r", 1.5)
+    assert if1.controller.axes["X"].position == 300
+    assert len(if1.metal.small.pulses[2]) == 700
+
+
+def test_inputs_and_outputs(if1):
+    assert not if1.controller.pins["input1"].level
+    if1.metal.small.levels[9] = 0
+    if1.run(0.1)
+    assert if1.controller.pins["input1"].level
+    if1.say(b"S1 $ \r", 0.05)
+    assert if1.controller.pins["output1"].level
+    if1.run(0.2)
+    assert if1.metal.small.levels[10] == 1
+
+
+def test_an_1811_drives_a_legacy_drive():
+    limit = InputPin("table.cw_limit", BoardPin("P8", inverted=True), stops=+1, stops_at=True)
+    axis = AxisPins("table.motor", X.step, X.direction, X.enable)
+    twin = Twin("1811", (axis,), (limit,), (OutputPin("table.shutdown", OUTPUT.pin),))
+    board, small = twin.controller, twin.metal.small
+    twin.run(1.2)
+
+    def command(*values, seconds):
+        for value in values:
+            board.bus.write(0, value)
+        board.bus.write(1, 0x10)
+        twin.run(seconds)
+
+    command(0x31, 0, 0, *(1000).to_bytes(4, "big"), *(100_000).to_bytes(4, "big"), seconds=0.1)
+    command(0x33, *(1500).to_bytes(4, "big"), seconds=0.9)
+    small.levels[8] = 0
+    twin.run(0.5)
+    made = len(small.pulses[2])
+    assert 300 < made < 1500
+    assert board.axes["motor"].position == made
+    assert board._device._board.pulses.position == made
+    command(0x12, seconds=0.3)  # shutdown
+    assert board.pins["shutdown"].level == bool(small.levels[10])

@@ -1,0 +1,170 @@
+"""`axistwin stand-in` and `axistwin boards`."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from axistwin.cli.main import main
+from axistwin.errors import UsageError
+from axistwin.standin.journal import Journal, last_positions
+
+SCENE = """
+[[controller]]
+model = "if1"
+name = "table"
+
+[stand-in]
+horizon_ms = 1000
+watchdog_ms = 1000
+
+[[stand-in.board]]
+name = "small"
+port = "BOARD"
+
+[[stand-in.axis]]
+axis = "table.X"
+step = "P2"
+direction = "P3"
+enable = "!P4"
+travel = [-10, 10]
+
+[[stand-in.input]]
+to = "table.limit_plus"
+pin = "^P8"
+stops = "plus"
+
+[[stand-in.output]]
+from = "table.output1"
+pin = "P10"
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    def write(text=SCENE):
+        path = tmp_path / "table.toml"
+        path.write_text(text.replace("BOARD", str(tmp_path / "board")))
+        return path
+
+    return write
+
+
+def run(capsys, *words):
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    return ended.value.code, *capsys.readouterr()
+
+
+def test_a_dry_run_prints_every_pin_and_opens_no_port(scene, capsys):
+    code, out, err = run(capsys, "stand-in", scene(), "--dry-run")
+    assert (code, err) == (0, "")
+    for line in (
+        "  P2       table.X step",
+        "  !P4      table.X enable",
+        "  ^P8      table.limit_plus input, stops plus motion at low",
+        "  table.X: pulse 2 µs, travel -10 to 10, rate any",
+    ):
+        assert line in out.splitlines()
+
+
+def test_the_page_shows_what_a_dry_run_prints(capsys, monkeypatch):
+    home = Path(__file__).parents[2]
+    monkeypatch.chdir(home)
+    shown = re.search(
+        r"^```console\n\$ axistwin (.*)\n((?:.*\n)*?)```$", (home / "docs" / "stand_in.md").read_text(), re.MULTILINE
+    )
+    assert run(capsys, *shown[1].split())[:2] == (0, shown[2])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"^P8"', '"P2"', ": pin P2 has two uses, table.X step and table.limit_plus input: expected one"),
+        ("table.X", "table.W", ": no axis 'table.W': there are table.X, table.Y, table.Z"),
+        ('"!P4"', '"P 4"', "stand-in.axis.enable"),
+        ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms 2000 is above horizon_ms 1000"),
+        ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of the controller"),
+        ('"table.output1"', '"table.input1"', "table.input1 cannot be followed"),
+        ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': there are table.shaft"),
+    ],
+)
+def test_mistakes_in_the_scene_are_one_line_with_the_place(scene, capsys, old, new, message):
+    code, out, err = run(capsys, "stand-in", scene(SCENE.replace(old, new)), "--dry-run")
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert "table.toml:" in err
+    assert message in err
+
+
+def test_a_scene_without_a_stand_in(scene, capsys):
+    code, _, err = run(capsys, "stand-in", scene('[[controller]]\nmodel = "if1"\n'), "--dry-run")
+    assert code == 2
+    assert "has no [stand-in]: expected a table with a board and its axes" in err
+
+
+def test_a_board_that_is_not_there(scene, capsys, tmp_path):
+    code, _, err = run(capsys, "stand-in", scene())
+    assert code == 2
+    assert err.splitlines()[0].startswith("axistwin is not a safety controller")
+    assert "axistwin boards` lists what is connected" in err
+    code, out, _ = run(capsys, "boards", tmp_path / "board")
+    assert code == 1
+    assert out.count("\n") == 1
+
+
+def test_positions_are_known_after_a_proper_end_only(tmp_path):
+    path = tmp_path / "table.journal"
+    assert last_positions(path) == {}
+    journal = Journal(path)
+    journal.begin("table.X")
+    journal.note("pulses table.X +1 100 100 2 0")
+    assert last_positions(path) is None
+    journal.end({"table.X": 2})
+    journal.close()
+    assert last_positions(path) == {"table.X": 2}
+    with pytest.raises(UsageError, match="cannot be written"):
+        Journal(tmp_path)
+
+
+def test_a_start_from_an_unknown_position_is_refused(scene, capsys, tmp_path):
+    (tmp_path / "table.journal").write_text("begin 2026-11-22 table.X\n")
+    code, _, err = run(capsys, "stand-in", scene())
+    assert code == 2
+    assert "start with --unhomed, then home the machine" in err
+
+
+def test_a_run_on_a_pseudo_terminal_ends_with_known_positions(scene, tmp_path):
+    """The whole program with a board in another process; nothing here depends on the wall clock."""
+    board = subprocess.Popen(
+        [sys.executable, Path(__file__).with_name("pty_board.py"), tmp_path / "board", tmp_path / "pulses"]
+    )
+    path, environment = scene(), {**os.environ, "PYTHONUNBUFFERED": "1"}
+    try:
+        while not (tmp_path / "board").is_symlink():
+            assert board.poll() is None
+            time.sleep(0.01)
+        asked = subprocess.run(
+            [sys.executable, "-m", "axistwin", "boards", tmp_path / "board", "--json"],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert json.loads(asked.stdout)[0]["firmware"] == "small board of the tests"
+        command = [sys.executable, "-m", "axistwin", "stand-in", path]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
+                              text=True, env=environment) as program:  # fmt: skip
+            lines = [program.stderr.readline() for _ in range(2)]
+            assert lines[1].startswith("LIVE: table.X"), lines
+            program.send_signal(signal.SIGINT)
+            assert program.wait(20) == 130
+    finally:
+        board.terminate()
+        board.wait(10)
+    assert last_positions(tmp_path / "table.journal") == {"table.X": 0}
+    assert json.loads((tmp_path / "pulses").read_text())["levels"]["4"] == 1  # the drive is off
