@@ -93,7 +93,7 @@ class Scene:
 
     @property
     def file(self) -> Path:
-        """The scene's file."""
+        """The file of the scene; its programs are relative to the folder of this file."""
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
@@ -140,11 +140,6 @@ class Scene:
         `served`: controllers with ports have outside hosts, and their `host` files are not sent.
         """
         return Builder(self._contents, self._source, served, self._texts).build()
-
-    @property
-    def file(self) -> Path:
-        """The file of the scene; its programs are relative to the folder of this file."""
-        return self._source.file
 
     @property
     def data(self) -> Mapping[str, Any]:
