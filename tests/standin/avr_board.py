@@ -50,8 +50,8 @@ class AvrBoard:
     """The firmware on avr8js, in the board's own time."""
 
     def __init__(self, mcu, steps):
-        script = Path(__file__).with_name("avr.js")
-        command = ["node", str(script), os.environ["AXISTWIN_AVR8JS"], mcu, str(firmware(mcu))]
+        script, image = Path(__file__).with_name("avr.js"), firmware(mcu)
+        command = ["node", str(script), os.environ["AXISTWIN_AVR8JS"], mcu, str(image)]
         self._node = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self._steps = steps  # by step pin: the direction pin
         self._to, self._from, self._pins = b"", b"", {}

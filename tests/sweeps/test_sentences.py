@@ -176,7 +176,7 @@ def test_every_example_is_read_by_its_form(form):
         (claim, "sometimes x > 1", "is not a claim"),
         (claim, "always x >", "is no condition"),
         (claim, "always (x > 1", "is no condition"),
-        (claim, "always x > y", "is no number"),
+        (claim, "always x > y", "is not a number"),
         (claim, "never t.X passes high", "expected e.g. 'table.X passes 1000'"),
     ],
 )

@@ -5,10 +5,13 @@ from typing import TYPE_CHECKING
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
-    from axistwin.links.pacing import Pacer
+    from axistwin.links.manual_pacer import ManualPacer
+    from axistwin.links.pacing import Pacer, read_speed
     from axistwin.links.server import Server
-    from axistwin.links.urls import PortUrl, parse
+    from axistwin.links.urls import PortUrl, parse, parse_as
 else:
-    __getattr__ = lazy(__name__, pacing="Pacer", server="Server", urls="PortUrl parse")
+    __getattr__ = lazy(
+        __name__, manual_pacer="ManualPacer", pacing="Pacer read_speed", server="Server", urls="PortUrl parse parse_as"
+    )
 
-__all__ = ["Pacer", "PortUrl", "Server", "parse"]
+__all__ = ["ManualPacer", "Pacer", "PortUrl", "Server", "parse", "parse_as", "read_speed"]

@@ -5,9 +5,17 @@ from typing import TYPE_CHECKING
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
+    from axistwin.sessions.external_input import ExternalInput
+    from axistwin.sessions.journal import Cursor, Journal, Moment
     from axistwin.sessions.recorded_port import RecordedBus, RecordedPort
     from axistwin.sessions.session import Session
 else:
-    __getattr__ = lazy(__name__, recorded_port="RecordedBus RecordedPort", session="Session")
+    __getattr__ = lazy(
+        __name__,
+        external_input="ExternalInput",
+        journal="Cursor Journal Moment",
+        recorded_port="RecordedBus RecordedPort",
+        session="Session",
+    )
 
-__all__ = ["RecordedBus", "RecordedPort", "Session"]
+__all__ = ["Cursor", "ExternalInput", "Journal", "Moment", "RecordedBus", "RecordedPort", "Session"]
