@@ -227,7 +227,9 @@ def test_a_program_for_a_motor_in_a_chain(tmp_path):
     program, scene = tmp_path / "p.sms", tmp_path / "s.toml"
     program.write_text("END\n")
     scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
-    assert "p.sms: left shares its serial line: use a conversation" in run("run", scene, program)[2]
+    assert (
+        "p.sms: left shares its serial line with other controllers: use a conversation" in run("run", scene, program)[2]
+    )
 
 
 def test_a_program_is_kept_with_its_motor(tmp_path):

@@ -108,7 +108,10 @@ def only_motor(bench: Bench, file: str) -> Controller:
             f"a stored program needs one SmartMotor, the bench has {len(found)}: use a conversation (.talk)", file=file
         )
     if found[0].name not in found[0].ports:
-        raise ProgramError(f"{found[0].name} shares its serial line: use a conversation (.talk)", file=file)
+        raise ProgramError(
+            f"{found[0].name} shares its serial line with other controllers: use a conversation (.talk)",
+            file=file,
+        )
     return found[0]
 
 

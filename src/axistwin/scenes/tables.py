@@ -49,7 +49,7 @@ class Table(BaseModel):
 
 
 class AxisTable(Table):
-    """The machine on one axis with a stepper motor."""
+    """The table of a scene for one axis with a stepper motor: the mechanics behind the motor."""
 
     limits: tuple[int, int] | None = None
     """Positions, in motor pulses, beyond which the minus and the plus limit switch open."""

@@ -30,7 +30,7 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     """
     table = scene.stand_in
     if table is None:
-        raise UsageError(f"{scene.file} has no [stand-in]: expected a table with a board and its axes")
+        raise UsageError(f"{scene.file} has no table [stand-in]: expected a table with a board and its axes")
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
             raise UsageError(f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}")

@@ -182,7 +182,7 @@ def motor_with_a_language() -> None:
 
 
 class _Session:
-    """Controls a controller, and prints each act and its result."""
+    """Operates a controller, and prints each act and its result."""
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
         self.bench, self.controller = bench, controller

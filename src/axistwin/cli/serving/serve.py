@@ -260,7 +260,7 @@ Show = Callable[[str | None], None]
 
 async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Show, files: _Files) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances time
+    server.pacer.on_defect = partial(fail, ended)  # clean up also if an error occurs while the panel advances time
     try:
         for name, url in wanted:
             await server.open(name, url)

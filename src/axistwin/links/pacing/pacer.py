@@ -100,7 +100,7 @@ class Pacer(Advancer):
         self.work()
 
     def follow_plan(self) -> None:
-        """Continue as an event has planned: with a new speed, or stopped."""
+        """Apply the change that an event has requested: a new speed, or a stop."""
         if self._drive is not None:
             self._drive.resume()
 

@@ -117,7 +117,7 @@ def _speed(look: Look) -> Refresh:
 
     def wish(act: Callable[[], object]) -> None:
         look.touch(act, now=True)
-        show()  # at once: before the next frame the user may type again
+        show()  # not at the next frame: the user may type again before
 
     slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: wish(lambda: _set_speed(look, read_speed(box.value.strip()))))

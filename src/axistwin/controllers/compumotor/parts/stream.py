@@ -130,17 +130,17 @@ class Stream:
             self._send(self.setting.mode, self.setting.parameters)
 
     def start(self, procedure: Procedure) -> None:
-        """Begin the performance."""
+        """Begin to stream."""
         self.process = self._clock.process(procedure)
         self._refresh()
 
     def finish(self) -> None:
-        """End the performance by its own process."""
+        """End streaming from the process that performs the stream."""
         self.process = None
         self._refresh()
 
     def end(self) -> None:
-        """Discontinue the performance; the motor keeps its velocity."""
+        """Discontinue the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
             if process is not self._clock.active_process:  # the active process ends by itself: `performing` is False
@@ -148,7 +148,7 @@ class Stream:
             self._refresh()
 
     def abandon(self) -> None:
-        """End the performance at power-off or for the test."""
+        """End the stream at power-off or for the test."""
         for process in (self.process, self.marker_process):
             if process is not None and process is not self._clock.active_process:
                 kill(process)

@@ -37,7 +37,7 @@ class Law:
 
 
 class Encoder:
-    """The counter of quadrature edges; 14h defines the + direction for the encoder as well.
+    """The counter of quadrature edges.  Command 14h defines the + direction of motor and encoder.
 
     Without an encoder, and on an 1810, the count stays at 0.
     """
