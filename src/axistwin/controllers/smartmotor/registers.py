@@ -76,9 +76,7 @@ class Registers:
         return {name: Register(partial(self._value, name), _also(name), costly=name in COSTLY) for name in numbers()}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Report each change of these registers to a follower.  Several followers are possible, each with its own
-        registers.
-        """
+        """Report each change of these registers to a follower.  Each of several followers has its own registers."""
         one = _Following(tuple(names), self._lines.in_lines(names, follower))
         self._followings.append(one)
         self._follow()

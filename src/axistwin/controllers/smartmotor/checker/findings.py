@@ -32,7 +32,7 @@ class Findings:
         return self.characters[place.begin : place.end]
 
     def line(self, number: int) -> int:
-        """Return the line of a statement."""
+        """Return the line number of a statement."""
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:

@@ -105,7 +105,7 @@ class Core:
         return (self.clock.now - self.zero_ns) // SAMPLE_NS
 
     def time_ns(self, sample: int) -> int:
-        """Return the time at which a sample is done."""
+        """Return the time of a sample, in ns of the bench's clock."""
         return self.zero_ns + sample * SAMPLE_NS
 
     def position_now(self) -> int:
@@ -203,14 +203,14 @@ class Core:
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report the changes that Python has made, at the present time."""
+        """Report changes of followed numbers that Python has made, at the present time."""
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Report the changes that the kernel has made, from the log of a block that has been committed."""
+        """Report changes of followed numbers that the kernel has made, from the log of a committed block."""
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
@@ -377,7 +377,7 @@ class _Engine:
         return _Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Commit the result of the last computation."""
+        """Commit the last computed block: its state becomes the committed state."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring

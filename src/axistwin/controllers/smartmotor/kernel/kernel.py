@@ -31,7 +31,7 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # a statement that Python must execute
 VALUE_WAITS = 2  # an external value that Python must fetch
-CALL_WAITS = 4  # C1 or C2 is to be called
+CALL_WAITS = 4  # Python must call C1 or C2
 TRAJECTORY = 8  # Bt has changed
 PLUS, MINUS = 16, 32  # a limit
 ERROR, HEAT = 64, 128  # position error, overheat

@@ -58,7 +58,7 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Return a log without numbers."""
+    """Return a log that follows no numbers."""
     return array("q", [0] * HEAD)
 
 

@@ -36,7 +36,7 @@ SWITCHES, *_ = islice(_slots, 11)  # the value of the SWITCH in progress, at eac
 A, V, P, D, T, E = islice(_slots, 6)
 AMPS, TH, THD = islice(_slots, 3)
 KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
-F = next(_slots)  # the function word, chapter 7
+F = next(_slots)  # the option bits set by F= (chapter 7)
 SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # chapter 3.2; SOFT_LIMITS: 1 enabled
 MFMUL, MFDIV = next(_slots), next(_slots)
 RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # the ratio, put in force by MFR and MSR
@@ -52,7 +52,7 @@ EPTR, ADDR = next(_slots), next(_slots)
 TUNING, *_ = islice(_slots, 8)  # KP KI KD KL KS KV KA KG in force, in this order
 PID_RATE = next(_slots)  # PID1, 2, 4, 8
 
-# The trajectory in force
+# The trajectory that G has started
 (
     MODE,  # a MODE
     FACTOR,
@@ -75,7 +75,7 @@ MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER
 PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
-    SHOWN,  # pins with the level of the external encoder: bit 1 for A, bit 2 for B
+    SHOWN,  # pins with the level of the external encoder: 1 for A, 2 for B, 3 for both
     PIN_EDGES,  # edges in MASTER that come from levels driven on the pins
     STEP_UP,  # 1: the latest step of the external source was in the positive direction
     RESOLUTION,  # counted edges per encoder period: 1, 2, 4 (MF1, MF2, MF4); for steps 4
@@ -104,7 +104,7 @@ BB, BC, BF = islice(_slots, 3)
 ) = islice(_slots, 3)
 
 # Protection
-LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1: the pin has its limit role
+LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1: pin C, or D, is a limit switch input
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
     OVERLOAD,  # samples with too high a current or temperature
@@ -121,7 +121,7 @@ GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # pin G as polled and debounced
 (
     DEBOUNCE,  # samples for which a new level of pin G must last
     LATCHES,  # levels set by UA= … UG=, bit by bit; an output pin has this level
-    GO_PIN,  # 1: pin G has its go role (UG)
+    GO_PIN,  # 1: a falling edge of pin G acts as the command G (UG)
     BRAKE_PIN,  # the pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none
     BRAKE_READ,  # 1: an assignment has read BRAKE_PIN (5.1, note 2)
 ) = islice(_slots, 5)

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NoReturn
 
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
@@ -49,7 +50,7 @@ class Problem:
 
 
 class Malformed(Exception):  # noqa: N818  # internal: `read` catches this error
-    """Text that is not an expression or a command.  The reader of a statement catches this error."""
+    """Raised for text that is not an expression or a command; caught by `read` and `First`."""
 
     def __init__(
         self, message: str, position: int, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
@@ -227,17 +228,17 @@ class Reader:
                 self._hidden(variable.fetch)
             self.at += len(token)
         else:
-            raise self._unknown(token)
+            self._refuse(token)
 
-    def _unknown(self, token: str) -> Malformed:
+    def _refuse(self, token: str) -> NoReturn:
         if not self.text[self.at :]:
-            return Malformed("a value is missing at the end", self.at)
+            raise Malformed("a value is missing at the end", self.at)
         if not token or not token[-1].isalnum():
-            return Malformed(f"a value is missing before {self.text[self.at]!r}", self.at)
+            raise Malformed(f"a value is missing before {self.text[self.at]!r}", self.at)
         if later := class5.find(token, class5.VALUES):
-            return Malformed(class5.message(later), self.at, rule=rules.LATER, end=self.at + len(token))
+            raise Malformed(class5.message(later), self.at, rule=rules.LATER, end=self.at + len(token))
         hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
-        return Malformed(f"there is no variable {token}{hint}", self.at, rule=rules.VARIABLE, end=self.at + len(token))
+        raise Malformed(f"there is no variable {token}{hint}", self.at, rule=rules.VARIABLE, end=self.at + len(token))
 
     def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)

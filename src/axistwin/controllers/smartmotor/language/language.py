@@ -23,7 +23,7 @@ from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruc
 from axistwin.controllers.smartmotor.processor import Processor
 
 LEXICAL = "Lexical rules"
-EQUAL_SIGN = "8.1 Forced equal sign"
+EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def command(text: str) -> Statement:
 
 @lru_cache(maxsize=4096)
 def read(text: str) -> Statement:
-    """Return one statement of a program."""
+    """Return the statement of a text, without the check that a host may send it."""
     found: Instruction | None = None
     try:
         found, begin = _find(text)
@@ -269,9 +269,10 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         at = match.end()
     if not listed:
         raise Malformed(f"{array}[…] needs = and a value, or a list of values", at, EQUAL_SIGN, rules.ELEMENTS)
+    if at == len(text):
+        raise Malformed("these values do not end with a period", at, FEATURES_ADDED, rules.ELEMENTS)
     if text[at:].strip() != ".":
-        message = "these values do not end with a period" if at == len(text) else f"{text[at:][:20]} is not a number"
-        raise Malformed(message, at, "1.1 Features added", rules.ELEMENTS)
+        raise Malformed(f"{text[at:][:20]} is not a number", at, FEATURES_ADDED, rules.ELEMENTS)
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
     code = (len(listed), kind, *first.code, *(word for value in listed for word in _constant(value)))
@@ -293,9 +294,10 @@ def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
             at += 1
         elif text[at:] == ")":
             return tuple(items)
+        elif not text[at:]:
+            raise Malformed(") is missing", at, found.chapter, rules.PRINTED)
         else:
-            behind = f"{text[at:][:20]} is not valid here" if text[at:] else ") is missing"
-            raise Malformed(behind, at, found.chapter, rules.PRINTED)
+            raise Malformed(f"{text[at:][:20]} is not valid here", at, found.chapter, rules.PRINTED)
 
 
 _byte = re.compile(r"#(\d+)", re.ASCII)
@@ -352,8 +354,8 @@ def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     match = _port.match(text, at)
     digital = found.code == "DOUTp"
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):
-        message = f"{found.syntax}: device A…H{', channel 0…63' if digital else ''}"
-        raise Malformed(message, at, found.chapter, rules.ARGUMENTS)
+        channel = ", channel 0…63" if digital else ""
+        raise Malformed(f"{found.syntax}: device A…H{channel}", at, found.chapter, rules.ARGUMENTS)
     value = _whole(text, match.end(), found)
     return (match[1], int(match[2]), value) if digital else (match[1], value)
 

@@ -103,7 +103,7 @@ class Compilation:
         self._program: Program | None = None
 
     def step(self) -> bool:
-        """Compile one more piece.  Return True if the program is complete."""
+        """Continue the compilation by one piece.  Return True if the program is complete."""
         if self._program is None:
             try:
                 next(self._pieces)
@@ -163,7 +163,7 @@ class _Matcher:
         self._broken = 0
 
     def match(self) -> Iterator[None]:
-        """Find all blocks, in pieces."""
+        """Find all blocks; a generator, so that a long program can be matched in pieces."""
         for number, statement in enumerate(self.statements):
             keyword = word(statement)
             if keyword in OPENS.values():
@@ -263,7 +263,7 @@ class _Writer:
         """The same for a label: the word, the label, and where the statement begins and ends."""
 
     def write(self) -> Iterator[None]:
-        """Write the code of all statements, and of the end of the program, in pieces."""
+        """Write the code of all statements; a generator, so that a long program can be written in pieces."""
         for number, statement in enumerate(self.statements):
             self.begins.append(len(self.code))
             self._entries.append(len(self.code))

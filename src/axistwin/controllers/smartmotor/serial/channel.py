@@ -46,7 +46,7 @@ class Transfer(Protocol):
     """A download or an upload, which receives the characters of a channel instead of the command parser."""
 
     def take(self, byte: int) -> None:
-        """Take a received character."""
+        """Handle a received character."""
 
     def spoil(self) -> None:
         """Handle a character with a line error."""
@@ -70,7 +70,7 @@ class Dispatcher(Protocol):
         """Execute a command of the host."""
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record."""
+        """Execute a binary record: a point of host mode, or A, V or P."""
 
     def report_host_mode(self, channel: "Channel") -> None:
         """Send the status of host mode."""
