@@ -134,20 +134,12 @@ def test_stack_discards_the_return_addresses():
     assert (program["a"], program["b"], program.i[state.BS]) == (0, 1, 1)
 
 
-@pytest.mark.parametrize("word", ["RETURNI", "STACK", "END"])
-def test_what_lets_c2_be_called_again(word):
+@pytest.mark.parametrize(("word", "called"), [("RETURNI", 0), ("STACK", 0), ("END", 0), ("RETURN", 1), ("RETURNF", 1)])
+def test_what_lets_c2_be_called_again(word, called):
     program = Processor(f"{word} a=1")
     program.i[state.C2_CALLED] = 1
     program.run(1)
-    assert program.i[state.C2_CALLED] == 0
-
-
-@pytest.mark.parametrize("word", ["RETURN", "RETURNF"])
-def test_what_does_not(word):
-    program = Processor(f"{word} a=1")
-    program.i[state.C2_CALLED] = 1
-    program.run(1)
-    assert program.i[state.C2_CALLED] == 1
+    assert program.i[state.C2_CALLED] == called
 
 
 def test_wait():
