@@ -119,10 +119,10 @@ def list_commands(board: State, number: int) -> Procedure | None:
     board.handshake.forget_messages()
     left = deque([*(stored.string for stored in board.sequences[number] or ()), b""])
     _fill_queue(board, left)
-    return _list_the_rest(board, left) if left else None
+    return _list_remaining(board, left) if left else None
 
 
-def _list_the_rest(board: State, left: deque[bytes]) -> Procedure:
+def _list_remaining(board: State, left: deque[bytes]) -> Procedure:
     while left:
         yield board.handshake.taken()
         _fill_queue(board, left)

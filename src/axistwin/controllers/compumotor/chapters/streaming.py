@@ -26,7 +26,7 @@ MOST_MARKER_PARAMETERS = 2
 MARKER_ATTRIBUTES = Accept.STREAMING | Accept.DURING_STREAMING
 
 
-class Performance:
+class StreamOutput:
     """Outputs the contents of the streaming buffer in one streaming mode."""
 
     def __init__(self, board: State, setting: Setting) -> None:
@@ -186,7 +186,7 @@ def perform(board: State) -> None:
     ):
         assert board.stream.setting is not None, "42h is valid in streaming modes only"
         board.motion.end, board.motion.streamed = None, True
-        board.stream.start(Performance(board, board.stream.setting).perform())
+        board.stream.start(StreamOutput(board, board.stream.setting).perform())
 
 
 def kill_buffer(board: State) -> None:

@@ -27,11 +27,11 @@ def phase_changed(board: State, phase: Phase) -> None:
     if phase is not Phase.REST:
         loop.leave_zero()
     elif loop.ended is None:
-        _come_to_rest(board)
+        _end_move(board)
     wake(board)
 
 
-def _come_to_rest(board: State) -> None:
+def _end_move(board: State) -> None:
     """Make the present position the desired position, unless a closed-loop move has another target."""
     loop = board.loop
     _detect_stall(board)
@@ -50,7 +50,7 @@ def refresh(board: State) -> None:
         loop.use = Use.JOYSTICK
     elif loop.use is Use.JOYSTICK:
         loop.use, loop.ended = Use.OPEN_LOOP, None
-        _come_to_rest(board)
+        _end_move(board)
     wake(board)
 
 
