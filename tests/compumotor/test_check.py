@@ -1,4 +1,4 @@
-"""`check` for an 1810 or 1811: what the board would ignore without a word."""
+"""`check` for an 1810 or 1811: it reports commands that the board would ignore without a message."""
 
 import json
 
@@ -108,7 +108,7 @@ def test_a_closed_loop_move_needs_the_ratio(check):
 
 
 def test_an_1810_performs_no_closed_loop_move(check):
-    """Addendum: the software "is identical", but there is no encoder; the option encoder_commands says what becomes."""
+    """Addendum: the software "is identical", but there is no encoder; see option `encoder_commands`."""
     (diagnostic,) = check("B0 61 A8 0F A0", CLOSED_LOOP, "40 01", model="1810")
     assert diagnostic.startswith("3:1 warning not performed: move 1 is a closed-loop move")
     open_loop = "C8" + CLOSED_LOOP[2:]

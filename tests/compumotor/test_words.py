@@ -1,4 +1,4 @@
-"""Commands by their names, and messages in words."""
+"""Text form of commands and messages."""
 
 import pytest
 
