@@ -33,12 +33,12 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield (level, number of intervals) if each increment changes the level."""
+    """Yield (level, number of intervals) of a ramp whose level changes at each increment."""
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield (level, number of intervals) if a level lasts for several increments."""
+    """Yield (level, number of intervals) of a ramp whose levels last for several increments."""
     if steps < 1:
         return
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))

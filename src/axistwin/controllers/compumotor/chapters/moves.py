@@ -95,7 +95,7 @@ def perform_default(board: State, kind: Kind, target: int) -> Procedure:
 
 
 def perform_move(board: State, number: int) -> Procedure:
-    """Command 40h: perform pre-defined move 1 to 50.  Ignored if it is not defined or a move is being performed."""
+    """Command 40h: perform pre-defined move 1 to 50.  Ignored if it is undefined or another move is performed."""
     move = board.library[number]
     if move is not None:
         yield from perform(board, move, board.library.calculate_ns(number))

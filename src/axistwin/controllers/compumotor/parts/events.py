@@ -29,7 +29,7 @@ class Events:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Called at every stall and limit hit, even if no message is requested."""
-        self.armed: dict[int, int] = {}  # by opcode: the number of moves begun before the request
+        self.armed: dict[int, int] = {}  # number of moves that began before the request, by its opcode
 
     def happened(self, what: Happening, begun: int) -> None:
         """Send the requested messages for an event of move number `begun`.

@@ -43,7 +43,7 @@ class VelocityRange:
 
     @cached_property
     def highest(self) -> int:
-        """Highest velocity number: the one nearest to the maximum, such as 1,092,267 for 1,092,266.67."""
+        """Highest velocity number, which is the maximum rounded: 1,092,267 for 1,092,266.67."""
         return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:

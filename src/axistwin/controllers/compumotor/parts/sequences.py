@@ -60,7 +60,7 @@ SUSPENDED = (Order.SUSPEND, Order.KILL)
 
 @dataclass
 class Loop:
-    """Commands `first` to `last` of the buffer, repeated `left` more times; None: until CONTINUE."""
+    """A loop over commands `first` to `last`, repeated `left` more times; `left` None: until CONTINUE."""
 
     first: int
     last: int

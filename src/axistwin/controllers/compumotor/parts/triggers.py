@@ -17,7 +17,7 @@ class Triggers:
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
         """`response_ns`: time from the edge to the function, during which the input must stay high."""
         self.clock, self._response_ns = clock, response_ns
-        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # by trigger: opcode and action
+        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # opcode and action of each trigger
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
         self._unsubscribe = [pin.subscribe(partial(self._changed, number)) for number, pin in pins.items()]
