@@ -12,7 +12,7 @@ from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
 from axistwin import Bench, Session
-from axistwin.panel import Common, Look, People
+from axistwin.panel import Common, Context, People
 
 
 def bench_of(*models, **options):
@@ -28,21 +28,21 @@ def bench_of(*models, **options):
 
 
 class Visit:
-    """A user's page; `look` is the user's."""
+    """A user's page; `context` is the user's."""
 
-    def __init__(self, user, look, refresh):
-        self.user, self.look, self._refresh = user, look, refresh
+    def __init__(self, user, context, refresh):
+        self.user, self.context, self._refresh = user, context, refresh
 
     @property
     def bench(self):
-        return self.look.bench
+        return self.context.bench
 
     def frame(self):
         """Update the view, and build parts that have become visible."""
         with self.user.client:
             self._refresh()
-            while self.look.unbuilt:
-                self.look.unbuilt.pop()()
+            while self.context.unbuilt:
+                self.context.unbuilt.pop()()
                 self._refresh()
 
     def run(self, seconds):
@@ -146,23 +146,23 @@ stage = Stage()
 
 
 def show(build, view, play):
-    """Call `play(visit)`, which may be asynchronous, for a driver's page with the view `view(look)`.
+    """Call `play(visit)`, which may be asynchronous, for a driver's page with the view `view(context)`.
 
     Returns what `play` returns.
     """
     people = People()
-    return show_to(Look(Common(Session(build, None)), people, people["somebody"]), view, play)
+    return show_to(Context(Common(Session(build, None)), people, people["somebody"]), view, play)
 
 
-def show_to(look, view, play):
-    """Call `play(visit)` for the page of `look`."""
+def show_to(context, view, play):
+    """Call `play(visit)` for the page of `context`."""
     made = []
 
     async def played(user):
         await user.open("/")
-        visit = Visit(user, look, made[-1])
+        visit = Visit(user, context, made[-1])
         visit.frame()
         found = play(visit)
         return await found if isawaitable(found) else found
 
-    return stage.play(lambda: made.append(view(look)), played)
+    return stage.play(lambda: made.append(view(context)), played)

@@ -114,7 +114,7 @@ def test_the_list_shows_the_faults_of_whatever_bench_there_is():
         visit.bench.faults.add("jam", "if1.X")
         visit.frame()
         assert visit.found("fault-jam-state").text.startswith("on")
-        visit.look.session.bench = bench_of("if1")()
+        visit.context.session.bench = bench_of("if1")()
         visit.frame()
         with pytest.raises(AssertionError):
             visit.found("fault-jam-state")
@@ -132,7 +132,7 @@ def test_the_power_switch(model):
         visit.press(f"{model}-power")
         assert visit.bench[model].powered
 
-    show(bench_of(model), lambda look: power(look, model), play)
+    show(bench_of(model), lambda context: power(context, model), play)
 
 
 def test_the_temperature_around_a_motor():
@@ -145,4 +145,4 @@ def test_the_temperature_around_a_motor():
         visit.frame()
         assert visit.found("smartmotor-ambient").value == 30
 
-    show(bench_of("smartmotor"), lambda look: power(look, "smartmotor"), play)
+    show(bench_of("smartmotor"), lambda context: power(context, "smartmotor"), play)

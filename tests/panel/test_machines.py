@@ -40,7 +40,7 @@ def drawn(visit):
 
 
 def at(name):
-    return lambda look: machines(look, name)
+    return lambda context: machines(context, name)
 
 
 def test_a_slide_tells_position_and_velocity_and_its_carriage_moves_along():

@@ -4,7 +4,7 @@ import asyncio
 from functools import partial
 
 from axistwin import Session
-from axistwin.panel import Common, Look, People, people
+from axistwin.panel import Common, Context, People, people
 from axistwin.panel import page as page_module
 from axistwin.panel.page import Visits, page
 
@@ -108,7 +108,7 @@ class Visited:
 
     def enter(self):
         self.entered += 1
-        return Look(self.common, self.people, self.people[next(self._keys)])
+        return Context(self.common, self.people, self.people[next(self._keys)])
 
     async def until(self, came_true):
         for _ in range(2000):

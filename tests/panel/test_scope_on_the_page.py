@@ -5,7 +5,7 @@ import json
 import pytest
 
 from axistwin import Session
-from axistwin.panel import Common, Look, People
+from axistwin.panel import Common, Context, People
 from axistwin.panel.scope import Screen
 from axistwin.panel.views.scope import Scopes, scope
 from axistwin.units import S
@@ -14,7 +14,7 @@ from .showing import bench_of, show, show_to
 
 
 def screen_of(visit) -> Screen:
-    return visit.look.person.settings["scope"]
+    return visit.context.person.settings["scope"]
 
 
 def tell(visit, **what):
@@ -236,7 +236,7 @@ def test_it_is_as_it_was_when_somebody_comes_back_and_others_have_their_own():
     people, common = People(), Common(Session(bench_of("if1"), None))
 
     def visited(who):
-        return show_to(Look(common, people, people[who]), scope, lambda visit: visit.found("scope-signals").value)
+        return show_to(Context(common, people, people[who]), scope, lambda visit: visit.found("scope-signals").value)
 
     visited("one")
     people["one"].settings["scope"].show(("if1.led",))

@@ -15,8 +15,8 @@ TRAVEL = {"limits": (0, 2000)}
 TABLE = bench_of("if2", X=TRAVEL, Y=TRAVEL)
 
 
-def at(look):
-    return machines(look, "if2")
+def at(context):
+    return machines(context, "if2")
 
 
 def top(visit):
@@ -104,7 +104,7 @@ def test_another_output_may_be_the_tool_or_none_and_the_person_keeps_it():
         visit.bench["if2"].pins["output3"].set(True)
         visit.run(0.1)
         assert top(visit)["tool", "text"] == "output3 high"
-        assert visit.look.person.settings["if2 tool"] == "output3"
+        assert visit.context.person.settings["if2 tool"] == "output3"
         visit.choose("if2 tool", "")
         visit.frame()
         assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "")
@@ -116,7 +116,7 @@ def test_three_dimensions_are_there_while_one_wants_them():
     def play(visit):
         assert not scenes(visit)
         visit.press("if2 3-D")
-        assert visit.look.person.settings["if2 3-D"] is True
+        assert visit.context.person.settings["if2 3-D"] is True
         (scene,) = scenes(visit)
         go(visit, X=1000)
         before = [(thing.x, thing.y, thing.z) for thing in scene.objects.values()]
@@ -137,9 +137,9 @@ def test_three_dimensions_are_there_while_one_wants_them():
 
 
 def test_whoever_wanted_three_dimensions_finds_them_again():
-    def wanting(look):
-        look.person.settings["if2 3-D"] = True
-        return at(look)
+    def wanting(context):
+        context.person.settings["if2 3-D"] = True
+        return at(context)
 
     show(TABLE, wanting, lambda visit: visit.user.find(kind=Scene))
 

@@ -13,7 +13,7 @@ from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
 from axistwin.panel.acts import State
-from axistwin.panel.look import Look, Refresh, careful
+from axistwin.panel.context import Context, Refresh, careful
 from axistwin.panel.memory import Memory, release
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
@@ -43,8 +43,8 @@ BUILT = 'document.documentElement.classList.remove("building"); axistwinState.at
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 
 
-async def page(enter: Callable[[], Look]) -> None:
-    """Build the page for one visit.  `enter`: called when a browser has connected; returns its `Look`.
+async def page(enter: Callable[[], Context]) -> None:
+    """Build the page for one visit.  `enter`: called when a browser has connected; returns its `Context`.
 
     Before that, the page is empty, so that a program that only fetches the address costs little.  The views are
     built in pieces, one page at a time, and the bench runs between two pieces.
@@ -59,14 +59,14 @@ async def page(enter: Callable[[], Look]) -> None:
     await client.connected()  # returns also if no browser connects
     if client.is_deleted:
         return
-    look = enter()
-    visits = look.common(Visits)
-    visits.begin(client, look.person)
+    context = enter()
+    visits = context.common(Visits)
+    visits.begin(client, context.person)
     async with visits.building:
-        made = await in_turns(partial(_built, client, look))
-        look.common(Memory).keep()
+        made = await in_turns(partial(_built, client, context))
+        context.common(Memory).keep()
     client.run_javascript(BUILT)
-    visits.shown(client, background_tasks.create(_Frames(client, look, made).show(), name="panel"))
+    visits.shown(client, background_tasks.create(_Frames(client, context, made).show(), name="panel"))
 
 
 class Visits:
@@ -123,18 +123,18 @@ def _released(elements: list[ui.element]) -> None:
     background_tasks.create(release(elements), name="panel")
 
 
-def rehearse(look: Look, request: Request) -> None:
+def rehearse(context: Context, request: Request) -> None:
     """Build a page without a browser, so that single actions such as reading files do not delay hosts later."""
     client = Client(ui.page(""), request=request)
-    _built(client, look)
+    _built(client, context)
     client.build_response(request)
     client.delete()
 
 
-def _built(client: Client, look: Look) -> list[Refresh]:
+def _built(client: Client, context: Context) -> list[Refresh]:
     made = []
     with client:
-        for view in views(look):
+        for view in views(context):
             made.append(careful(view))
             breathe()
     return made
@@ -144,64 +144,64 @@ def _text(*place: str) -> str:
     return resources.files(__package__).joinpath(*place).read_text(encoding="utf-8")
 
 
-def views(look: Look) -> Iterator[Refresh]:
+def views(context: Context) -> Iterator[Refresh]:
     """Build all views, each when the iterator reaches it."""
-    yield from _header(look)
-    yield from _body(look)
+    yield from _header(context)
+    yield from _body(context)
 
 
-def _header(look: Look) -> Iterator[Refresh]:
+def _header(context: Context) -> Iterator[Refresh]:
     with ui.header():
         ui.link("to the machines", "#bench").classes("skip")
         with ui.row().classes("driving"):
             ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-            yield _clock(look)
-            yield people(look)
-        yield driving(look)
+            yield _clock(context)
+            yield people(context)
+        yield driving(context)
 
 
-def _clock(look: Look) -> Refresh:
+def _clock(context: Context) -> Refresh:
     """Show the virtual time in seconds; in microseconds while paused."""
     label = ui.label().classes("clock").mark("clock").props("data-test=clock")
 
     def refresh() -> None:
-        label.text = f"{look.session.seconds:.{3 if look.session.running else 6}f} s"
+        label.text = f"{context.session.seconds:.{3 if context.session.running else 6}f} s"
 
     return refresh
 
 
-def _body(look: Look) -> Iterator[Refresh]:
-    columns = max(2, len(look.bench.controllers) + len(look.bench.lines))
+def _body(context: Context) -> Iterator[Refresh]:
+    columns = max(2, len(context.bench.controllers) + len(context.bench.lines))
     with ui.element("div").classes("bench").props("id=bench tabindex=-1").style(f"--columns: {columns}"):
-        for name in look.bench.controllers:
+        for name in context.bench.controllers:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
-                yield from _machine(look, name)
-        for name in look.bench.lines:
+                yield from _machine(context, name)
+        for name in context.bench.lines:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 ui.label(name).classes("machine-name")
-                yield terminal(look, name)
-        with ui.element("div").classes("beside" if len(look.bench.controllers) == 1 else "beside wide"):
-            yield scope(look)
+                yield terminal(context, name)
+        with ui.element("div").classes("beside" if len(context.bench.controllers) == 1 else "beside wide"):
+            yield scope(context)
             with ui.card().classes("machine").props("role=region aria-label=faults"):
                 ui.label("Faults").classes("machine-name")
-                yield faults(look)
+                yield faults(context)
 
 
-def _machine(look: Look, name: str) -> Iterator[Refresh]:
+def _machine(context: Context, name: str) -> Iterator[Refresh]:
     """Build the views of a controller and its machine."""
     with ui.row().classes("machine-head"):
         ui.label(name).classes("machine-name")
-        ui.label(look.bench[name].product.title).classes("quiet")
-        yield power(look, name)
-    yield front(look, name)
-    yield machines(look, name)
-    kinds: Kinds = {"Pins": partial(pins, look, name)}
-    if look.bench[name].product.programs:
-        kinds["Program"] = partial(program, look, name)
+        ui.label(context.bench[name].product.title).classes("quiet")
+        yield power(context, name)
+    yield front(context, name)
+    yield machines(context, name)
+    kinds: Kinds = {"Pins": partial(pins, context, name)}
+    if context.bench[name].product.programs:
+        kinds["Program"] = partial(program, context, name)
     for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
-        if endpoint in endpoints.names(look.bench):
-            kinds[title] = partial(terminal, look, endpoint)
-    yield tabs(look, name, kinds)
+        if endpoint in endpoints.names(context.bench):
+            kinds[title] = partial(terminal, context, endpoint)
+    yield tabs(context, name, kinds)
 
 
 class _Frames:
@@ -209,8 +209,8 @@ class _Frames:
     receives none.
     """
 
-    def __init__(self, client: Client, look: Look, made: list[Refresh]) -> None:
-        self._client, self._look, self._made = client, look, made
+    def __init__(self, client: Client, context: Context, made: list[Refresh]) -> None:
+        self._client, self._context, self._made = client, context, made
         self._handled = 0
         """Number of messages of the browser that have been handled."""
         self._news = asyncio.Event()
@@ -221,7 +221,7 @@ class _Frames:
     async def show(self) -> None:
         """Draw frame by frame until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
-        ends = self._look.people.subscribe(partial(_notify, client)), self._look.acts.subscribe(self._news.set)
+        ends = self._context.people.subscribe(partial(_notify, client)), self._context.acts.subscribe(self._news.set)
         try:
             with client:
                 await self._drawn(State.BUSY)  # terminals have their sizes after this frame
@@ -236,17 +236,17 @@ class _Frames:
 
     async def _frame(self) -> None:
         self._news.clear()
-        before = self._handled, self._look.acts.state
+        before = self._handled, self._context.acts.state
         await self._refresh()
-        if self._look.unbuilt:
+        if self._context.unbuilt:
             self._news.set()
             await self._complete()
-        now = self._handled, self._look.acts.state
+        now = self._handled, self._context.acts.state
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:
         """Update all views; the event loop runs in between if the updates take long."""
-        session, began_s = self._look.session, perf_counter()
+        session, began_s = self._context.session, perf_counter()
         for view in self._made:
             if perf_counter() - began_s > TURN_S:
                 await asyncio.sleep(0)
@@ -258,12 +258,12 @@ class _Frames:
 
     async def _complete(self) -> None:
         """Build the views that have come into view, in pieces."""
-        look = self._look
-        while look.unbuilt:
-            build = careful(look.unbuilt.pop())
-            async with look.common(Visits).building:
+        context = self._context
+        while context.unbuilt:
+            build = careful(context.unbuilt.pop())
+            async with context.common(Visits).building:
                 await in_turns(build)
-                look.common(Memory).keep()
+                context.common(Memory).keep()
 
     async def _drawn(self, state: State) -> None:
         """Publish the state after the browser has drawn the frame."""
@@ -275,7 +275,7 @@ class _Frames:
 
     async def _rest(self, seconds: float) -> None:
         """Wait for the next frame; if virtual time is stopped, at most until the next message is handled."""
-        if self._look.session.running:
+        if self._context.session.running:
             await asyncio.sleep(max(0.0, seconds))
             return
         with suppress(TimeoutError):

@@ -14,8 +14,8 @@ from nicegui import app, ui
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.urls import LOOPBACK
 from axistwin.numbers import NumberError, shortened, whole
+from axistwin.panel.context import Common, Context
 from axistwin.panel.gate import Gate, is_loopback
-from axistwin.panel.look import Common, Look
 from axistwin.panel.memory import Memory
 from axistwin.panel.page import page, rehearse
 from axistwin.panel.people import People, Person
@@ -82,7 +82,7 @@ class Panel:
         while not server.started and not self._task.done():
             await asyncio.sleep(POLL_S)
         host, port = sock.getsockname()[:2]
-        rehearse(Look(self.common, People(), Person("", "nobody")), Request(NOWHERE))
+        rehearse(Context(self.common, People(), Person("", "nobody")), Request(NOWHERE))
         self.common(Memory).keep()
         token = "" if self.address.token is None else f"?token={self.address.token}"
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}"
@@ -109,7 +109,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
 
     @ui.page("/")
     async def visit(request: Request) -> None:
-        await page(lambda: Look(panel.common, panel.people, panel.people[request.scope["person"]]))
+        await page(lambda: Context(panel.common, panel.people, panel.people[request.scope["person"]]))
 
     ui.run_with(
         application,

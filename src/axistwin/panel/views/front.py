@@ -9,7 +9,7 @@ from nicegui import ui
 
 from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
-from axistwin.panel.look import Look, Refresh, seldom, together
+from axistwin.panel.context import Context, Refresh, seldom, together
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.parts import Light, Told, called, drawer
 
@@ -19,16 +19,16 @@ SELDOM = 5
 """Interval in frames at which the list of registers is updated."""
 
 
-def front(look: Look, name: str) -> Refresh:
+def front(context: Context, name: str) -> Refresh:
     """Build lamps, texts and readings by groups; below, explanations and all registers."""
-    controller = look.bench[name]
+    controller = context.bench[name]
     groups = controller.product.front or generic(controller)
     with ui.element("section").classes("front") as section:
         section.props["aria-label"] = f"front of {name}"
-        shown = [_group(look, name, group) for group in groups]
+        shown = [_group(context, name, group) for group in groups]
     if controller.product.front:
-        _meaning(look, name, groups)
-        shown.append(_registers(look, name))
+        _meaning(context, name, groups)
+        shown.append(_registers(context, name))
     return together(*shown)
 
 
@@ -52,15 +52,15 @@ NOTHING = object()
 class _Source:
     """A terminal or a register, and the items that show its value."""
 
-    def __init__(self, look: Look, who: str, name: str) -> None:
-        self._look, self._who, self._name = look, who, name
-        self._terminal = name in look.bench[who].terminals
+    def __init__(self, context: Context, who: str, name: str) -> None:
+        self._context, self._who, self._name = context, who, name
+        self._terminal = name in context.bench[who].terminals
         self._known: int | str | object | None = NOTHING
         self.shows: list[Show] = []
 
     def refresh(self) -> None:
         """Read the value, and show a new value."""
-        controller = self._look.bench.controllers[self._who]
+        controller = self._context.bench.controllers[self._who]
         value: int | str | None = None
         if not controller.powered:
             pass
@@ -74,8 +74,8 @@ class _Source:
                 show(value)
 
 
-def _group(look: Look, name: str, group: Group) -> Refresh:
-    sources = {source: _Source(look, name, source) for source in group.sources}
+def _group(context: Context, name: str, group: Group) -> Refresh:
+    sources = {source: _Source(context, name, source) for source in group.sources}
     with ui.element("div").classes("group") as box:
         box.props.update({"role": "group", "aria-label": group.title})
         with ui.label(group.title).classes("group-title") as title:
@@ -104,9 +104,9 @@ def _number(value: int | str | None) -> int | None:
     return None if value is None else int(value)
 
 
-def _meaning(look: Look, name: str, groups: Iterable[Group]) -> None:
+def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
     """Build the explanations of the lamps, for users without a mouse."""
-    with drawer(look, f"{name} meaning", "What it means"):
+    with drawer(context, f"{name} meaning", "What it means"):
         for group in groups:
             ui.label(f"{group.title}: {group.chapter}").classes("group-title")
             with ui.element("dl").classes("meaning"):
@@ -125,15 +125,15 @@ def _plainly(told: Told) -> Show:
     return lambda value: told.show("" if value is None else str(value))
 
 
-def _registers(look: Look, name: str) -> Refresh:
+def _registers(context: Context, name: str) -> Refresh:
     """Build the list of all registers when it is first opened."""
-    found = drawer(look, f"{name} registers", "All registers")
+    found = drawer(context, f"{name} registers", "All registers")
     sources: list[_Source] = []
 
     def build() -> None:
         with found, ui.element("div").classes("registers"):
-            for register in look.bench[name].registers:
-                source = _Source(look, name, register)
+            for register in context.bench[name].registers:
+                source = _Source(context, name, register)
                 source.shows.append(_plainly(called(Told(register, register), f"{name}-register-{register}")))
                 sources.append(source)
 
@@ -145,4 +145,4 @@ def _registers(look: Look, name: str) -> Refresh:
         for source in sources:
             source.refresh()
 
-    return seldom(look, SELDOM, refresh)
+    return seldom(context, SELDOM, refresh)

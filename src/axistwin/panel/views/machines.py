@@ -3,23 +3,23 @@
 from nicegui import ui
 
 from axistwin.bench import Controller
+from axistwin.panel.context import Context, Refresh
 from axistwin.panel.drawings.figure import Figure
 from axistwin.panel.drawings.scale import Flow
 from axistwin.panel.drawings.shaft import Shaft
 from axistwin.panel.drawings.slide import Slide
-from axistwin.panel.look import Look, Refresh
 from axistwin.panel.views.table import table
 
 
-def machines(look: Look, name: str) -> Refresh:
+def machines(context: Context, name: str) -> Refresh:
     """Draw every axis of a controller that is or was used; if none was used, all axes."""
-    flow, controller = Flow(), look.bench[name]
+    flow, controller = Flow(), context.bench[name]
     with ui.element("div").classes("axes"):
-        top_view = table(look, name)
+        top_view = table(context, name)
         frames = {axis: _frame(controller, axis) for axis in controller.axes}
 
     def refresh() -> None:
-        smooth, controller = flow.goes_on(look.bench), look.bench[name]
+        smooth, controller = flow.goes_on(context.bench), context.bench[name]
         top_view(smooth)
         used = [axis for axis in controller.axes if _used(controller, axis)] or list(controller.axes)
         for axis, (box, figure) in frames.items():

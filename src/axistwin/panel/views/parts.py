@@ -7,7 +7,7 @@ from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from axistwin.controllers.front import Tone
-from axistwin.panel.look import Look
+from axistwin.panel.context import Context
 from axistwin.panel.turns import breathe
 
 Thing = TypeVar("Thing", bound=ui.element)
@@ -79,9 +79,9 @@ class Told(TextElement):
             self._tone = tone
 
 
-def drawer(look: Look, key: str, title: str) -> ui.expansion:
+def drawer(context: Context, key: str, title: str) -> ui.expansion:
     """Build a part of the page that can be opened; its state is stored for this user."""
-    settings = look.person.settings
+    settings = context.person.settings
     found = ui.expansion(title, value=bool(settings.get(key)))
     found.on_value_change(lambda: settings.update({key: found.value}))
     return called(found.classes("drawer"), key.replace(" ", "-"))

@@ -8,7 +8,7 @@ from nicegui import events, ui
 from axistwin.bench import Controller
 from axistwin.bench.actions import targets
 from axistwin.controllers.product import Product
-from axistwin.panel.look import Look, Refresh, together
+from axistwin.panel.context import Context, Refresh, together
 from axistwin.panel.views.parts import Key, Light, called
 from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
 
@@ -22,18 +22,18 @@ GENTLY = 0.2
 """Deflection of the joystick by an arrow key; with Shift, full deflection."""
 
 
-def pins(look: Look, name: str) -> Refresh:
+def pins(context: Context, name: str) -> Refresh:
     """Build all controls of a controller."""
-    controller = look.bench[name]
+    controller = context.bench[name]
     possible = targets(controller)
     shown: list[Refresh] = []
     if controller.product.joystick is not None:
-        shown.append(_joystick(look, name, controller.product))
+        shown.append(_joystick(context, name, controller.product))
     with ui.element("div").classes("switches"):
-        shown += [_terminal(look, name, names) for names in inputs(controller)]
-        shown += [_host_line(look, name, line) for line in HOST_LINES if line in possible]
+        shown += [_terminal(context, name, names) for names in inputs(controller)]
+        shown += [_host_line(context, name, line) for line in HOST_LINES if line in possible]
     if "master" in possible:
-        _encoder(look, name)
+        _encoder(context, name)
     return together(*shown)
 
 
@@ -46,20 +46,20 @@ def inputs(controller: Controller) -> list[list[str]]:
     return list(found.values())
 
 
-def _terminal(look: Look, name: str, names: list[str]) -> Refresh:
+def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
     """Build the row of a terminal: its level, the source of the level, and keys for a test lead."""
     pin_name = names[0]
-    analog = isinstance(look.bench[name].pins[pin_name], UserPin)
+    analog = isinstance(context.bench[name].pins[pin_name], UserPin)
     with ui.element("div").classes("switch analog" if analog else "switch") as row:
         row.props.update({"role": "group", "aria-label": f"{name}.{pin_name}"})
         light = called(Light(", ".join(names), f"{pin_name} high"), f"{name}-{pin_name}-level")
         why = called(ui.label().classes("why"), f"{name}-{pin_name}-why")
         with ui.element("span").classes("keys"):
-            keys = {word: _key(look, name, pin_name, word) for word in (*LEVELS, "release")}
-        volts = _volts(look, name, pin_name) if analog else None
+            keys = {word: _key(context, name, pin_name, word) for word in (*LEVELS, "release")}
+        volts = _volts(context, name, pin_name) if analog else None
 
     def refresh() -> None:
-        pin = look.bench.controllers[name].pins[pin_name]
+        pin = context.bench.controllers[name].pins[pin_name]
         light.show(pin.level)
         word = _decides(pin)
         if why.text != word:
@@ -93,21 +93,21 @@ def _decides(pin: Pin) -> str:
     return "wired" if pin.wired else ""
 
 
-def _key(look: Look, name: str, target: str, word: str) -> Key:
+def _key(context: Context, name: str, target: str, word: str) -> Key:
     def press() -> None:
-        look.touch(partial(look.session.do, name, target, word))
+        context.touch(partial(context.session.do, name, target, word))
 
     return called(Key(word, f"{word} {name}.{target}", press), f"{name}-{target}-{word}")
 
 
-def _volts(look: Look, name: str, pin_name: str) -> Callable[[UserPin], None]:
+def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], None]:
     """Build a slider that drives a terminal to a voltage, with the converter's reading."""
     known: float | None = None
 
     def moved(event: events.GenericEventArguments) -> None:
         nonlocal known
-        look.touch(partial(look.session.do, name, pin_name, f"{float(event.args):.2f}V"))
-        pin = look.bench[name].pins[pin_name]
+        context.touch(partial(context.session.do, name, pin_name, f"{float(event.args):.2f}V"))
+        pin = context.bench[name].pins[pin_name]
         known = float(event.args) if isinstance(pin, UserPin) and pin.volts == float(event.args) else None
 
     slider = ui.slider(min=0, max=PULLED_UP_VOLTS, step=STEP_V, value=0).classes("volts")
@@ -128,16 +128,16 @@ def _volts(look: Look, name: str, pin_name: str) -> Callable[[UserPin], None]:
     return show
 
 
-def _host_line(look: Look, name: str, line: str) -> Refresh:
+def _host_line(context: Context, name: str, line: str) -> Refresh:
     """Build the row of a control line at the host's end."""
     with ui.element("div").classes("switch") as row:
         row.props.update({"role": "group", "aria-label": f"{name} host's {line.upper()}"})
         light = called(Light(f"host {line.upper()}", f"host's {line.upper()} on"), f"{name}-host-{line}-level")
         with ui.element("span").classes("keys"):
-            keys = {word: _key(look, name, line, word) for word in LEVELS}
+            keys = {word: _key(context, name, line, word) for word in LEVELS}
 
     def refresh() -> None:
-        host = look.bench.controllers[name].ports[name].host
+        host = context.bench.controllers[name].ports[name].host
         level = (host.dtr_line if line == "dtr" else host.rts_line).level
         light.show(level)
         for word, key in keys.items():
@@ -146,7 +146,7 @@ def _host_line(look: Look, name: str, line: str) -> Refresh:
     return refresh
 
 
-def _encoder(look: Look, name: str) -> None:
+def _encoder(context: Context, name: str) -> None:
     """Build the controls of the external encoder: counts and time of a move."""
     with ui.row().classes("encoder items-center"):
         ui.label("External encoder")
@@ -155,7 +155,7 @@ def _encoder(look: Look, name: str) -> None:
 
         def turn() -> None:
             run = f"{int(counts.value or 0)} in {float(seconds.value or 0):.6f}"
-            look.touch(partial(look.session.do, name, "master", run))
+            context.touch(partial(context.session.do, name, "master", run))
 
         called(Key("turn", f"turn the external encoder of {name}", turn), f"{name}-master-turn")
 
@@ -163,7 +163,7 @@ def _encoder(look: Look, name: str) -> None:
 # Joystick
 
 
-def _joystick(look: Look, name: str, product: Product) -> Refresh:
+def _joystick(context: Context, name: str, product: Product) -> Refresh:
     """Build the joystick, which springs back; an arrow key deflects it while held."""
     assert product.joystick is not None, "it takes one"
     most, client = product.joystick.usual, ui.context.client
@@ -172,12 +172,12 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
     def deflect(part: float) -> None:
         nonlocal held
         rate = round(part * 50) * most // 50
-        if rate != held and look.touch(partial(look.session.do, name, "joystick", str(rate))):
+        if rate != held and context.touch(partial(context.session.do, name, "joystick", str(rate))):
             held = rate
 
     def let_go() -> None:
         """Release the joystick when the page is closed."""
-        if held and look.drives:
+        if held and context.drives:
             with client:
                 deflect(0)
 
@@ -200,7 +200,7 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
     client.on_disconnect(let_go)
 
     def refresh() -> None:
-        rate = look.bench.controllers[name].joystick.rate
+        rate = context.bench.controllers[name].joystick.rate
         text = f"joystick: {rate} pulses/s" if rate else "joystick: at zero"
         if label.text != text:
             label.text = text

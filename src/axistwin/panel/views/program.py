@@ -14,8 +14,8 @@ from nicegui.events import GenericEventArguments, UploadEventArguments
 
 from axistwin.bench import FAMILIES, Controller, endpoints
 from axistwin.controllers.product import Listing, Order
+from axistwin.panel.context import Context, Refresh, seldom
 from axistwin.panel.drawings.listing import Lines
-from axistwin.panel.look import Look, Refresh, seldom
 from axistwin.panel.turns import breathe
 from axistwin.scenes.hosting import KINDS
 
@@ -29,25 +29,27 @@ SELDOM = 4
 """Interval in frames while virtual time passes: a motor is advanced to find its line."""
 
 
-def program(look: Look, name: str) -> Refresh:
+def program(context: Context, name: str) -> Refresh:
     """Build the view of the programs of one controller."""
-    return seldom(look, SELDOM, _View(look, name).refresh)
+    return seldom(context, SELDOM, _View(context, name).refresh)
 
 
 class _View:
-    def __init__(self, look: Look, name: str) -> None:
-        self.look, self.name = look, name
+    def __init__(self, context: Context, name: str) -> None:
+        self.context, self.name = context, name
         self._orders: dict[str, ui.row] = {}
         with ui.element("section").classes("program"):
             with ui.element("div").classes("program-head"):
-                keep = look.person.settings.__setitem__
+                keep = context.person.settings.__setitem__
                 self._choice = ui.select([], label="program").props(_DENSE)
                 self._choice.on_value_change(lambda event: keep(f"{name} program", event.value))
                 self._choice.mark(f"{name} which")
                 self._title = ui.label().classes("quiet").mark(f"{name} title")
                 self._state = ui.label().classes("running-line").mark(f"{name} runs")
                 follow = f"{name} follow"
-                self._follow = ui.checkbox("follow", value=bool(look.person.settings.get(follow, True))).props("dense")
+                self._follow = ui.checkbox("follow", value=bool(context.person.settings.get(follow, True))).props(
+                    "dense"
+                )
                 self._follow.on_value_change(lambda event: keep(follow, event.value))
                 self._follow.mark(f"{name} follow")
             self._lines = Lines(self._toggle).mark(f"{name} listing").props(f'data-test="listing {name}"')
@@ -57,7 +59,7 @@ class _View:
 
     @property
     def _controller(self) -> Controller:
-        return self.look.bench[self.name]
+        return self.context.bench[self.name]
 
     def refresh(self) -> None:
         """Update lines, running line and breakpoints."""
@@ -84,7 +86,7 @@ class _View:
 
     def _which(self, programs: Mapping[str, Listing]) -> str:
         """Return the selected program; while following, the running program."""
-        wanted = self.look.person.settings.get(f"{self.name} program")
+        wanted = self.context.person.settings.get(f"{self.name} program")
         if self._follow.value or wanted not in programs:
             running = (each for each, listing in programs.items() if listing.running is not None)
             wanted = next(running, wanted if wanted in programs else next(iter(programs), ""))
@@ -96,12 +98,12 @@ class _View:
 
     def _toggle(self, index: int) -> None:
         """Add a breakpoint at a line, or remove it."""
-        session, sentence = self.look.session, f"{self.name} runs {self._place(index)}"
+        session, sentence = self.context.session, f"{self.name} runs {self._place(index)}"
         there = next((each for each in session.breaks if each.sentence == sentence), None)
         if there is not None:
-            self.look.touch(partial(session.remove_break, there))
+            self.context.touch(partial(session.remove_break, there))
         else:
-            self.look.touch(lambda: session.add_break(sentence))
+            self.context.touch(lambda: session.add_break(sentence))
 
     def _place(self, index: int) -> str:
         """Return the line as in a sentence: with the program's number if there are several."""
@@ -112,7 +114,7 @@ class _View:
 
     def _show_breaks(self, which: str) -> None:
         sentence = re.compile(rf"{re.escape(self.name)} runs {self._number(which)}(?P<line>\d+)", re.ASCII)
-        found = [(int(match["line"]) - 1, each.on) for each in self.look.session.breaks
+        found = [(int(match["line"]) - 1, each.on) for each in self.context.session.breaks
                  if (match := sentence.fullmatch(each.sentence))]  # fmt: skip
         self._lines.set_breaks({line for line, on in found if on}, {line for line, on in found if not on})
 
@@ -120,37 +122,37 @@ class _View:
 
     def _buttons(self) -> None:
         controller = self._controller
-        reached = self.name in endpoints.names(self.look.bench)
+        reached = self.name in endpoints.names(self.context.bench)
         with ui.element("div").classes("program-foot"):
             for which in controller.product.programs if reached else ():
                 with ui.row().classes("orders") as self._orders[which]:
                     for order in controller.product.orders(which):
                         self._order(order)
-            load = _Loading(self.look, self.name)
+            load = _Loading(self.context, self.name)
             breathe()
             ui.button("Load\u2026", icon="upload_file", on_click=load.open).props(_FLAT).mark(f"{self.name} load")
             cycle = ui.button("Off and on", icon="power_settings_new", on_click=self._power_cycle).props(_FLAT)
             cycle.mark(f"{self.name} power-cycle").tooltip("Switch it off and on again; what it keeps is what it keeps")
 
     def _order(self, order: Order) -> None:
-        say = partial(self.look.session.say, self.name, order.says)
-        button = ui.button(order.label, on_click=lambda: self.look.touch(say)).props(_FLAT)
+        say = partial(self.context.session.say, self.name, order.says)
+        button = ui.button(order.label, on_click=lambda: self.context.touch(say)).props(_FLAT)
         button.mark(f"{self.name} {order.label}").tooltip(order.doc)
 
     def _power_cycle(self) -> None:
         def cycle() -> None:
             for level in ("off", "on"):
-                self.look.session.do(self.name, "power", level)
+                self.context.session.do(self.name, "power", level)
 
-        self.look.touch(cycle)
+        self.context.touch(cycle)
 
 
 class _Loading:
     """Dialog to load a program from a file or from the clipboard."""
 
-    def __init__(self, look: Look, name: str) -> None:
-        self.look, self.name = look, name
-        family = FAMILIES[look.bench[name].product.model]
+    def __init__(self, context: Context, name: str) -> None:
+        self.context, self.name = context, name
+        family = FAMILIES[context.bench[name].product.model]
         suffix = next((each for each, whose in SUFFIXES.items() if whose == family), "")
         with ui.dialog() as self._dialog, ui.card().classes("loading"):
             ui.label(f"A program for {name}").classes("title")
@@ -191,10 +193,10 @@ class _Loading:
             return
 
         def load() -> None:
-            self.look.session.load(self.name, file, text)
+            self.context.session.load(self.name, file, text)
             self._dialog.close()
 
-        self.look.touch(load)
+        self.context.touch(load)
 
 
 async def _read(file: FileUpload) -> str:

@@ -11,7 +11,7 @@ from nicegui import events, run, ui
 
 from axistwin.errors import AxistwinError
 from axistwin.panel.acts import State
-from axistwin.panel.look import Look, Refresh, complain
+from axistwin.panel.context import Context, Refresh, complain
 from axistwin.panel.people import Person
 from axistwin.panel.scope import frames
 from axistwin.panel.scope.recorder import Recorder
@@ -58,21 +58,21 @@ class Scopes:
             self.recorder.leave(screen)
 
 
-def scope(look: Look) -> Refresh:
+def scope(context: Context) -> Refresh:
     """Build the oscilloscope of the user."""
-    all_ = look.common(Scopes)
-    screen = all_.come(look.person)
+    all_ = context.common(Scopes)
+    screen = all_.come(context.person)
     breathe()
     ui.context.client.on_delete(lambda: all_.go(screen))
     with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
-        return _Scope(look, screen, all_).refresh
+        return _Scope(context, screen, all_).refresh
 
 
 class _Scope:
     """The oscilloscope's card."""
 
-    def __init__(self, look: Look, screen: Screen, all_: Scopes) -> None:
-        self._look, self.screen, self._all = look, screen, all_
+    def __init__(self, context: Context, screen: Screen, all_: Scopes) -> None:
+        self._context, self.screen, self._all = context, screen, all_
         self._client = ui.context.client
         self._pixels, self._seen = screen.pixels, True
         self._drawn: object = None
@@ -112,7 +112,7 @@ class _Scope:
 
     def _shows_numbers(self) -> bool:
         """True if numbers are updated in this frame."""
-        return self._frames % READOUT_EVERY == 0 or self._look.acts.state is not State.RUNNING
+        return self._frames % READOUT_EVERY == 0 or self._context.acts.state is not State.RUNNING
 
     # Messages of the browser
 

@@ -9,7 +9,7 @@ from nicegui import ui
 from nicegui.elements.mixins.value_element import ValueElement
 
 from axistwin.errors import AxistwinError
-from axistwin.panel.look import Refresh, complain
+from axistwin.panel.context import Refresh, complain
 from axistwin.panel.scope.cursors import between, duration, rate, value_at
 from axistwin.panel.scope.saving import PICTURES, TRACES
 from axistwin.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searched

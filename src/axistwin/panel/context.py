@@ -46,14 +46,14 @@ def together(*views: Refresh) -> Refresh:
     return refresh
 
 
-def seldom(look: "Look", every: int, view: Refresh) -> Refresh:
+def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
     """Return a view that is updated in one frame of `every` while virtual time passes, else in all frames."""
     frame = 0
 
     def refresh() -> None:
         nonlocal frame
         frame += 1
-        if frame % every == 0 or look.acts.state is not State.RUNNING:
+        if frame % every == 0 or context.acts.state is not State.RUNNING:
             view()
 
     return refresh
@@ -73,7 +73,7 @@ class Common:
         return cast("Thing", self._made[make])
 
 
-class Look:
+class Context:
     """Context of a view: the session, the objects that all pages share, and the page's user."""
 
     def __init__(self, common: Common, people: People, person: Person) -> None:
