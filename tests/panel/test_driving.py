@@ -97,32 +97,32 @@ def test_back_in_time_and_live_from_there():
 
 def test_acts_during_a_move_are_performed_after_it_in_their_order():
     async def play(visit):
-        session, acts = visit.context.session, visit.context.acts
+        session, actions = visit.context.session, visit.context.actions
         type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: acts.state is State.QUIET)
+        await visit.until(lambda: actions.state is State.QUIET)
         type_into(visit, "moment", "0.25")
-        assert (acts.state, visit.found("run").text) == (State.BUSY, "Stop")
+        assert (actions.state, visit.found("run").text) == (State.BUSY, "Stop")
         visit.press("step-event")
         visit.trigger("run", "click", "Run")  # the browser still shows Run
         assert not session.running
         await visit.until(lambda: session.running)
         assert session.seconds >= 1.0  # the step has been before
         visit.trigger("run", "click", "Pause")
-        assert (state(visit), acts.state, visit.messages) == ("paused", State.QUIET, [])
+        assert (state(visit), actions.state, visit.messages) == ("paused", State.QUIET, [])
 
     show(bench_of("if1"), driving, play)
 
 
 def test_stop_drops_the_acts_that_wait():
     async def play(visit):
-        session, acts = visit.context.session, visit.context.acts
+        session, actions = visit.context.session, visit.context.actions
         type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: acts.state is State.QUIET)
+        await visit.until(lambda: actions.state is State.QUIET)
         type_into(visit, "moment", "0.5")
         visit.press("step-event")
         visit.trigger("run", "click", "Run")
         visit.trigger("run", "click", "Stop")
-        await visit.until(lambda: acts.state is State.QUIET)
+        await visit.until(lambda: actions.state is State.QUIET)
         assert (session.running, session.busy, visit.messages) == (False, False, [])
         assert session.seconds <= 0.5  # neither the step nor the run has been
 
@@ -131,9 +131,9 @@ def test_stop_drops_the_acts_that_wait():
 
 def test_an_error_of_an_act_that_has_waited_is_shown():
     async def play(visit):
-        acts = visit.context.acts
+        actions = visit.context.actions
         type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: acts.state is State.QUIET)
+        await visit.until(lambda: actions.state is State.QUIET)
         type_into(visit, "moment", "0.5")
         type_into(visit, "new-break", "nobody falls")
         assert visit.messages == []

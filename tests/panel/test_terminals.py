@@ -1,4 +1,4 @@
-"""Terminals on the page: switches, sliders, the joystick, control lines; all acts pass through the session."""
+"""Terminals on the page: switches, sliders, the joystick, control lines; all actions go through the session."""
 
 from axistwin.panel.views.pins import pins
 from axistwin.sim import connect

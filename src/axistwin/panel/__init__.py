@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
-    from axistwin.panel.acts import State
+    from axistwin.panel.actions import State
     from axistwin.panel.context import Common, Context, careful, together
     from axistwin.panel.gate import PERSON, Gate, is_loopback
     from axistwin.panel.memory import AT_A_TIME, Memory, release
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = lazy(
         __name__,
-        acts="State",
+        actions="State",
         gate="PERSON Gate is_loopback",
         context="Common Context careful together",
         memory="AT_A_TIME Memory release",

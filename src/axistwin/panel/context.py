@@ -8,7 +8,7 @@ from nicegui import ui
 
 from axistwin.bench import Bench
 from axistwin.errors import AxistwinError
-from axistwin.panel.acts import Acts, State
+from axistwin.panel.actions import ActionQueue, State
 from axistwin.panel.people import People, Person
 from axistwin.sessions.session import Session
 
@@ -53,7 +53,7 @@ def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
     def refresh() -> None:
         nonlocal frame
         frame += 1
-        if frame % every == 0 or context.acts.state is not State.RUNNING:
+        if frame % every == 0 or context.actions.state is not State.RUNNING:
             view()
 
     return refresh
@@ -80,7 +80,7 @@ class Context:
         self.session, self.common, self.people, self.person = common.session, common, people, person
         self.unbuilt: list[Refresh] = []
         """Functions that build parts of the page that have become visible; called once, before the next frame."""
-        self.acts = common(Acts)
+        self.actions = common(ActionQueue)
 
     @property
     def bench(self) -> Bench:
@@ -114,14 +114,14 @@ class Context:
         if now:
             attempt()
         else:
-            self.acts.do(attempt)
+            self.actions.do(attempt)
         return accepted
 
     def move(
         self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
     ) -> Awaitable[None] | None:
         """Begin a step or a `go_to` if this user drives, and call `done` with the result; an error is shown."""
-        return self._move(self.acts.move(begin), done) if self._may() else None
+        return self._move(self.actions.move(begin), done) if self._may() else None
 
     async def _move(self, move: Awaitable[object], done: Callable[[object], None]) -> None:
         try:

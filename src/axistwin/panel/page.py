@@ -12,7 +12,7 @@ from fastapi import Request
 from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
-from axistwin.panel.acts import State
+from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful
 from axistwin.panel.memory import Memory, release
 from axistwin.panel.people import Person
@@ -221,7 +221,7 @@ class _Frames:
     async def show(self) -> None:
         """Draw frame by frame until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
-        ends = self._context.people.subscribe(partial(_notify, client)), self._context.acts.subscribe(self._news.set)
+        ends = self._context.people.subscribe(partial(_notify, client)), self._context.actions.subscribe(self._news.set)
         try:
             with client:
                 await self._drawn(State.BUSY)  # terminals have their sizes after this frame
@@ -236,12 +236,12 @@ class _Frames:
 
     async def _frame(self) -> None:
         self._news.clear()
-        before = self._handled, self._context.acts.state
+        before = self._handled, self._context.actions.state
         await self._refresh()
         if self._context.unbuilt:
             self._news.set()
             await self._complete()
-        now = self._handled, self._context.acts.state
+        now = self._handled, self._context.actions.state
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:

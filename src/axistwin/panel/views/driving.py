@@ -61,7 +61,7 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
         step.props(OUTLINE).mark(f"step-{kind}").tooltip(f"on to where {what}")
 
     def refresh() -> None:
-        text = "Stop" if context.acts.busy else "Pause" if context.session.running else "Run"
+        text = "Stop" if context.actions.busy else "Pause" if context.session.running else "Run"
         if button.text != text:
             button.text = button.props["data-shown"] = text
             button.set_icon("play_arrow" if text == "Run" else "pause")
@@ -74,7 +74,7 @@ def _drive(context: Context, shown: object, button: ui.button) -> None:
     session = context.session
     match shown if isinstance(shown, str) else button.text:
         case "Stop":
-            context.touch(context.acts.stop, now=True)
+            context.touch(context.actions.stop, now=True)
         case "Pause":
             context.touch(lambda: session.pause() if session.running else None)
         case _:

@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import events, run, ui
 
 from axistwin.errors import AxistwinError
-from axistwin.panel.acts import State
+from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, complain
 from axistwin.panel.people import Person
 from axistwin.panel.scope import frames
@@ -112,7 +112,7 @@ class _Scope:
 
     def _shows_numbers(self) -> bool:
         """True if numbers are updated in this frame."""
-        return self._frames % READOUT_EVERY == 0 or self._context.acts.state is not State.RUNNING
+        return self._frames % READOUT_EVERY == 0 or self._context.actions.state is not State.RUNNING
 
     # Messages of the browser
 

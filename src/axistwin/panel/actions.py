@@ -1,4 +1,4 @@
-"""Acts of all users on one session, in their order: during a step or a `go_to`, further acts wait for its end."""
+"""Queue of the actions of all users on one session: during a step or a `go_to`, later actions wait for its end."""
 
 import asyncio
 from collections import deque
@@ -21,8 +21,8 @@ class State(StrEnum):
     """The bench is paused, or no event is due; the page shows the present state."""
 
 
-class Acts:
-    """The queue of acts on one session.  A move is a `step` or a `go_to`."""
+class ActionQueue:
+    """The queue of actions on one session.  A move is a `step` or a `go_to`."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -70,7 +70,7 @@ class Acts:
         return self._move(begin, turn)
 
     def stop(self) -> None:
-        """Abort the move, and drop the acts that wait for its end."""
+        """Abort the move, and drop the actions that wait for its end."""
         self._session.give_up()
         while self._waiting:
             self._waiting.popleft()(False)
