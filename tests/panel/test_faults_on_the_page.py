@@ -104,7 +104,7 @@ def test_a_fault_for_which_there_is_nothing_here():
     def play(visit):
         visit.choose("fault-kind", "lose")
         visit.press("fault-put")
-        assert visit.messages == ["there is no serial line here"]
+        assert visit.messages == ["the bench has no serial line"]
 
     show(bench_of("1811"), faults, play)
 
