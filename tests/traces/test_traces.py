@@ -281,8 +281,8 @@ def test_a_full_disk_ends_the_trace_and_nothing_else(tmp_path, monkeypatch, kind
         work(bench)
     assert bench["if1"].axes["X"].position == 40
     assert len(told) == 1
-    assert told[0].startswith(f"the trace a.{kind} ends here, at ")
-    assert told[0].endswith(" s: No space left on device")
+    assert told[0].startswith(f"the trace a.{kind} ends at ")
+    assert told[0].endswith(" s, because writing failed: No space left on device")
     left = read(path)
     for name, track in left.tracks.items():
         whole = traces[kind].tracks[name]
@@ -295,7 +295,7 @@ def test_no_room_at_all(tmp_path, monkeypatch):
     told = []
     with tracing(workshop(), tmp_path / "a.csv", report=told.append) as trace:
         trace.catch_up()
-    assert told == ["the trace a.csv ends here, at 0.000000 s: No space left on device"]
+    assert told == ["the trace a.csv ends at 0.000000 s, because writing failed: No space left on device"]
 
 
 KILLED = """
@@ -348,14 +348,14 @@ def test_what_is_no_trace(tmp_path, name, data):
 @pytest.mark.parametrize(
     ("kind", "old", "new", "message"),
     [
-        ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "not a change of a signal"),
-        ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "not a change of a signal"),
-        ("csv", "# end_ns: ", "# end_ns: x", "is not a time in ns"),
+        ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "invalid change"),
+        ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "invalid change"),
+        ("csv", "# end_ns: ", "# end_ns: x", "invalid time"),
         ("csv", "if1.input1", "if1.\udce4", "not a text in UTF-8"),
-        ("vcd", "\n#0\n", "\n#abc\n", "is not a time in ns"),
-        ("vcd", "\n#0\n", "\n#99999999999999999999\n", "is not a time in ns"),
+        ("vcd", "\n#0\n", "\n#abc\n", "invalid time"),
+        ("vcd", "\n#0\n", "\n#99999999999999999999\n", "invalid time"),
         ("vcd", "$timescale 1 ns", "$timescale 10 ps", "the time scale is 10 ps"),
-        ("vcd", "\nb0 ", "\nbx ", "not a change of a signal"),
+        ("vcd", "\nb0 ", "\nbx ", "invalid change"),
     ],
 )
 def test_a_damaged_trace_or_one_of_others(tmp_path, traces, kind, old, new, message):
