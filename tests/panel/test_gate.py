@@ -1,4 +1,4 @@
-"""Access control."""
+"""Access control of the panel's web server."""
 
 import asyncio
 
@@ -14,7 +14,7 @@ async def page(scope, receive, send):
 
 
 def asked(token, *requests, base="http://127.0.0.1:8080"):
-    """Return the answer to one browser, with its cookies."""
+    """Return the answers to these requests of one browser, which stores cookies."""
 
     async def ask():
         transport = httpx.ASGITransport(Gate(page, token))

@@ -1,4 +1,4 @@
-"""Format of numbers, round steps, and smooth motion."""
+"""Numbers, scales and smooth motion in drawings."""
 
 from hypothesis import given
 from hypothesis import strategies as st
