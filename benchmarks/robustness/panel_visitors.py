@@ -122,7 +122,7 @@ async def look_on(address: str, client: str, seconds: float) -> int:
 
 
 def visitors(address: str, seed: int, visits: int) -> int:
-    """Run all visitors in a separate process; return the number of frames."""
+    """Load the page as all visitors; return the number of frames. Runs in a separate process."""
     chance, frames = random.Random(seed), 0
     for number in range(visits):
         client = re.search(r"client_id\W+([\w-]+)", fetch(address))
@@ -133,7 +133,7 @@ def visitors(address: str, seed: int, visits: int) -> int:
 
 
 async def visited(address: str, seed: int, visits: int) -> int:
-    """Run the visitors' process from the serving process."""
+    """Start the process of the visitors, and return its number of frames."""
     words = [sys.executable, __file__, "--at", address, "--seed", str(seed), "--visits", str(visits)]
     process = await asyncio.create_subprocess_exec(*words, stdout=asyncio.subprocess.PIPE)
     told, _ = await process.communicate()

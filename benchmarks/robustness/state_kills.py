@@ -136,7 +136,7 @@ class Campaign:
         return wrong
 
     def _watch(self, both: Sequence[Worker], seconds: float) -> list[str]:
-        """Read the image until both processes have ended; kill the survivor after both have printed a line."""
+        """Read the image until both processes have ended; after `seconds`, kill the processes that still run."""
         wrong: list[str] = []
         for worker in both:
             select.select([worker.told], [], [], 30)
@@ -164,7 +164,7 @@ class Campaign:
         return now
 
     def _who(self, said: dict[int, list[str]]) -> list[str]:
-        """Return the process that was refused with the name of the other, or after the other's end."""
+        """Return errors: a refused process must print one line, which names the other process."""
         up = [pid for pid, lines in said.items() if lines[:1] == ["up"]]
         refused = {pid: lines for pid, lines in said.items() if pid not in up}
         wrong = [f"process {pid} said {lines}" for pid, lines in refused.items() if len(lines) != 1]

@@ -62,7 +62,7 @@ class _Recorder:
             self._coverage.switch_context("")
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Raise an error if a test fails without a mutant."""
+        """Record a test that fails without a mutant; such a test cannot detect mutants."""
         if report.failed:
             self.failed.append(report.nodeid)
 
