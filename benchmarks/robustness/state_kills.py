@@ -113,7 +113,7 @@ def stored(directory: Path) -> int:
 
 
 class Campaign:
-    """Rounds in one directory."""
+    """All rounds of the campaign, in one state directory."""
 
     def __init__(self, directory: Path, seed: int) -> None:
         self.directory, self._chance = directory, random.Random(seed)
