@@ -1,6 +1,6 @@
 """Round trips of a register read over the bus socket, as a ratio to a bare echo server in the same run.
 
-The same client, the echo server and the measuring of `round_trip.py`; the board is an 1811 at `--speed max`.
+Client, echo server and measurement are those of `round_trip.py`; the board is an 1811 at `--speed max`.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ def main() -> None:
     """Print the ratio."""
     with server("board") as board, server("echo") as echo:
         while board.send(READ) and board.recv(16) != ANSWER:
-            pass  # it initialises
+            pass  # initialisation of the board
         rates = [(rate([board], READ, ANSWER), rate([echo], ECHO, ECHO)) for _ in range(RUNS)]
     ratio = max(board_rate for board_rate, _ in rates) / max(echo_rate for _, echo_rate in rates)
     print(f"register round trips over the bus socket: ratio {ratio:.2f} of a bare echo (goal >= {GOAL})")
@@ -29,7 +29,7 @@ def main() -> None:
 
 @contextlib.contextmanager
 def server(kind: str) -> Iterator[socket.socket]:
-    """A connection to a server process of this kind."""
+    """Yield a connection to a server process of this kind."""
     with subprocess.Popen([sys.executable, __file__, kind], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         connection = socket.create_connection(("127.0.0.1", int(process.stdout.readline())))
@@ -42,7 +42,7 @@ def server(kind: str) -> Iterator[socket.socket]:
 
 
 async def serve_board() -> None:
-    """An 1811 on a port."""
+    """Serve an 1811 on a port."""
     from axistwin import Bench
     from axistwin.links import Server, parse
 

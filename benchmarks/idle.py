@@ -1,4 +1,4 @@
-"""A thousand controllers of all families that have nothing to do: what they take to build, and how much memory each."""
+"""Time to build a thousand idle controllers of all families, and memory of each."""
 
 import gc
 import sys
@@ -18,7 +18,7 @@ AWAKE_S = 3
 
 def main() -> None:
     """Print time and memory, mixed and of the largest alone."""
-    build(("smartmotor",), COUNT).run(AWAKE_S)  # so that what is to be compiled has been
+    build(("smartmotor",), COUNT).run(AWAKE_S)  # the kernels are compiled before the measurement
     for models, what in ((MODELS, "mixed"), (("smartmotor",), "SmartMotors")):
         seconds = min(took(models) for _ in range(RUNS))
         print(f"{COUNT:,} idle controllers, {what}: built in {seconds:.2f} s (goal <= {GOAL_S:g}), ", end="")
@@ -26,7 +26,7 @@ def main() -> None:
 
 
 def build(models: tuple[str, ...], count: int) -> Bench:
-    """Controllers that have been switched on."""
+    """Return controllers after power-up."""
     bench = Bench()
     for n in range(count):
         bench.add(models[n % len(models)], f"c{n}")
@@ -34,7 +34,7 @@ def build(models: tuple[str, ...], count: int) -> Bench:
 
 
 def took(models: tuple[str, ...]) -> float:
-    """Seconds to build them."""
+    """Return the seconds to build the controllers."""
     gc.collect()
     began = perf_counter()
     build(models, COUNT)
@@ -42,7 +42,7 @@ def took(models: tuple[str, ...]) -> float:
 
 
 def memory(models: tuple[str, ...]) -> int:
-    """Bytes that they hold when they have come to rest."""
+    """Return the memory of the idle controllers, in bytes."""
     gc.collect()
     tracemalloc.start()
     bench = build(models, COUNT)

@@ -1,8 +1,8 @@
-"""What it costs that somebody looks: one of each family at work, and its oscilloscope with 8 signals in a browser.
+"""Computing time of a user of the panel: a moving controller of each family, and an oscilloscope with 8 signals.
 
-At real time: how many blocks of the pacing come too late, with a bare websocket client that answers each frame at once,
-and with Debian's Chromium, if it is there: headless, it draws on the same processors.  As fast as it goes: how much of
-the speed is left while that client looks.
+At real time: the number of late blocks of the pacer, with a bare websocket client that answers each frame at once, and
+with Debian's Chromium if it is installed; headless, it draws on the same processors.  At full speed: the remaining
+share of the speed while that client is connected.
 """
 
 import asyncio
@@ -46,7 +46,7 @@ GOAL_LATE, GOAL_SPEED = 0.01, 0.5
 
 def main() -> None:
     """Print the ratios."""
-    tracing.run(None, "default")  # so that what is to be compiled has been
+    tracing.run(None, "default")  # the kernels are compiled before the measurement
     asyncio.run(_measured())
 
 
@@ -81,7 +81,7 @@ async def _look_at_full_speed(asked: bool, what: str) -> None:
 
 @contextlib.asynccontextmanager
 async def shown(session: Session, chromium: str) -> AsyncIterator[scope.Scopes]:
-    """Somebody looks meanwhile."""
+    """Connect a user while the block of the `with` statement runs."""
     web = Panel("benchmark", session, Address("127.0.0.1", 0, None))
     with looking(await web.open(), chromium):
         looks = web.common(scope.Scopes)
@@ -91,7 +91,7 @@ async def shown(session: Session, chromium: str) -> AsyncIterator[scope.Scopes]:
 
 
 def at_work(asked: bool) -> Session:
-    """One of each family, moving for as long as one likes; a host that asks them ten times a second if wished."""
+    """Return a bench with a moving controller of each family and, on request, a host that polls ten times a second."""
 
     def build() -> Bench:
         bench, hosts = tracing.at_work()
@@ -119,7 +119,7 @@ def _asking(bench: Bench, hosts: list[Controller]) -> Procedure:
 
 @contextlib.contextmanager
 def looking(address: str, chromium: str) -> Iterator[None]:
-    """Somebody looks, in a process of his own."""
+    """Connect a user in a separate process."""
     with subprocess.Popen([sys.executable, __file__, address, chromium]) as process:
         try:
             yield
@@ -128,7 +128,7 @@ def looking(address: str, chromium: str) -> Iterator[None]:
 
 
 def look(address: str, chromium: str) -> None:
-    """Look on until the end."""
+    """Receive frames until the process ends."""
     if not chromium:
         asyncio.run(_answer_frames(address))
         return
@@ -142,7 +142,7 @@ def look(address: str, chromium: str) -> None:
 
 
 async def _answer_frames(address: str) -> None:
-    """As a page whose browser draws in no time at all."""
+    """Answer each frame at once, like a browser that draws in no time."""
     import socketio
 
     with urllib.request.urlopen(address) as answer:
@@ -163,7 +163,7 @@ async def _answer_frames(address: str) -> None:
 
 
 async def _speed(session: Session) -> float:
-    """Virtual seconds for one on the wall."""
+    """Return virtual seconds per second of the wall clock."""
     session.speed = None
     session.run()
     before_s, began = session.seconds, perf_counter()
@@ -174,7 +174,7 @@ async def _speed(session: Session) -> float:
 
 
 async def _paced(session: Session, looks: scope.Scopes | None) -> tuple[int, int, float]:
-    """Blocks that came too late, all blocks, and frames in a second."""
+    """Return the numbers of late blocks and of all blocks, and frames per second."""
     session.speed = 1.0
     session.run()
     await asyncio.sleep(3.0)

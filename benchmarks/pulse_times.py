@@ -1,4 +1,4 @@
-"""Expanding pulses: `pulse_times` against a plain Python loop over the same arithmetic."""
+"""Expansion of pulse times: `pulse_times` compared with a Python loop of the same arithmetic."""
 
 import sys
 from fractions import Fraction
@@ -16,7 +16,7 @@ S = 10**9
 
 
 def vectorised(train: Train, until_ns: int) -> float:
-    """Pulses per second of wall-clock time; the best of five, as the first touches new memory."""
+    """Return pulses per second of wall-clock time; the best of five, as the first run allocates memory."""
     rates = []
     for _ in range(5):
         begin = perf_counter()
@@ -26,7 +26,7 @@ def vectorised(train: Train, until_ns: int) -> float:
 
 
 def looped(profile: Profile) -> float:
-    """The same by one formula per pulse."""
+    """Return pulses per second with one formula per pulse."""
     begin = perf_counter()
     times = [profile.pulse_ns(n) for n in range(1, LOOPED + 1)]
     assert len(times) == LOOPED
@@ -34,7 +34,7 @@ def looped(profile: Profile) -> float:
 
 
 def simplest(rate: Fraction) -> float:
-    """The shortest loop there is, for a constant rate from the start."""
+    """Return pulses per second of the shortest possible loop, for a constant rate."""
     begin, numerator, denominator = perf_counter(), S * rate.denominator, rate.numerator
     times = [n * numerator // denominator for n in range(1, LOOPED + 1)]
     assert len(times) == LOOPED

@@ -1,8 +1,8 @@
-"""Round trips of a question over TCP, as a ratio to a bare echo server: the same client, in the same run.
+"""Round trips of a request over TCP, as a ratio to a bare echo server, with the same client in the same run.
 
-The echo server is asyncio's fastest way to write one: a `Protocol` that sends back what it gets.  The controllers, IF1s
-asked `E` and a SmartMotor asked `RP`, run with `--line instant --speed max`, each on a port of its own, all in one
-process, as the echo ports are.
+The echo server is the fastest one in asyncio: a `Protocol` that returns its input.  The controllers, IF1s asked `E`
+and a SmartMotor asked `RP`, run with `--line instant --speed max`, each on its own port, all in one process, like the
+echo ports.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ ASK = b"E\r"
 ROUND_TRIPS = 4000
 RUNS = 5
 GOALS = (("if1", 1, ASK, ASK, 0.4), ("if1", 50, ASK, ASK, 0.2), ("smartmotor", 1, b"RP\r", b"0\r", 0.3))
-"""Model, clients, question, answer, ratio."""
+"""Model, clients, request, answer, ratio."""
 
 
 def main() -> None:
@@ -30,7 +30,7 @@ def main() -> None:
 
 
 def measure(model: str, clients: int, ask: bytes, answered: bytes) -> float:
-    """Round trips per second of the twin, divided by those of the echo server; the best of some runs of each."""
+    """Return round trips per second of the twin, divided by those of the echo server; each the best of several runs."""
     with server(model, clients) as twin, server("echo", clients) as echo:
         for connection in twin if model == "if1" else ():
             initialise(connection)
@@ -39,7 +39,7 @@ def measure(model: str, clients: int, ask: bytes, answered: bytes) -> float:
 
 
 def initialise(connection: socket.socket) -> None:
-    """Bring an IF1 to where it answers status requests."""
+    """Initialise an IF1, so that it answers status requests."""
     for text, answer in ((b"(", b"U\r"), (b"U61\r" + ASK, b"C\r")):
         connection.sendall(text)
         got = b""
@@ -49,7 +49,7 @@ def initialise(connection: socket.socket) -> None:
 
 
 def rate(connections: list[socket.socket], ask: bytes = ASK, answered: bytes = ASK) -> float:
-    """Round trips per second, one under way on every connection; `answered`: what comes back, or as much."""
+    """Return round trips per second, with one request at a time on each connection; `answered`: the expected answer."""
     with selectors.EpollSelector() as selector:
         for connection in connections:
             selector.register(connection, selectors.EVENT_READ)
@@ -71,7 +71,7 @@ def rate(connections: list[socket.socket], ask: bytes = ASK, answered: bytes = A
 
 @contextlib.contextmanager
 def server(kind: str, ports: int) -> Iterator[list[socket.socket]]:
-    """A server process of this kind, and a connection to each of its ports."""
+    """Yield connections to all ports of a server process of this kind."""
     with subprocess.Popen([sys.executable, __file__, kind, str(ports)], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         numbers = process.stdout.readline().split()
@@ -87,20 +87,20 @@ def server(kind: str, ports: int) -> Iterator[list[socket.socket]]:
 
 
 class Echo(asyncio.Protocol):
-    """Sends back what it gets."""
+    """Protocol that returns its input."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """A client has come."""
+        """Store the connection of a new client."""
         assert isinstance(transport, asyncio.Transport)
         self.transport = transport
 
     def data_received(self, data: bytes) -> None:
-        """It said something."""
+        """Return the received data."""
         self.transport.write(data)
 
 
 async def serve_echo(ports: int) -> None:
-    """As many echo ports."""
+    """Serve this number of echo ports."""
     loop = asyncio.get_running_loop()
     servers = [await loop.create_server(Echo, "127.0.0.1", 0) for _ in range(ports)]
     print(*(server.sockets[0].getsockname()[1] for server in servers), flush=True)
@@ -108,7 +108,7 @@ async def serve_echo(ports: int) -> None:
 
 
 async def serve_twin(model: str, ports: int) -> None:
-    """As many controllers of a model on a port each."""
+    """Serve this number of controllers of a model, each on its own port."""
     from axistwin import Bench
     from axistwin.links import Server, parse
 

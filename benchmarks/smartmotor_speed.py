@@ -1,4 +1,4 @@
-"""SmartMotors with servo and motor physics: how much faster than real, and what compiling brings."""
+"""Speed of SmartMotors with servo and motor physics, times real time, compiled and in plain Python."""
 
 import os
 import sys
@@ -16,12 +16,12 @@ from axistwin.controllers.smartmotor.kernel import jit
 RUNS = 3
 ENDLESS_MOVES = b"A=100 MV V=%d G "
 POLLING = b"A=100 V=400000 O=0 D=20000 C1 a=@P IF Bt==0 D=-D G ENDIF IF a>10000 b=b+1 ENDIF GOTO1 "
-"""Moves to and fro and never stops looking whether it has arrived."""
+"""Program that moves to and fro, and polls the end of each move."""
 
 
 def main() -> None:
     """Print the ratios."""
-    ratio(moving, 1, 30)  # so that what is to be compiled has been
+    ratio(moving, 1, 30)  # the kernels are compiled before the measurement
     one, polling, hundred = (best(*what) for what in ((moving, 1, 600), (running, 1, 300), (moving, 100, 20)))
     print(f"one motor moving, servo and physics: {one:,.0f} times real (goal >= 2,000)")
     print(f"with a program that polls: {polling:,.0f} times real (goal >= 500)")
@@ -30,7 +30,7 @@ def main() -> None:
 
 
 def in_plain_python() -> float:
-    """One motor moving, times real, in a process of its own that compiles nothing."""
+    """Return the speed of a moving motor, times real time, in a process without compilation."""
     plain = run([sys.executable, __file__, "plain"], env={**os.environ, "AXISTWIN_JIT": "off"}, stdout=PIPE, check=True)
     return float(plain.stdout)
 
@@ -39,12 +39,12 @@ Setting = Callable[[int], tuple[Bench, list[Controller]]]
 
 
 def best(setting: Setting, motors: int, seconds: float) -> float:
-    """Of some runs."""
+    """Return the best of several runs."""
     return max(ratio(setting, motors, seconds) for _ in range(RUNS))
 
 
 def ratio(setting: Setting, motors: int, seconds: float) -> float:
-    """Virtual by real seconds."""
+    """Return the ratio of virtual to real seconds."""
     bench, all_motors = setting(motors)
     before = [motor.axes["shaft"].position for motor in all_motors]
     began = perf_counter()
@@ -55,7 +55,7 @@ def ratio(setting: Setting, motors: int, seconds: float) -> float:
 
 
 def moving(motors: int) -> tuple[Bench, list[Controller]]:
-    """Motors that turn, each at a speed of its own."""
+    """Return motors that turn, each at its own speed."""
     bench, all_motors = switched_on(motors)
     for n, motor in enumerate(all_motors):
         motor.serial.write(ENDLESS_MOVES % (200_000 + 1000 * n))
@@ -64,7 +64,7 @@ def moving(motors: int) -> tuple[Bench, list[Controller]]:
 
 
 def running(motors: int) -> tuple[Bench, list[Controller]]:
-    """Motors whose program moves them to and fro."""
+    """Return motors whose program moves them to and fro."""
     bench, all_motors = switched_on(motors)
     for motor in all_motors:
         load(bench, motor, POLLING)
@@ -74,7 +74,7 @@ def running(motors: int) -> tuple[Bench, list[Controller]]:
 
 
 def switched_on(motors: int) -> tuple[Bench, list[Controller]]:
-    """Motors with a data sheet and without faults."""
+    """Return motors with a data sheet, switched on, without faults."""
     bench = Bench()
     shaft = {"motor": "frame23", "load": {"inertia_kg_m2": 3e-5}}
     all_motors = [bench.add("smartmotor", name=f"motor{n}", line="instant", shaft=shaft) for n in range(motors)]
@@ -85,7 +85,7 @@ def switched_on(motors: int) -> tuple[Bench, list[Controller]]:
 
 
 def load(bench: Bench, motor: Controller, program: bytes) -> None:
-    """Download it, 8 bytes by 8 bytes."""
+    """Download a program in blocks of 8 bytes."""
     motor.serial.write(b"LOAD ")
     data = program + b"\xff\xff"
     for at in range(0, len(data), 8):

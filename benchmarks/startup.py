@@ -1,7 +1,7 @@
 """From the start of the process to the first answer, as a ratio to a bare echo server.
 
-`axistwin serve if1 --speed max --line instant` is asked `(`, the echo server (an asyncio `Protocol`) the same.  Both
-have their modules compiled beforehand, as an installed program has.
+`axistwin serve if1 --speed max --line instant` and the echo server (an asyncio `Protocol`) both receive `(`.
+Both have compiled modules, like an installed program.
 """
 
 import os

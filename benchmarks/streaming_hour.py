@@ -1,4 +1,4 @@
-"""A streaming buffer refilled for an hour of motion: how much faster than real."""
+"""Speed of an hour of streaming with a refilled buffer, times real time."""
 
 import sys
 from pathlib import Path
@@ -23,7 +23,7 @@ def command(bench: Bench, board: Controller, *data: int) -> None:
 
 
 def free_bytes(bench: Bench, board: Controller) -> int:
-    """E2h."""
+    """Return the free bytes of the streaming buffer (E2h)."""
     command(bench, board, 0xE2)
     bench.run_until(lambda: board.bus.read(1) & 0x08, 1)
     message = [board.bus.read(0) for _ in range(16)]
@@ -32,7 +32,7 @@ def free_bytes(bench: Bench, board: Controller) -> int:
 
 
 def refill(bench: Bench, board: Controller, velocity: int) -> int:
-    """Write E1h commands, seven velocities each, until the buffer is full; returns the last velocity."""
+    """Write E1h commands, seven velocities each, until the buffer is full; return the last velocity."""
     for _ in range(free_bytes(bench, board) // 20):
         velocities = [velocity + 16 * k for k in range(7)]
         command(bench, board, 0xE1, *(byte for v in velocities for byte in v.to_bytes(2, "big")))

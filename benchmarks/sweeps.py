@@ -1,4 +1,4 @@
-"""Sweeps: equal tables by every way, scaling over processes, overhead of a run, and the search for a planted pinch.
+"""Sweeps: equal results with any number of workers, scaling, overhead of a run, and the search for a hidden failure.
 
     python benchmarks/sweeps.py [--seed 1] [--runs 300] [--seeds 10]
 
@@ -49,7 +49,7 @@ def study(directory: Path, runs: int) -> Sweep:
 
 
 def killed(directory: Path, runs: int, chance: random.Random) -> str:
-    """Run the command, kill it at random moments, and let it go on."""
+    """Run the command, kill it at random times, and continue the sweep."""
     out = directory / "killed.parquet"
     words = (sys.executable, "-m", "axistwin", "sweep", scene(directory), "--out", out, "--workers", "2")
     words += ("--vary", f"table.X.load.torque=0.05..0.45:{runs}", "--measure", "lost: final table.X.lost")
@@ -63,7 +63,7 @@ def killed(directory: Path, runs: int, chance: random.Random) -> str:
 
 
 def busy(seconds: float) -> int:
-    """Return how often a control loop of plain Python runs in this time."""
+    """Return the number of rounds of a plain Python loop in this time."""
     end, count = perf_counter() + seconds, 0
     while perf_counter() < end:
         for _ in range(1000):
@@ -72,14 +72,14 @@ def busy(seconds: float) -> int:
 
 
 def control(processes: int) -> int:
-    """Return how often control loops run in as many processes."""
+    """Return the number of rounds of such loops in this number of processes."""
     loop = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import sweeps; print(sweeps.busy(2.0))"
     running = [subprocess.Popen([sys.executable, "-c", loop], stdout=subprocess.PIPE) for _ in range(processes)]
     return sum(int(each.communicate()[0]) for each in running)
 
 
 def timed(directory: Path, runs: int, workers: int) -> tuple[float, float, str]:
-    """Return the real time of the runs after the start, the time inside the runs, and the hash of the table."""
+    """Return the real time of all runs after the start, the time within the runs, and the hash of the results."""
     made = study(directory, runs)
     runner, points = made.check()
     with Workers(runner, workers) as engine:
@@ -91,7 +91,7 @@ def timed(directory: Path, runs: int, workers: int) -> tuple[float, float, str]:
 
 
 def found(directory: Path, seed: int, design: str) -> bool:
-    """Return True if 500 runs of a search or of drawn points contain the pinch."""
+    """Return True if 500 runs of a search, or of drawn points, find the failure."""
     made = Sweep(scene(directory)).vary("script.0.at", "0.0..60.0").vary("table.X.load.torque", "0.05..0.3")
     made.claim("pinch", CLAIM)
     chosen = Design(seed=seed, search=500) if design == "search" else Design("random", 500, seed)
@@ -99,7 +99,7 @@ def found(directory: Path, seed: int, design: str) -> bool:
 
 
 def main() -> int:
-    """Measure everything; print a verdict for each goal."""
+    """Run all measurements; print a verdict for each goal."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--runs", type=int, default=300)

@@ -1,7 +1,7 @@
-"""Ten minutes of a scene of three controllers, wired together and at work: how much faster than real.
+"""Speed of ten minutes of a scene with three controllers in motion, times real time.
 
-An IF1 feeds a length, again and again; its output starts a turn of the rotary knife that a SmartMotor drives, with
-servo and motor physics; beside them an 1811 winds.
+An IF1 feeds lengths of material.  Its output starts a turn of the rotary knife, which a SmartMotor drives, with servo
+and motor physics.  An 1811 winds.
 """
 
 import sys
@@ -39,13 +39,13 @@ WIND = ("31 00 00 00 00 13 88 00 03 D0 90", "D9 01", "20 01 FF FF", "33 00 00 61
 
 def main() -> None:
     """Print the ratio."""
-    measure(60)  # so that what is to be compiled has been
+    measure(60)  # the kernels are compiled before the measurement
     ratio = max(measure(SECONDS) for _ in range(RUNS))
     print(f"ten minutes of three controllers: {ratio:,.0f} times real (goal >= {GOAL:,})")
 
 
 def measure(seconds: float) -> float:
-    """Virtual by real seconds."""
+    """Return the ratio of virtual to real seconds."""
     bench = at_work()
     began = perf_counter()
     bench.run(seconds)
@@ -57,7 +57,7 @@ def measure(seconds: float) -> float:
 
 
 def at_work() -> Bench:
-    """The scene, with a program in each controller."""
+    """Return the bench of the scene, with a program in each controller."""
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "scene.toml"
         path.write_text(SCENE)

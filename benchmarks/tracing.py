@@ -1,7 +1,7 @@
-"""What a trace costs: one of each family at work and talked to, everything traced, in one run with the same untraced.
+"""Computing time of a trace of all signals: a moving, polled controller of each family, traced and untraced.
 
-The IF1 and the 1811 repeat moves, the SmartMotor runs a program, with servo and motor physics; a host asks all three
-where they are, ten times a second.
+The IF1 and the 1811 repeat moves, the SmartMotor runs a program, with servo and motor physics; a host requests all
+three positions ten times a second.
 """
 
 import sys
@@ -24,7 +24,7 @@ PROGRAM = "UCI UDI ZS A=100 V=400000 MP O=0 C1 P=4000 G TWAIT a=a+1 WAIT=800 P=0
 
 def main() -> None:
     """Print the ratios."""
-    run(None, "default")  # so that what is to be compiled has been
+    run(None, "default")  # the kernels are compiled before the measurement
     for suffix, signals in (("csv", "default"), ("vcd", "default"), ("parquet", "default"), ("parquet", EVERYTHING)):
         rows, ratio = min((measured(suffix, signals) for _ in range(RUNS)), key=lambda found: found[1])
         what = "everything" if signals == EVERYTHING else "pins, axes and streams"
@@ -32,7 +32,7 @@ def main() -> None:
 
 
 def measured(suffix: str, signals: str) -> tuple[int, float]:
-    """Bytes written, and traced by untraced time."""
+    """Return the bytes written, and the ratio of traced to untraced time."""
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / f"a.{suffix}"
         traced, plain = run(path, signals), run(None, signals)
@@ -40,7 +40,7 @@ def measured(suffix: str, signals: str) -> tuple[int, float]:
 
 
 def run(path: Path | None, signals: str) -> float:
-    """Seconds that it takes."""
+    """Return the seconds of one run."""
     bench, hosts = at_work()
     began = perf_counter()
     if path is None:
@@ -52,7 +52,7 @@ def run(path: Path | None, signals: str) -> float:
 
 
 def session(bench: Bench, hosts: list[Controller]) -> None:
-    """A host that asks ten times a second."""
+    """Run a host that polls ten times a second."""
     if1, board, motor = hosts
     for _ in range(10 * SECONDS):
         if1.serial.write(b"E\r")
@@ -68,7 +68,7 @@ def session(bench: Bench, hosts: list[Controller]) -> None:
 
 
 def at_work() -> tuple[Bench, list[Controller]]:
-    """Three controllers that move for as long as one likes."""
+    """Return three controllers in endless motion."""
     bench = Bench()
     if1, board = bench.add("if1"), bench.add("1811")
     motor = bench.add("smartmotor", "motor", shaft={"motor": "frame23"})
@@ -86,7 +86,7 @@ def at_work() -> tuple[Bench, list[Controller]]:
 
 
 def load(bench: Bench, motor: Controller) -> None:
-    """The motor's program, 8 bytes by 8 bytes, and start it."""
+    """Download the motor's program in blocks of 8 bytes, and start it."""
     motor.serial.write(b"UCI UDI ZS LOAD ")
     data = PROGRAM.encode() + b"\xff\xff"
     for at in range(0, len(data), 8):

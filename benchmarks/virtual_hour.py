@@ -1,7 +1,7 @@
-"""An hour of the manual's sequence sample 3, repeating for ever: how much faster than real, and what it costs to go on.
+"""Speed of an hour of the manual's sequence sample 3, repeated for ever, times real time, and its memory.
 
-The same is measured for the third hour (memory stays, cost does not grow) and for moves a hundred times as long (cost
-grows with commands, not with pulses).
+Also measured: the third hour, which needs no more time or memory, and moves a hundred times as long, which need no
+more time, because the time depends on the number of commands, not of pulses.
 """
 
 import gc
@@ -18,11 +18,11 @@ from axistwin.motion.train import HISTORY
 
 HOUR = 3600
 STEPS = ["XS1", "X-S2", "YS3", "Y-S4", "ZS5", "Z-R5", "XYZR4", "X-YZR3", "X-Y-Z-R2", "X-Y-Z-R1"]
-"""What the sample does: a move on one to three axes, then an output."""
+"""Sequence of the sample: a move on one to three axes, then an output."""
 
 
 def running(distance: int, history: int = HISTORY) -> tuple[Bench, Controller]:
-    """An IF1 in the middle of the sequence, its first axis moving `distance` steps at 10,000 steps/s."""
+    """Return an IF1 during the sequence, with moves of `distance` steps at 10,000 steps/s."""
     bench = Bench()
     if1 = bench.add("if1", line="instant", history=history)
     bench.run(1.1)
@@ -37,14 +37,14 @@ def running(distance: int, history: int = HISTORY) -> tuple[Bench, Controller]:
 
 
 def seconds_for_an_hour(bench: Bench) -> float:
-    """Wall-clock seconds that the next hour takes."""
+    """Return the wall-clock seconds of the next hour."""
     begin = perf_counter()
     bench.run(HOUR)
     return perf_counter() - begin
 
 
 def memory_growth(bench: Bench) -> int:
-    """Bytes that an hour leaves behind, once the history of moves is full."""
+    """Return the memory growth of an hour, in bytes, after the history of moves is full."""
     gc.collect()
     tracemalloc.start()
     bench.run(HOUR / 4)

@@ -34,12 +34,12 @@ html_show_sourcelink = False
 
 
 OURS = ("sms", "talk", "if1", "181x", "csv")
-"""Kinds of text that Pygments has no lexer for."""
+"""Languages of code blocks without a Pygments lexer."""
 EXAMPLES = re.compile(r"\]\(((?:\.\./)*)\.\./examples/([\w-]+)/README\.md\)")
 
 
 def setup(app: Sphinx) -> None:
-    """Write the pages that come from the tables before any page is read."""
+    """Write the generated pages before Sphinx reads any page."""
     generate.write(Path(__file__).parent / "generated")
     for kind in OURS:
         app.add_lexer(kind, TextLexer)

@@ -1,6 +1,6 @@
-"""Pages of the reference that are made from the tables: commands, options, codes; and the examples' own pages.
+"""Generated pages of the reference: commands, options, codes, and the pages of the examples.
 
-None of them is kept in the repository: the tables are the source.
+These pages are not in the repository, because the tables and examples are their source.
 """
 
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ def write(folder: Path) -> None:
 
 
 def commands() -> Iterator[str]:
-    """Return the command lists of the manuals, a table a family."""
+    """Return the command lists of the manuals, one table per family."""
     yield "# Commands of the controllers\n"
     yield "From the tables that parsers, checkers and editors read; `axistwin commands MODEL` prints the same.\n"
     for model, title in MODELS.items():
@@ -50,7 +50,7 @@ def commands() -> Iterator[str]:
 
 
 def diagnostics() -> Iterator[str]:
-    """Return the tables of codes with an example of each, a chapter a family."""
+    """Return the tables of codes with an example of each code, one chapter per family."""
     for title, table in codes.tables().items():
         yield f"## {title}\n"
         yield "| code | | severity | manual |"
@@ -73,7 +73,7 @@ def _section(rule: Rule) -> tuple[str, ...]:
 
 
 def cli() -> str:
-    """Return the reference of the command line, as `--help` has it."""
+    """Return the reference of the command line, from the texts of `--help`."""
     context = click.Context(axistwin, info_name="axistwin")
     parts = ["# The command line\n", "What `axistwin COMMAND --help` prints.\n", _help(context)]
     for name in axistwin.list_commands(context):

@@ -3,8 +3,8 @@
 python tools/report.py [--out DIRECTORY] | --check | --accept [--drop]
 
 Without an option the tests of the families are run, and `fidelity.html` and `fidelity.json` are written.  `--check`
-compares the names of all rows with `docs/report_rows.txt`, without running a test: exit code 1 if one is lost.
-`--accept` adds the names of new rows to that file; with `--drop` it takes out the names of those that are lost.
+compares the names of all rows with `docs/report_rows.txt`, without running a test: exit code 1 if a row is missing.
+`--accept` adds the names of new rows to that file; with `--drop` it also removes the names of missing rows.
 """
 
 import argparse
@@ -39,7 +39,7 @@ KINDS = {
 
 
 def main() -> int:
-    """Do what the options ask."""
+    """Run the function of the options."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "report", help="directory for the two files")
     parser.add_argument("--check", action="store_true", help="is a row lost?")
@@ -55,7 +55,7 @@ def main() -> int:
 
 
 def compare(keys: set[str], file: Path, *, accept: bool = False, drop: bool = False) -> int:
-    """Compare the names of rows with those in the file; return 1 if a row is lost."""
+    """Compare the names of rows with those in the file; return 1 if a row is missing."""
     kept = set(file.read_text(encoding="utf-8").splitlines()) if file.exists() else set()
     lost, new = sorted(kept - keys), sorted(keys - kept)
     for key in lost:
@@ -73,7 +73,7 @@ def compare(keys: set[str], file: Path, *, accept: bool = False, drop: bool = Fa
 
 
 def tests_of(found: list[Row]) -> list[str]:
-    """Return the folders and tests that the rows name, as pytest takes them."""
+    """Return the folders and tests of the rows, as arguments for pytest."""
     folders = {f"tests/{family}" for family in FAMILIES} | {"tests/conversations/test_golden.py"}
     named = {f"tests/{test}" for row in found for test in row.tests}
     return sorted(folders | {name for name in named if not name.startswith(tuple(folders))})
@@ -98,7 +98,7 @@ def write(found: list[Row], run: dict[str, Any], out: Path) -> int:
 
 
 def filled(row: Row, run: dict[str, Any]) -> dict[str, Any]:
-    """Return a row with what came out: outcome, tests of a command, what was obtained."""
+    """Return a row with the results of the run: outcome, tests of a command, obtained value."""
     line = row.as_dict()
     if row.kind == "command":
         line["tests"] = run["asked"].get(f"{row.family}/{row.more['code']}", [])

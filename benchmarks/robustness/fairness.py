@@ -1,8 +1,8 @@
-"""Garbage at every baud rate to a served controller, while a host asks another one of the same process.
+"""Random bytes at every baud rate to a served controller, while a host polls another controller of the same process.
 
     python benchmarks/robustness/fairness.py [--seed 11] [--bytes 1000]
 
-Printed, as processor time of the process: the longest step of the simulation, and the longest time from a question of
+Printed, as processor time of the process: the longest step of the simulation, and the longest time from a request of
 the other host to its answer, at 9600 baud.  Exit code 0: no step above 5 ms, no answer after more than 50 ms.
 """
 
@@ -18,7 +18,7 @@ from fuzz import BAUD_RATES, PORTS, arguments, garbage, motors
 BYTES = 1000
 LONGEST_STEP_S, LONGEST_WAIT_S = 0.005, 0.050
 FLOOD_S = 0.6
-"""So long it is sent again and again, as fast as it is taken."""
+"""Duration of the attack: the bytes are sent repeatedly, as fast as they are received."""
 ATTACKED = {
     **PORTS,
     "smartmotor moving": lambda: motors("single", moving=True),
@@ -28,7 +28,7 @@ ATTACKED = {
 
 
 class Steps:
-    """Measures each step of a clock."""
+    """Clock that measures the time of each step."""
 
     def __init__(self, clock: Clock) -> None:
         self.longest_s, self._step = 0.0, clock.step
@@ -41,7 +41,7 @@ class Steps:
 
 
 async def attack(name: str, baudrate: int, data: bytes) -> tuple[float, float]:
-    """Returns the longest step and the longest wait of the other host, in seconds of processor time."""
+    """Return the longest step and the longest wait of the other host, in seconds of processor time."""
     target = ATTACKED[name]()
     bench = target.bench
     other = bench.add("if1", "other")
@@ -65,7 +65,7 @@ async def attack(name: str, baudrate: int, data: bytes) -> tuple[float, float]:
 
 
 async def flood(server: Server, name: str, url: PortUrl, baudrate: int, data: bytes) -> None:
-    """A host that has set a wrong baud rate and sends without end."""
+    """Send without end, as a host at a wrong baud rate."""
     reader, writer = await asyncio.open_connection(url.host, url.port)
     await asyncio.sleep(0.02)
     plug = server._plug(name)
@@ -81,7 +81,7 @@ async def flood(server: Server, name: str, url: PortUrl, baudrate: int, data: by
 
 
 async def ask_until(url: PortUrl, flooding: "asyncio.Future[None]") -> float:
-    """Ask again and again; returns the longest wait for an answer."""
+    """Repeat a request; return the longest time to an answer."""
     reader, writer = await asyncio.open_connection(url.host, url.port)
     longest_s = 0.0
     while not flooding.done():

@@ -2,9 +2,9 @@
 
     python benchmarks/robustness/fuzz.py [--seed 11] [--bytes 1000]
 
-A rate is in characters per second of processor time: those that are put on wires, or those that the receivers find
-there where these are more (to a fast receiver the bits of a slow character look like several).  Bytes of the host per
-second are printed beside it.  Exit code 0: no exception, and no rate below half of that at the model's own baud rate.
+A rate is in characters per second of processor time. It counts the sent or the received characters, whichever are
+more: a fast receiver reads the bits of one slow character as several characters.  The host's bytes per second are also
+printed.  Exit code 0: no exception, and no rate below half of that at the model's own baud rate.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from axistwin.sim import Break, Line, LineError, SerialPort, Uart, UartFormat
 BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600, 19_200, 38_400, 115_200, 460_800, 1_000_000, 4_000_000)
 MATCHED = 9600
 SLOWEST = 0.5
-"""Of the rate at its own baud rate."""
+"""Lowest rate, as a share of the rate at the model's own baud rate."""
 SEED, BYTES = 11, 1000
 ROUNDS = 3
 WORDS = (
@@ -36,7 +36,7 @@ WORDS = (
 
 @dataclass
 class Target:
-    """A port of a bench, and the name by which a host reaches it."""
+    """A port of a bench, and its name."""
 
     bench: Bench
     name: str
@@ -48,7 +48,7 @@ class Target:
 
 
 def initialised(model: str) -> Target:
-    """An interface that is ready for instructions."""
+    """Return the port of an initialised interface."""
     bench = Bench()
     port = bench.add(model).serial
     bench.run(1.1)
@@ -60,7 +60,7 @@ def initialised(model: str) -> Target:
 
 
 def uninitialised(model: str) -> Target:
-    """An interface that waits for `(`."""
+    """Return the port of an interface before its initialisation."""
     bench = Bench()
     bench.add(model)
     bench.run(1.1)
@@ -68,7 +68,7 @@ def uninitialised(model: str) -> Target:
 
 
 def motors(kind: str, *, moving: bool = False) -> Target:
-    """One SmartMotor, or three in a daisy chain or on a pair of wires."""
+    """Return the port of one SmartMotor, or of three in a daisy chain or on RS485."""
     bench = Bench()
     found = [bench.add("smartmotor") for _ in range(1 if kind == "single" else 3)]
     bench.run(1.5)
@@ -98,17 +98,17 @@ PORTS: dict[str, Callable[[], Target]] = {
 
 @dataclass
 class Outcome:
-    """What came of an attack."""
+    """Result of an attack."""
 
     sent: int
     carried: int
-    """Characters that were put on wires: by the host, and by what echoes them."""
+    """Number of characters sent on all wires, echoes included."""
     found: int
-    """Characters that the receivers found."""
+    """Number of characters received."""
     seconds: float
-    """Of processor time."""
+    """Seconds of processor time."""
     longest_s: float
-    """The longest step."""
+    """Longest step, in seconds."""
     error: Exception | None = None
 
     @property
@@ -118,7 +118,7 @@ class Outcome:
 
 
 def garbage(seed: int, count: int) -> bytes:
-    """Half random bytes, half words that controllers understand."""
+    """Return bytes: half of them random, half valid words."""
     rng, data = random.Random(seed), bytearray()
     while len(data) < count:
         data += rng.randbytes(8) if rng.random() < 0.5 else rng.choice(WORDS).encode()
@@ -126,10 +126,10 @@ def garbage(seed: int, count: int) -> bytes:
 
 
 def attack(target: Target, baudrate: int, data: bytes) -> Outcome:
-    """Send it at this baud rate and step until the last character is over."""
+    """Send bytes at this baud rate, and step until the last character has ended."""
     port, counted = target.port, _Counted()
     clock = port.clock
-    clock.patient = False  # as when it is served: nothing is compiled meanwhile
+    clock.patient = False  # as in `serve`: no compilation during the run
     port.host.baudrate = baudrate
     error, longest_s, began = None, 0.0, process_time()
     with counted:
@@ -145,7 +145,7 @@ def attack(target: Target, baudrate: int, data: bytes) -> Outcome:
 
 
 class _Counted:
-    """Counts the characters on all wires, and those that all receivers find, meanwhile."""
+    """Counter of all sent and received characters, as a context manager."""
 
     def __enter__(self) -> Self:
         self.carried = self.found = 0
@@ -167,7 +167,7 @@ class _Counted:
 
 
 def attack_board(model: str, seed: int, count: int) -> Outcome:
-    """Random bytes into the registers of a board, at random times."""
+    """Write random bytes into the registers of a board at random times."""
     rng, bench, error = random.Random(seed), Bench(), None
     bus = bench.add(model).bus
     bench.run(2)
@@ -185,7 +185,7 @@ def attack_board(model: str, seed: int, count: int) -> Outcome:
 
 
 def arguments(about: str | None, count: int) -> argparse.Namespace:
-    """Read the command line of a campaign: its seed, and how many bytes it sends to each port."""
+    """Return the arguments of the command line: the seed, and the number of bytes for each port."""
     parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--bytes", type=int, default=count, help="bytes for each port at each baud rate")
@@ -216,7 +216,7 @@ def main() -> int:
 
 
 def best(make: Callable[[], Target], baudrate: int, data: bytes) -> Outcome:
-    """The fastest of some rounds; one that fails if any does."""
+    """Return the fastest of several rounds, or a failed round."""
     outcomes = [attack(make(), baudrate, data) for _ in range(ROUNDS)]
     return next((outcome for outcome in outcomes if outcome.error), max(outcomes, key=lambda outcome: outcome.rate))
 

@@ -1,10 +1,10 @@
-"""Mutated files of each of the nine kinds that axistwin reads: one clear line each, no traceback, no hang.
+"""Mutated files of the nine kinds that axistwin reads: each must give one clear line, no traceback and no hang.
 
     python benchmarks/robustness/mutated_files.py [--files 1000] [--seed 1] [--kinds toml,talk] [--keep DIR]
 
 The full size is `--files 5000`; it takes some 15 minutes of processor time, the default about three.
 Each file is given to every command that reads its kind, in this process: `check`, `run`, `plot`, `diff`, `replay`,
-the loading of `serve`, and what the language server does with a text.  Of scenes, `check` must accept exactly what can
+the loading of `serve`, and the language server.  Of scenes, `check` must accept exactly what can
 be built.  The verdict is the last line; exit code 1 if anything was found.
 """
 
@@ -40,11 +40,11 @@ ROOT = Path(__file__).resolve().parents[2]
 BOUND_S = 10.0
 """Processor time that one command may take for one file, unless the file itself asks for more virtual time."""
 WAITING = 30
-"""Times as long by the clock on the wall: nothing here may wait for anything."""
+"""Limit by the wall clock, as a multiple of the limit of processor time: no command may block."""
 ASKED_FOR_S = 100.0
-"""A bench that has come so far in virtual time does what the file says."""
+"""Virtual time after which a run counts as successful."""
 LONGEST_LINE = 800
-"""Characters of a message to a person, the path of the file among them."""
+"""Longest message, in characters, including the path of the file."""
 DRAWN = 50
 KINDS = ("toml", "talk", "if1", "181x", "sms", "parquet", "vcd", "csv", "state")
 DIGITS = ("9" * 30, "9" * 400, "-" + "9" * 400, "9" * 5000, "0." + "3" * 3000, "1e400", "1e999999999", "1e-999999999")
@@ -70,22 +70,22 @@ _NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?")
 
 
 class TooLongError(BaseException):
-    """The watchdog's."""
+    """The time limit of a command has passed."""
 
 
 @dataclass
 class Verdict:
-    """What has been found: in which file, by which command."""
+    """Findings, with file and command."""
 
     files: Counter[str] = field(default_factory=Counter)
     refused: Counter[str] = field(default_factory=Counter)
     long: Counter[str] = field(default_factory=Counter)
-    """Files that ask for more virtual time than there is patience for."""
+    """Number of files that need more virtual time than the limit."""
     found: list[str] = field(default_factory=list)
     slowest: dict[str, tuple[float, str]] = field(default_factory=dict)
 
     def note(self, kind: str, what: str, path: Path, keep: Path | None) -> None:
-        """Something that must not be."""
+        """Add a finding."""
         self.found.append(f"{path.name}: {what}")
         if keep is not None:
             keep.mkdir(parents=True, exist_ok=True)
@@ -96,7 +96,7 @@ class Verdict:
 
 
 def mutated(data: bytes, kind: str, chance: random.Random) -> bytes:
-    """A text, or bytes, with one to four things changed."""
+    """Return a text, or bytes, with one to four changes."""
     for _ in range(chance.randint(1, 4)):
         textual = kind != "parquet" and chance.random() < 0.8
         data = _text(data, kind, chance) if textual else _bytes(data, chance)
@@ -142,7 +142,7 @@ def _bytes(data: bytes, chance: random.Random) -> bytes:
 
 
 def other_parquet(path: Path, out: Path, chance: random.Random) -> None:
-    """A whole Parquet file that no axistwin has written."""
+    """Return a valid Parquet file from another program."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -180,11 +180,11 @@ def other_parquet(path: Path, out: Path, chance: random.Random) -> None:
     pq.write_table(table, out)
 
 
-# Files to begin with
+# Valid files
 
 
 class Bases:
-    """Sound files of each kind."""
+    """Valid files of each kind, the input of the mutations."""
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory
@@ -192,7 +192,7 @@ class Bases:
         self._states()
 
     def of(self, kind: str) -> list[Path]:
-        """Those of a kind, in a fixed order."""
+        """Return the files of a kind, in a fixed order."""
         talks = sorted((ROOT / "tests" / "conversations").glob("*.talk"))
         scenes = [ROOT / "examples" / "xy-table.toml", *sorted((ROOT / "examples").glob("*/scene.toml"))]
         return {
@@ -335,22 +335,22 @@ def _written(path: Path, text: str) -> Path:
 
 
 Act = Callable[[Path], int]
-"""Does something with a file in this process; returns the exit code."""
+"""A function that processes a file and returns the exit code."""
 
 
 def command(*words: str) -> Act:
-    """A command of axistwin; `FILE` is the file."""
+    """Return a function that runs a command of axistwin; `FILE` stands for the file."""
     return lambda path: cli._run([str(path) if word == "FILE" else word for word in words])
 
 
 def conversation(path: Path) -> int:
-    """`run` with the model that a conversation names, or an IF1."""
+    """Run `axistwin run` with the model of a conversation, default IF1."""
     found = re.search(r"; model: (\w+)", path.read_text(encoding="utf-8", errors="replace"))
     return cli._run(["run", found[1] if found else "if1", str(path)])
 
 
 def plot(path: Path, out: str) -> int:
-    """`plot`; as drawing takes a second, only one picture in `DRAWN` is drawn, of the others all but that is done."""
+    """Run `axistwin plot`; drawing takes a second, so only one picture in `DRAWN` is drawn."""
     if crc32(path.read_bytes()) % DRAWN == 0:
         return cli._run(["plot", str(path), "-o", out])
     of_trace(read_trace(path), ("*",), None, None, path.name)
@@ -358,7 +358,7 @@ def plot(path: Path, out: str) -> int:
 
 
 def editing(path: Path) -> int:
-    """What the language server does with a text that has been opened."""
+    """Run the functions of the language server for an opened text."""
     from pygls.workspace import TextDocument
 
     from axistwin.editor.server import Text
@@ -380,14 +380,14 @@ def editing(path: Path) -> int:
 
 
 def loading(path: Path) -> int:
-    """What `serve` does with a scene before it opens ports."""
+    """Load a scene as `serve` does before it opens ports."""
     served = served_scene(str(path), [], alone=True)
     served.ports(served.build())
     return 0
 
 
 def state(path: Path) -> int:
-    """A controller that is switched on with this memory."""
+    """Switch on a controller with this memory."""
     directory = path.parent / "memory"
     directory.mkdir(exist_ok=True)
     for model in ("if2", "smartmotor"):
@@ -406,7 +406,7 @@ def state(path: Path) -> int:
 
 
 def agreement(path: Path) -> int:
-    """`check` accepts a scene if and only if it can be built."""
+    """Compare `check` with the construction of a scene: both accept the scene, or both refuse it."""
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         accepted = cli._run(["check", str(path)]) == 0
     try:
@@ -419,7 +419,7 @@ def agreement(path: Path) -> int:
 
 
 def acts(directory: Path) -> dict[str, dict[str, Act]]:
-    """The commands for each kind."""
+    """Return the commands for each kind."""
     out = str(directory / "out.svg")
     traces = {
         kind: {
@@ -451,7 +451,7 @@ def acts(directory: Path) -> dict[str, dict[str, Act]]:
 def campaign(
     kinds: tuple[str, ...], files: int, seed: int, keep: Path | None = None, bound_s: float = BOUND_S
 ) -> Verdict:
-    """So many mutated files of each kind, the same for the same seed."""
+    """Test this number of mutated files of each kind; the seed determines the files."""
     verdict = Verdict()
     _warm_up()
     with tempfile.TemporaryDirectory() as name:
@@ -478,7 +478,7 @@ def campaign(
 
 
 def _warm_up() -> None:
-    """Run a motor and its program once: compiling the kernels takes seconds, and no file is to blame for them."""
+    """Run a motor and its program once, so that no file's time includes the compilation of the kernels."""
     bench = Bench()
     motor = bench.add("smartmotor", line="instant")
     bench.run(0.5)
@@ -517,7 +517,7 @@ def _one(verdict: Verdict, kind: str, what: str, act: Act, path: Path, keep: Pat
 
 
 def _last(text: str) -> str:
-    """Where an exception was raised, and what it is."""
+    """Return place and text of an exception."""
     lines = text.strip().splitlines()
     place = [line.strip() for line in lines if line.strip().startswith('File "')][-1]
     return f"{lines[-1][:200]} ({re.sub(r'.*/src/', '', place)})"
@@ -525,7 +525,7 @@ def _last(text: str) -> str:
 
 @contextmanager
 def _benches() -> Iterator[list[Bench]]:
-    """The benches that are made meanwhile."""
+    """Yield a list that collects the benches created in the `with` block."""
     made: list[Bench] = []
     usual = Bench.__init__
 
@@ -558,7 +558,7 @@ def _watchdog(bound_s: float) -> Iterator[None]:
 
 
 def main() -> int:
-    """Print what has been found, and the verdict."""
+    """Print the findings and the verdict."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--files", type=int, default=1000, help="files of each kind")
     parser.add_argument("--seed", type=int, default=1)

@@ -4,8 +4,7 @@ python benchmarks/robustness/mutation.py [FAMILY ...]
 
 From each family a seeded sample of changes is taken, one at a time, and the family's tests that run the changed line
 are run until one fails.  A change that no test notices is a survivor.  The kernels of the SmartMotor run in plain
-Python, so that no compiled copy of an unchanged kernel can take the place of a changed one.  Exit code 1: a score is
-below the goal.
+Python, so that no compiled copy of an unchanged kernel hides a change.  Exit code 1: a score is below the goal.
 """
 
 import argparse
@@ -28,7 +27,7 @@ RESULT, EQUIVALENT = HERE / "mutation.json", HERE / "equivalent.txt"
 GOAL, SIZE, SEED = 85.0, 400, 20
 CONTROLLERS = ROOT / "src" / "axistwin" / "controllers"
 CHECKER = ("checker", "rules")
-"""The checker: no device behaviour, and no table."""
+"""Modules of the checker, which contain no device behaviour and no table."""
 
 
 def _target(family: str, left_out: tuple[str, ...], tests: tuple[str, ...], skipped: tuple[str, ...] = ()) -> Target:
@@ -78,7 +77,7 @@ def main() -> int:
 
 
 def equivalents() -> dict[str, str]:
-    """Return the mutants that change nothing a host can see, with the reason: lines `KEY # REASON`."""
+    """Return the mutants without any visible effect, with the reason: lines `KEY # REASON`."""
     if not EQUIVALENT.exists():
         return {}
     lines = EQUIVALENT.read_text(encoding="utf-8").splitlines()

@@ -40,7 +40,7 @@ RAW = (
     '42["event",' + '{"a":' * 3000, '42999999999999999999["event",{}]', "4" * 5000,
 )  # fmt: skip
 LATEST_S = 2.0
-"""A host that is answered later than this has found a gap."""
+"""Longest permitted time to an answer."""
 
 
 def messages(seed: int, number: int, client: str) -> Iterator[str | bytes]:
@@ -77,7 +77,7 @@ def _mutated(chance: random.Random, text: str) -> str | bytes:
 
 
 async def main(seed: int, number: int) -> bool:
-    """Print what has happened; returns whether it is good."""
+    """Print the results; return True if all are good."""
     program = await asyncio.create_subprocess_exec(*SERVE, stdout=-1, stderr=-1)
     assert program.stdout is not None and program.stderr is not None
     errors = asyncio.create_task(program.stderr.read())
@@ -115,7 +115,7 @@ def _page(address: str) -> str:
 
 
 async def attack(address: str, seed: int, number: int) -> int:
-    """Send them all, with a new page and connection whenever the server has closed the one before."""
+    """Send all messages; open a new page and connection when the server has closed the last one."""
     import websockets
 
     sent, pending = 0, iter(messages(seed, number, "CLIENT"))
@@ -139,25 +139,25 @@ async def attack(address: str, seed: int, number: int) -> int:
 
 
 class Host:
-    """A host that asks an IF1 for its busy state over and over."""
+    """A host that polls the busy state of an IF1."""
 
     def __init__(self) -> None:
         self.ready = asyncio.Event()
         self.longest_s, self.answered = 0.0, 0
 
     def begin(self, port: int) -> None:
-        """Connect, and go on until the end."""
+        """Connect, and poll until the end."""
         self._task = asyncio.create_task(self._poll(port))
 
     async def end(self) -> BaseException | None:
-        """No more.  Returns what has ended it before."""
+        """Stop polling; return the error that ended it earlier."""
         self._task.cancel()
         (outcome,) = await asyncio.gather(self._task, return_exceptions=True)
         return None if isinstance(outcome, asyncio.CancelledError) else outcome
 
     async def _poll(self, port: int) -> None:
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
-        for words in (b"", b"(", b"U61\r"):  # it has just been switched on
+        for words in (b"", b"(", b"U61\r"):  # self test after power-up
             writer.write(words)
             await asyncio.sleep(1.5)
         await reader.readuntil(b"U\r")

@@ -1,12 +1,12 @@
-"""What visitors of the panel cost a host: pages loaded one after the other while the host polls.
+"""Delay of a polling host by visitors of the panel, who load one page after the other.
 
     python benchmarks/robustness/panel_visitors.py [--seed 1] [--visits 64] [--scene examples/cut-to-length/scene.toml]
 
-Half of the visitors only fetch the page (`GET /`), the others connect as a browser does, answer the frames for a moment
-chosen by the seed, and go.  Measured in the serving process, in processor time: the longest computation between two
-turns of the event loop, its 99th percentile among those of 1 ms and more, and how long the polls had to wait, which is
-the computing done between two looks at the host.  Then: who drives, who is remembered, how many pages are kept.
-Exit code 0 if all limits hold, else 1.
+Half of the visitors only fetch the page (`GET /`), the others connect as a browser does, answer the frames for a time
+chosen by the seed, and leave.  Measured in the serving process, in processor time: the longest computation between two
+turns of the event loop, its 99th percentile among those of 1 ms and more, and the delay of the polls, which is the
+computing time between two checks of the host's port.  Also checked: the driver, the stored users, the number of stored
+pages. Exit code 0 if all limits hold, else 1.
 """
 
 import argparse
@@ -34,9 +34,9 @@ from axistwin.sessions import Session
 ROOT = Path(__file__).resolve().parents[2]
 POLL_S = 0.005
 P99_MS, PAGES_MB = 20.0, 64.0
-"""A host waits less long in 99 of 100 polls; so much memory visitors leave behind at most."""
+"""Limits: delay of 99 of 100 polls; memory that visitors leave allocated."""
 TURN_MS, SEARCH_MS = 5.0, 50.0
-"""A piece of a page that is being built; the longest search for garbage."""
+"""Limits: one piece of a page; one garbage collection."""
 
 
 class Turns:
@@ -75,7 +75,7 @@ class Turns:
 
 
 async def poll(waits_ms: list[float]) -> None:
-    """A host that is to be looked at every 5 ms: how much is computed between the time it is due and that it is."""
+    """Measure the delay of a check that is due every 5 ms."""
     loop = asyncio.get_running_loop()
     while True:
         due = loop.create_future()
@@ -92,13 +92,13 @@ def _arrive(loop: asyncio.AbstractEventLoop, due: "asyncio.Future[None]", mark: 
 
 
 def fetch(address: str) -> str:
-    """`GET /`, and no more."""
+    """Fetch the page with `GET /` only."""
     with urllib.request.urlopen(address, timeout=60) as answer:
         return str(answer.read().decode())
 
 
 async def look_on(address: str, client: str, seconds: float) -> int:
-    """What a browser does; returns how many frames it has answered."""
+    """Connect as a browser does; return the number of answered frames."""
     import websockets
 
     query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true&EIO=4"
@@ -122,7 +122,7 @@ async def look_on(address: str, client: str, seconds: float) -> int:
 
 
 def visitors(address: str, seed: int, visits: int) -> int:
-    """All of them, in a process of their own; returns how many frames they have seen."""
+    """Load the page as all visitors; return the number of frames. Runs in a separate process."""
     chance, frames = random.Random(seed), 0
     for number in range(visits):
         client = re.search(r"client_id\W+([\w-]+)", fetch(address))
@@ -133,7 +133,7 @@ def visitors(address: str, seed: int, visits: int) -> int:
 
 
 async def visited(address: str, seed: int, visits: int) -> int:
-    """The same, from here."""
+    """Start the process of the visitors, and return its number of frames."""
     words = [sys.executable, __file__, "--at", address, "--seed", str(seed), "--visits", str(visits)]
     process = await asyncio.create_subprocess_exec(*words, stdout=asyncio.subprocess.PIPE)
     told, _ = await process.communicate()
@@ -141,18 +141,18 @@ async def visited(address: str, seed: int, visits: int) -> int:
 
 
 def memory_mb() -> float:
-    """Resident."""
+    """Return the resident memory of the process."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * 4096 / 1e6
 
 
 def percentile(values: list[float], part: float) -> float:
-    """Of these, so many are below."""
+    """Return the value below which this share of the measurements lies."""
     return sorted(values)[min(len(values) - 1, int(len(values) * part))] if values else 0.0
 
 
 async def main(scene: str, seed: int, visits: int) -> bool:
-    """Print what has been measured; returns whether the limits hold."""
+    """Print the measurements; return True if all limits hold."""
     loaded = Scene.load(ROOT / scene)
     session = Session(loaded.build, scene=loaded)
     panel = Panel("visitors", session, Address("127.0.0.1", 0, None))

@@ -1,11 +1,11 @@
-"""Two or three things that happen from outside in the same nanosecond, in any order, to any model at work.
+"""Two or three external actions in the same nanosecond, in any order, on a busy controller of any model.
 
     python benchmarks/robustness/same_instant.py [--seed 1] [--count 2000]
 
-Pins, power, characters, bytes on the bus, jams, loads, faults.  The controller is in the middle of something, stopped
-between two events of one nanosecond; the acts come one after the other in between, or as events of their own, or
-inside the very call that changes a pin.  Nothing may raise, and whatever happens must happen again in a second run.
-Prints what went wrong, and a verdict; the exit code is 1 if something did.
+Pins, power, characters, bytes on the bus, jams, loads, faults.  The controller is busy and is
+stopped between two events of one nanosecond.  The actions follow one after the other at this place, or as events, or
+inside the call that changes a pin.  No action may raise an exception, and a second run must give the same result.
+Prints the errors and a verdict; the exit code is 1 if there are errors.
 """
 
 import argparse
@@ -31,9 +31,9 @@ from axistwin.units import MS
 
 Act = Callable[[], object]
 MANNERS = ("between", "events", "inside")
-"""How the acts come: from outside between two events, as events, or in the call that changes the next pin."""
+"""Place of the actions: between two events, as events, or in the call that changes the next pin."""
 MOST_STEPS = 60
-"""Events of the controller's work before the acts come."""
+"""Largest number of events before the actions."""
 AFTER_NS = 1_500 * MS
 SAMPLE_NS = 245_760
 
@@ -41,7 +41,7 @@ DIGIPLAN = (
     "", "X900@900$", "XG$", "X-G$", "H1X5$", "L2Y7$", "P1,9$", "P0,5X40$", "X100/Y50@500$", "K\rN\rE\rF", "#", "S12$",
     ":S1:X20@300:P2,3:H1:=2,0:$", ":X5:%:Y9:$", ":%:$", ":XG:H1A:P1,2:=1,0:$", "XG$\rX5$", "B-20X60B$", "X300$\r#", "[",
 )  # fmt: skip
-"""What an IF1 or IF2 is told."""
+"""Commands to an IF1 or IF2."""
 DEFAULT, SLOW = "31 00 00 00 00 27 10 00 01 86 A0", "31 00 00 00 00 03 E8 00 00 07 D0"
 COMPUMOTOR = (
     (), ("33 00 00 27 10",), ("33 FF FF D8 F0",), ("32 00",), ("32 01", "70"), ("32 00", "73"),
@@ -57,7 +57,7 @@ SMARTMOTOR = (
     "", "P=4000 G ", "MV V=200000 G ", "MP P=4000 G S ", "MV V=200000 G X ", "MT T=200 ", "TWAIT ", "BRKSRV P=900 G ",
     "a=0 WHILE a<9 a=a+1 PRINT(a) LOOP ", "MF4 ", "MS ", "RP RPE RW ", "F=32 P=9000 G ", "OFF ", "O=500 P=0 G ",
 )  # fmt: skip
-"""What a SmartMotor is told."""
+"""Commands to a SmartMotor."""
 FORMATTED = (b"(", b"U", b"6", b"1", b"\r")
 
 
@@ -136,7 +136,7 @@ COMMANDED = (
 
 
 def acts(bench: Bench, it: Controller) -> dict[str, dict[str, Act]]:
-    """All that may happen to it from outside: kinds of acts, and the acts of each, by name."""
+    """Return all external actions on the controller, by kind and name."""
     return {
         "power": {"off": partial(it.power, False), "cycle": it.power_cycle, "on": partial(it.power, True)},
         "edge": {f"{name} changes": partial(_change, pin) for name, pin in it.pins.items()},
@@ -208,7 +208,7 @@ def _places(it: Controller, on: On) -> list[str]:
 
 
 def _fault(bench: Bench, kind: Kind, place: str) -> None:
-    """One that lasts a while, with the least that it has to be given."""
+    """Return a fault with a duration and its required parameters."""
     needed = (each for each in kind.parameters if each.default is None and not each.optional)
     given = {each.name: _value(each) for each in needed}
     with suppress(UsageError):  # nothing of that kind can be there
@@ -226,15 +226,15 @@ def _value(parameter: Parameter) -> Any:
 
 @dataclass(frozen=True)
 class Case:
-    """One combination."""
+    """One combination of actions."""
 
     model: str
     work: int
     steps: int
-    """How far the work has come before: see `_advance`."""
+    """Number of steps before the actions: see `_advance`."""
     manner: str
     acts: tuple[tuple[str, str], ...]
-    """The kind and the name of each."""
+    """Kind and name of each action."""
 
     def __str__(self) -> str:
         names = ", ".join(name for _, name in self.acts)
@@ -242,7 +242,7 @@ class Case:
 
 
 def play(case: Case) -> tuple[object, ...]:
-    """All that can be seen of it; whatever is raised is a defect."""
+    """Run the case and return all observable results; any exception is a defect."""
     bench = Bench()
     model = MODELS[case.model]
     it = model.build(bench)
@@ -263,9 +263,10 @@ def play(case: Case) -> tuple[object, ...]:
 
 
 def _advance(bench: Bench, it: Controller, steps: int) -> None:
-    """So many events, so that the last one may be in the middle of a nanosecond; of a motor, tens of samples.
+    """Advance by a number of events, for a motor by tens of samples.
 
-    How many events a motor's samples are is left to the machine that computes them, and nothing that can be seen.
+    The last event may be in the middle of a nanosecond.  The number of events for the samples of a motor can differ
+    between computers.
     """
     if it.product.model == "smartmotor":
         bench.clock.run_to((bench.now // SAMPLE_NS + 1 + 10 * steps) * SAMPLE_NS)
@@ -294,7 +295,7 @@ def _happen(manner: str, happenings: list[Callable[[], object]], bench: Bench, i
 
 
 def cases(seed: int, count: int) -> Iterator[Case]:
-    """So many of them, by chance; the same for the same seed."""
+    """Return this number of random cases; the seed determines the cases."""
     chance = random.Random(seed)
     known = names()
     for n in range(count):
@@ -307,7 +308,7 @@ def cases(seed: int, count: int) -> Iterator[Case]:
 
 @cache
 def names() -> dict[str, dict[str, list[str]]]:
-    """What may happen to each model, by kind."""
+    """Return the actions on each model, by kind."""
     found = {}
     for name, model in MODELS.items():
         bench = Bench()
@@ -316,7 +317,7 @@ def names() -> dict[str, dict[str, list[str]]]:
 
 
 def wrong(case: Case) -> str:
-    """What is wrong with it, in a line; empty: nothing."""
+    """Return the error of a case in one line; empty if there is none."""
     try:
         first = play(case)
         return "" if play(case) == first else f"{case}: not the same again"
@@ -326,7 +327,7 @@ def wrong(case: Case) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Play them all."""
+    """Run all cases."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=2000)

@@ -1,10 +1,10 @@
-"""A stand-in that drives a board of our own, in virtual time: random programs, and silence at random moments.
+"""A stand-in with a simulated board in virtual time: random programs, and a host that stops at random times.
 
     python benchmarks/robustness/stand_in.py [--seed 1] [--programs 60] [--kills 100]
 
-Programs: an IF1 moves up to three axes, with changes of direction and stops by `#`; the pulses at the pins must be its
-pulses, in number, direction and time.  Kills: the host falls silent in a move; the motors must stand still and the
-drives be off within 120 ms.  Prints what went wrong, and a verdict; the exit code is 1 if something did.
+Programs: an IF1 moves up to three axes, with changes of direction and stops by `#`; the pulses at the pins must be
+those of the IF1 in number, direction and time.  Kills: the host stops sending during a move; the motors must stop and
+the drives switch off within 120 ms. Prints the errors and a verdict; the exit code is 1 if there are errors.
 """
 
 import argparse
@@ -31,7 +31,7 @@ def message(rng: random.Random) -> bytes:
 
 
 def program(seed: int) -> list[str]:
-    """Run one program; return what went wrong."""
+    """Run one program; return its errors."""
     rng, twin, wrong = random.Random(seed), Twin(line="instant"), []
     twin.initialise()
     for _ in range(rng.randint(1, 4)):
@@ -53,7 +53,7 @@ def program(seed: int) -> list[str]:
 
 
 def kill(seed: int) -> list[str]:
-    """Fall silent at a random moment of a move; return what went wrong."""
+    """Stop sending at a random time in a move; return the errors."""
     rng, metal = random.Random(seed), Metal(horizon_s=random.Random(seed).choice((0.1, 0.5))).start()
     metal.move("table.X", +1, metal.even(8000, rng.choice((500, 4000))), rng.uniform(0.02, 1.5))
     metal.alive, died = False, metal.now

@@ -1,12 +1,12 @@
-"""Two processes that want one state directory, killed at random moments between and in their writes.
+"""Two processes that open one state directory, killed at random times between and during writes.
 
     python benchmarks/robustness/state_kills.py [--seed 1] [--rounds 100]
 
-In each round two processes begin at once with a SmartMotor that keeps its memory in the same directory.  One of them
-must get it, the other must end with a line that names the first.  The first stores a number that counts up until it is
-killed: by SIGKILL after a random time, or at a random call to the system.  Meanwhile, and after that, the image is
-looked at: it must be whole, hold what was stored last, and never less; and the directory must be free again.
-Prints what went wrong, and a verdict; the exit code is 1 if something did.
+In each round two processes start at once, each with a SmartMotor that stores its memory in the same directory.  One
+process must lock the directory; the other must end with a line that names the first.  The first process stores a
+number that counts up until the process is killed: by SIGKILL after a random time, or at a random system call.  The
+image is read during and after the round: it must be complete and contain the last stored number.  Afterwards the
+directory must be unlocked.  Prints the errors and a verdict; the exit code is 1 if there are errors.
 """
 
 import argparse
@@ -29,27 +29,27 @@ from axistwin import Bench
 from axistwin.errors import UsageError
 
 CALLS = ("open", "os.rename", "os.remove")
-"""What Python tells of the calls of a write; `fsync` is between the first two."""
+"""Audit events of a write in Python; `fsync` is between the first two."""
 LONGEST_S, MOST_CALLS = 0.08, 60
 IMAGE = "motor.json"
 
 
 @dataclass(frozen=True)
 class Worker:
-    """A process of its own."""
+    """A separate process that stores numbers."""
 
     pid: int
     told: int
-    """The pipe with what it says, line by line."""
+    """Pipe with the lines that the process prints."""
 
     def lines(self) -> list[str]:
-        """All that it has said by its end."""
+        """Return all lines until the end of the process."""
         with os.fdopen(self.told, closefd=True) as pipe:
             return pipe.read().splitlines()
 
 
 def start(directory: Path, calls: int | None) -> Worker:
-    """Begin with one; `calls`: after so many it kills itself, counted from when it has the directory."""
+    """Start a process; it kills itself after `calls` system calls, counted from its lock of the directory."""
     read, write = os.pipe()
     pid = os.fork()
     if pid:
@@ -63,7 +63,7 @@ def start(directory: Path, calls: int | None) -> Worker:
 
 
 def work(directory: Path, calls: int | None, pipe: int) -> None:
-    """Count up in the motor's EEPROM for ever; tell each number that is kept."""
+    """Count up in the motor's EEPROM for ever; print each stored number."""
     bench = Bench()
     try:
         motor = bench.add("smartmotor", "motor", state=directory, line="instant")
@@ -97,7 +97,7 @@ def _die_after(calls: int) -> None:
 
 
 def _image(directory: Path) -> dict[str, object]:
-    """The image as it is now; raises ValueError if it is not whole."""
+    """Return the present image; raise ValueError if it is incomplete."""
     try:
         text = (directory / IMAGE).read_text()
     except FileNotFoundError:
@@ -107,13 +107,13 @@ def _image(directory: Path) -> dict[str, object]:
 
 
 def stored(directory: Path) -> int:
-    """The number in the image; -1: there is none.  Raises ValueError if the image is not whole."""
+    """Return the number in the image, -1 if there is none; raise ValueError if the image is incomplete."""
     eeprom = _image(directory).get("eeprom")
     return -1 if eeprom is None else int.from_bytes(bytes.fromhex(str(eeprom)), "big")
 
 
 class Campaign:
-    """Rounds in one directory."""
+    """All rounds of the campaign, in one state directory."""
 
     def __init__(self, directory: Path, seed: int) -> None:
         self.directory, self._chance = directory, random.Random(seed)
@@ -121,7 +121,7 @@ class Campaign:
         self._least = -1
 
     def round(self) -> list[str]:
-        """What is wrong with the next one."""
+        """Run the next round; return its errors."""
         by_call = self._chance.random() < 0.5
         calls = self._chance.randrange(MOST_CALLS) if by_call else None
         both = [start(self.directory, calls) for _ in range(2)]
@@ -136,7 +136,7 @@ class Campaign:
         return wrong
 
     def _watch(self, both: Sequence[Worker], seconds: float) -> list[str]:
-        """Look at the image until both are dead; kill at its time what is left, when both have said something."""
+        """Read the image until both processes have ended; after `seconds`, kill the processes that still run."""
         wrong: list[str] = []
         for worker in both:
             select.select([worker.told], [], [], 30)
@@ -164,7 +164,7 @@ class Campaign:
         return now
 
     def _who(self, said: dict[int, list[str]]) -> list[str]:
-        """One has been refused, in a line that names the other, or has seen that one dead already."""
+        """Return errors: a refused process must print one line, which names the other process."""
         up = [pid for pid, lines in said.items() if lines[:1] == ["up"]]
         refused = {pid: lines for pid, lines in said.items() if pid not in up}
         wrong = [f"process {pid} said {lines}" for pid, lines in refused.items() if len(lines) != 1]
@@ -178,7 +178,7 @@ class Campaign:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Play them all."""
+    """Run all rounds."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rounds", type=int, default=100)

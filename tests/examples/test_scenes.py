@@ -131,7 +131,7 @@ def test_a_feeder_without_a_ready_knife_waits():
 
 
 def test_what_the_page_shows_is_printed(monkeypatch, capsys):
-    monkeypatch.chdir(EXAMPLES.parent)
+    monkeypatch.chdir(EXAMPLES / "cut-to-length")
     page = (EXAMPLES / "cut-to-length" / "README.md").read_text(encoding="utf-8")
     program, shown = re.findall(r"```(?:python)?\n(.*?)```", page, re.DOTALL)[1:]
     exec(compile(program, "README.md", "exec"), {})

@@ -1,1 +1,1 @@
-"""The fidelity report: what the manuals say, what axistwin does, and the evidence for each row."""
+"""The fidelity report: statements of the manuals, behaviour of axistwin, and the evidence for each row."""

@@ -8,14 +8,14 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a table: the headings that it stands under, outermost first, and its cells."""
+    """One line of a table: its headings, outermost first, and its cells."""
 
     headings: tuple[str, ...]
     cells: tuple[str, ...]
 
 
 def table_lines(path: Path, columns: int) -> Iterator[Line]:
-    """Yield each line of every table with so many columns, without the heads of the tables."""
+    """Yield each line of every table with this number of columns, without the heads."""
     headings: list[str] = []
     lines = path.read_text(encoding="utf-8").splitlines()
     for number, line in enumerate(lines):
@@ -30,6 +30,6 @@ def table_lines(path: Path, columns: int) -> Iterator[Line]:
 
 
 def cells_of(line: str) -> tuple[str, ...]:
-    r"""Return the cells of a line; a `|` between backticks or after a `\` divides nothing."""
+    r"""Return the cells of a line; a `|` between backticks or after a `\` is text."""
     divided = re.findall(r"(?:`[^`]*`|\\.|[^|\\])+", line.strip().removeprefix("|").removesuffix("|"))
     return tuple(cell.strip() for cell in divided)

@@ -1,11 +1,11 @@
-"""The four classes of evidence, and which of them the words of an entry are."""
+"""The four classes of evidence, and the rules for the class of an entry."""
 
 import re
 from enum import StrEnum
 
 
 class Evidence(StrEnum):
-    """Where the knowledge in a row comes from."""
+    """Class of the evidence for a row."""
 
     TEXT = "manual text"
     EXAMPLE = "manual example"
@@ -20,7 +20,7 @@ _SIGNS = (
     (Evidence.TEXT, r"[\"“]|\d|[A-Z][\w/ -]+:|:"),
     (Evidence.INFERRED, r"."),
 )
-"""The first that is found decides.  What names no chapter and quotes nothing is inferred."""
+"""Rules in order: the first match decides; an entry without chapter and quotation is inferred."""
 
 
 def classify(words: str) -> Evidence:

@@ -1,4 +1,4 @@
-"""The report as one HTML page, which needs nothing else."""
+"""The report as one self-contained HTML page."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -18,7 +18,7 @@ th,td{border-color:#303a45}a{color:#7db7ff}.no{color:#ff8a80}}
 
 
 def table(head: Sequence[str], lines: Iterable[Sequence[Any]]) -> str:
-    """Return a table; whole numbers stand to the right, `False` is a marked "no"."""
+    """Return a table; integers are aligned right, `False` is a highlighted "no"."""
     rows = "\n".join(f"<tr>{''.join(map(_cell, line))}</tr>" for line in lines)
     return f"<table><thead><tr>{''.join(f'<th>{escape(name)}' for name in head)}</thead>\n<tbody>{rows}</tbody></table>"
 
@@ -32,17 +32,17 @@ def _cell(value: Any) -> str:
 
 
 def text(words: Any) -> str:
-    """Return words as HTML: backticks make code."""
+    """Return text as HTML; text in backticks becomes code."""
     return re.sub(r"`([^`]*)`", r"<code>\1</code>", escape(str(words)))
 
 
 def section(name: str, title: str, *parts: str) -> str:
-    """Return a section with a place to link to."""
+    """Return a section with an anchor."""
     return f'<section id="{name}"><h2>{escape(title)}</h2>\n{"".join(parts)}</section>\n'
 
 
 def folded(title: str, inside: str) -> str:
-    """Return what is shown when its title is clicked."""
+    """Return contents that are shown after a click on their title."""
     return f"<details><summary>{escape(title)}</summary>{inside}</details>\n"
 
 

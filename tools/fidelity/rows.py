@@ -1,4 +1,4 @@
-"""Every row of the report that is known without running anything: from tables, documents and the texts of tests."""
+"""Rows of the report that need no test run: from tables, documents and the texts of tests."""
 
 import ast
 import re
@@ -16,7 +16,7 @@ from fidelity.evidence import Evidence, classify
 ROOT = Path(__file__).resolve().parents[2]
 DOCS, TESTS = ROOT / "docs", ROOT / "tests"
 FAMILIES = {"compumotor": ("1811", "1810"), "digiplan": ("if2", "if1"), "smartmotor": ("smartmotor",)}
-"""The families by the models whose tables are read, the one with more commands first."""
+"""Models of each family, first the model with more commands."""
 MANUALS = {
     "compumotor": "Compumotor Model 1810/1811 operator's manual, release 4.0, 1984",
     "digiplan": "Digiplan user information, IF1 & IF2, 1987",
@@ -35,7 +35,7 @@ TEST = re.compile(r"`?([\w/]+\.py::\w+)`?")
 
 @dataclass(frozen=True)
 class Row:
-    """One row.  `key` is unique and lasts; `tests`: node ids below `tests/`; `more`: what its table shows besides."""
+    """One row.  `key` is unique and permanent; `tests`: node ids below `tests/`; `more`: further cells of the row."""
 
     key: str
     kind: str
@@ -47,12 +47,12 @@ class Row:
     more: dict[str, Any] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
+        """Return the row as a dict for JSON."""
         return asdict(self)
 
 
 def rows() -> list[Row]:
-    """Return all rows; each key is there once."""
+    """Return all rows; each key is unique."""
     found = [*commands(), *decisions(), *timing(), *not_modelled(), *conversations(), *printed(), *sentences()]
     keys = [row.key for row in found]
     twice = sorted({key for key in keys if keys.count(key) > 1}) if len(set(keys)) < len(keys) else []
@@ -82,7 +82,7 @@ def code(command: Command) -> str:
 
 
 def _command_evidence(family: str, command: Command) -> Evidence:
-    """The base language of the SmartMotor is known from host programs only; its chapters have no numbers."""
+    """Return the evidence for a command: chapters without a number are known from host programs only."""
     return Evidence.HOST if family == "smartmotor" and not command.chapter[0].isdigit() else Evidence.TEXT
 
 
@@ -100,7 +100,7 @@ def decisions() -> Iterator[Row]:
 
 
 def timing() -> Iterator[Row]:
-    """Yield each timing figure, with the tolerance that is claimed."""
+    """Yield each timing figure, with the claimed tolerance."""
     for line in table_lines(DOCS / "timing.md", 6):
         figure, says, claimed, evidence, option, test = line.cells
         family = next(name for words, name in OF_DOCUMENT.items() if line.headings[0].startswith(words))
@@ -112,7 +112,7 @@ def timing() -> Iterator[Row]:
 
 
 def not_modelled() -> Iterator[Row]:
-    """Yield each thing that the devices have and the emulator has not."""
+    """Yield each property of the devices that axistwin does not model."""
     for line in table_lines(DOCS / "not_modelled.md", 4):
         what, manual, instead, evidence = line.cells
         family = next(name for words, name in OF_DOCUMENT.items() if line.headings[0].startswith(words))
@@ -123,7 +123,7 @@ def not_modelled() -> Iterator[Row]:
 
 
 def conversations() -> Iterator[Row]:
-    """Yield each golden conversation: what the manual's examples answer, and where they move."""
+    """Yield each golden conversation: the replies and positions of the manual's examples."""
     for path in sorted((TESTS / "conversations").glob("*.talk")):
         text = path.read_text(encoding="utf-8")
         quoted = re.findall(r'^; .*?"([^"]+)"', text, re.MULTILINE)
@@ -138,7 +138,7 @@ def conversations() -> Iterator[Row]:
 
 
 def printed() -> Iterator[Row]:
-    """Yield each test that compares a number of the manual with the one that comes out (fixture `printed`)."""
+    """Yield each test that compares a number of the manual with the obtained number (fixture `printed`)."""
     for family, name, node in _tests():
         if any(argument.arg == "printed" for argument in node.args.args):
             words = " ".join((ast.get_docstring(node) or node.name).split())
@@ -165,5 +165,5 @@ def _tests() -> Iterator[tuple[str, str, ast.FunctionDef]]:
 
 
 def plain(words: str) -> str:
-    """Return a key out of words: without marks of emphasis, in one line."""
+    """Return a key from a text: in one line, without emphasis marks."""
     return " ".join(words.replace("`", "").replace("*", "").split())

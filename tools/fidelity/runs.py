@@ -1,4 +1,4 @@
-"""What only a run can tell: which tests pass, which commands they give, which numbers come out."""
+"""Results of a test run: outcomes, commands used by each test, obtained numbers."""
 
 import json
 import os
@@ -14,11 +14,11 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 FAMILIES = ("compumotor", "digiplan", "smartmotor")
 EVERYTHING = 0.5
-"""A test that gives more than this share of all commands gives them all without looking: it is no test of a command."""
+"""Share of all commands; a test that uses more commands does not count as a test of each."""
 
 
 class Collector:
-    """A pytest plug-in that writes what has happened into a file."""
+    """A pytest plug-in that writes the results into a file."""
 
     def __init__(self, file: Path) -> None:
         self._file, self._test = file, ""
@@ -28,7 +28,7 @@ class Collector:
         self.asked: dict[tuple[str, str], set[str]] = defaultdict(set)
 
     def pytest_sessionstart(self) -> None:
-        """Note each look into a command table, and each character that a host sends to a Digiplan."""
+        """Record each look-up in a command table, and each character from a host to a Digiplan."""
         from axistwin.bench import product
         from axistwin.controllers.commandset import CommandSet
         from axistwin.controllers.smartmotor.language import language
@@ -58,7 +58,7 @@ class Collector:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        """Remember which test runs, with all its parameters as one; what it gives is read anew."""
+        """Record the running test, with all its parameters as one test, and clear the commands."""
         self._test = _function(item.nodeid)
         for forget in self._forget:
             forget()
@@ -78,7 +78,7 @@ class Collector:
             self.examples[_function(report.nodeid)].extend(found)
 
     def pytest_sessionfinish(self) -> None:
-        """Write it all."""
+        """Write all results."""
         asked = {f"{family}/{code}": sorted(tests - {""}) for (family, code), tests in self.asked.items()}
         result = {"outcomes": self.outcomes, "examples": self.examples, "asked": asked, "sizes": self.sizes}
         self._file.write_text(json.dumps(result, default=str), encoding="utf-8")
@@ -89,7 +89,7 @@ def _function(nodeid: str) -> str:
 
 
 def run(tests: list[str], scratch: Path) -> dict[str, Any]:
-    """Run the tests in a process of their own, and return outcomes, examples, and tests by command."""
+    """Run the tests in a separate process, and return outcomes, examples, and tests by command."""
     file = scratch / "collected.json"
     path = os.pathsep.join([str(ROOT / "tools"), str(ROOT / "src")])
     here = [sys.executable, "-c", "from fidelity import runs; runs.main()", str(file), *tests]
@@ -100,7 +100,7 @@ def run(tests: list[str], scratch: Path) -> dict[str, Any]:
 
 
 def _specific(asked: dict[str, list[str]], sizes: dict[str, int]) -> dict[str, list[str]]:
-    """Leave out the tests that give nearly every command of a family."""
+    """Omit the tests that use nearly every command of a family."""
     given: dict[tuple[str, str], int] = defaultdict(int)
     for name, tests in asked.items():
         family = name.split("/")[0]

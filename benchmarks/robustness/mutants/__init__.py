@@ -1,1 +1,1 @@
-"""Mutation testing: change one thing in the source of a family, and see whether its tests notice."""
+"""Mutation testing: changes in the source of a family that its tests must detect."""

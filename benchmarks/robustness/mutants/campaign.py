@@ -1,4 +1,4 @@
-"""A sample of mutants of one family, each in a child process of its own, and what became of them."""
+"""A sample of mutants of one family, each in its own child process, and the results."""
 
 import ast
 import os
@@ -17,16 +17,16 @@ from mutants.operators import Mutant
 from mutants.tracing import Traced, trace
 
 LONGEST_S = 600.0
-"""A child that takes longer, by the wall clock, is ended: it waits for what never comes."""
+"""Time limit of a child by the wall clock, for a test that blocks."""
 KILLED, TIMEOUT, SURVIVED, EQUIVALENT = "killed", "timeout", "survived", "equivalent"
 
 
 @dataclass(frozen=True)
 class Target:
-    """What is changed and what must notice.
+    """Changed modules, and the tests that must detect the changes.
 
     `package`: name of the package whose modules are changed, in `directory`; `tests`: files and folders below `root`;
-    `left_out`: modules that are no handlers; `skipped`: beginnings of the node ids of tests that cannot be used.
+    `left_out`: modules without handlers; `skipped`: prefixes of the node ids of unsuitable tests.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Target:
 
     @property
     def sources(self) -> list[Path]:
-        """The files that are changed, in order."""
+        """Changed files, in order."""
         return [path for path in sorted(self.directory.rglob("*.py")) if not self._is_left_out(path)]
 
     def _is_left_out(self, path: Path) -> bool:
@@ -47,13 +47,13 @@ class Target:
         return bool({path.stem, *folders} & {*self.left_out, "__init__"})
 
     def name_of(self, path: Path) -> str:
-        """Return the name of a source in results: its path in the package."""
+        """Return the name of a file in the results: its path in the package."""
         return path.relative_to(self.directory).as_posix()
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mutant: `by` is the test that failed first."""
+    """Result of a mutant: `by` is the test that failed first."""
 
     mutant: Mutant
     state: str
@@ -67,7 +67,7 @@ Tell = Callable[[str], None]
 def run(
     target: Target, size: int, seed: int, workers: int, equivalent: set[str], scratch: Path, tell: Tell
 ) -> dict[str, Any]:
-    """Run a seeded sample, and return the result as it is written into the file."""
+    """Run a seeded sample, and return the contents of the result file."""
     texts = {path: path.read_text(encoding="utf-8") for path in target.sources}
     found = [mutant for path, text in texts.items() for mutant in operators.mutants(target.name_of(path), text)]
     chosen = operators.sample(found, size, Random(f"{seed} {target.name}"))
@@ -109,7 +109,7 @@ def _tests(
 ) -> list[str]:
     """Return the tests that run the changed statement.
 
-    Of one that runs at import: first the tests that run what the line names, then all others.
+    For a statement that runs at import: first the tests that use its names, then all others.
     """
     path = target.directory / mutant.file
     file, span = str(path.resolve()), _statement(texts[path], mutant.line)
@@ -124,7 +124,7 @@ def _tests(
 
 
 def _statement(text: str, line: int) -> range:
-    """Return the lines of the statement that holds a line; of a block, those of its head."""
+    """Return the lines of the statement that contains a line; for a block, the lines of its head."""
     spans = []
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.stmt):
@@ -206,7 +206,7 @@ def _outcome(mutant: Mutant, result: Path, seconds: float) -> Outcome:
 
 
 def preload() -> None:
-    """Import what every child needs and no mutant changes, once, in the parent."""
+    """Import the unchanged modules once, in the parent process."""
     import numpy  # noqa: F401, ICN001  # lazy import: only to have it before a fork
     import pydantic  # noqa: F401
     import simpy  # noqa: F401

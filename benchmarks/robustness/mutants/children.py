@@ -21,9 +21,9 @@ import pytest_timeout
 from hypothesis import Phase, settings
 
 MEMORY = 4 * 1024**3
-"""A mutant that needs more memory than that is dead."""
+"""Memory limit of a child; a mutant that exceeds this limit counts as detected."""
 SLACK_S, FACTOR = 2.0, 8
-"""A test that takes so many times its usual processor time, and some seconds, does not end any more."""
+"""Time limit of a test, as a multiple of its usual processor time plus some seconds."""
 OPTIONS = (
     "-q", "--no-header", "--no-summary", "-p", "no:cacheprovider", "--tb=no",
     "-W", "ignore::pytest.PytestAssertRewriteWarning", "-o", "timeout=0", "-o", "addopts=--import-mode=importlib",
@@ -32,7 +32,7 @@ OPTIONS = (
 settings.register_profile(
     "mutation", derandomize=True, database=None, deadline=None, phases=[Phase.explicit, Phase.generate]
 )
-"""The same examples in every child, and no search for the smallest one that fails."""
+"""Settings of Hypothesis: the same examples in every child, without shrinking."""
 
 
 class Changed(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader):
@@ -43,13 +43,13 @@ class Changed(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader
         self._tree = tree
 
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:  # noqa: ARG002
-        """Return the changed module's specification for its name only."""
+        """Return the specification of the changed module; None for other names."""
         return (
             importlib.util.spec_from_file_location(fullname, self.path, loader=self) if fullname == self.name else None
         )
 
     def get_code(self, fullname: str) -> CodeType:  # noqa: ARG002
-        """Return the code of the tree; there is none in a cache."""
+        """Return the code of the syntax tree, without a cache."""
         return compile(self._tree, self.path, "exec")
 
 
@@ -89,7 +89,7 @@ def run_tests(root: Path, names: Sequence[str], plugin: object) -> int:
 
 
 def survive(finder: Changed, root: Path, seconds: Mapping[str, float], result: Path) -> None:
-    """Run the chosen tests against a changed module, and write which of them fails; never returns."""
+    """Run the chosen tests against a changed module, write the failed test, and end the process."""
     started = perf_counter()
     devnull = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):

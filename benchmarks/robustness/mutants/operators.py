@@ -1,4 +1,4 @@
-"""The changes that can be made to a module: each is one node of its syntax tree, replaced."""
+"""All possible changes of a module; each replaces one node of the syntax tree."""
 
 import ast
 from collections import Counter
@@ -21,17 +21,17 @@ STATES = {
     "PART": "DIRECT", "SETUP": "DIRECT", "DIRECT": "STEP", "STEP": "DIRECT", "MOVE": "DIRECT", "ALONE": "DIRECT",
     "BOTH": "INSIDE", "INSIDE": "HOST", "HOST": "INSIDE", "BLOCK": "HOST", "GONE": "BOTH",
 }  # fmt: skip
-"""States of the command tables by the names that they have there, and what each becomes."""
+"""Names of states in the command tables, with their replacements."""
 ENTRY_PARTS, ACCEPTED = 5, 4
-"""An entry of a command table has at least five parts, of which this one is where the command is accepted."""
+"""Index of the states in an entry of a command table; an entry has at least five parts."""
 
 
 @dataclass(frozen=True)
 class Mutant:
     """One change.
 
-    `node`: number of the node in the syntax tree; `variant`: which of its changes; `occurrence`: counts the same change
-    of the same words in one function.
+    `node`: number of the node in the syntax tree; `variant`: number of the change at this node; `occurrence`: number
+    of the same change in one function.
     """
 
     file: str
@@ -45,13 +45,13 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """Its name without the line number, so that it lasts when lines move."""
+        """Name without the line number, which later edits could change."""
         again = f" ({self.occurrence})" if self.occurrence > 1 else ""
         return f"{self.file}: {self.function}: {self.before} -> {self.after}{again}"
 
     @property
     def name(self) -> str:
-        """Its name for people."""
+        """Name for users."""
         return f"{self.file}:{self.line}: {self.key.partition(': ')[2]}"
 
 
@@ -88,7 +88,7 @@ def sample(found: list[Mutant], size: int, random: Random) -> list[Mutant]:
 
 @dataclass(frozen=True)
 class _Place:
-    """A node with what it stands in."""
+    """A node with its surrounding nodes."""
 
     node: ast.AST
     parent: ast.AST
@@ -119,7 +119,7 @@ def _function(node: ast.AST, outer: str) -> str:
 
 
 def _is_no_behaviour(parent: ast.AST, field: str, node: ast.AST) -> bool:
-    """Annotations, decorators, documentation, assertions and the texts of exceptions."""
+    """True for annotations, decorators, docstrings, assertions and texts of exceptions."""
     if field in ("annotation", "returns", "decorator_list", "type_params", "bases"):
         return True
     if isinstance(node, ast.Assert | ast.Import | ast.ImportFrom | ast.JoinedStr) or isinstance(parent, ast.Raise):
@@ -137,7 +137,7 @@ def _text(node: ast.AST) -> str:
 
 
 def _variants(place: _Place) -> Iterator[ast.AST]:
-    """Every replacement of one node."""
+    """Yield every replacement of one node."""
     node = place.node
     if place.skipped:
         return
@@ -189,7 +189,7 @@ def _other_constants(node: ast.Constant, place: _Place) -> Iterator[ast.AST]:
 
 
 def _is_unit(node: ast.Constant, place: _Place) -> bool:
-    """A unit is the second argument of a parameter, or the argument `unit`, at module level."""
+    """True for a unit: at module level, the second argument of a parameter or the argument `unit`."""
     if place.function != "module" or not node.value:
         return False
     if isinstance(place.parent, ast.keyword):
@@ -203,7 +203,7 @@ def _is_entry(call: ast.Call) -> bool:
 
 
 def _in_entry(place: _Place) -> bool:
-    """Where the node says in which states a command of a table is accepted."""
+    """True if the node gives the states in which a command of a table is accepted."""
     return isinstance(place.parent, ast.BinOp) or (isinstance(place.parent, ast.Call) and _is_entry(place.parent))
 
 

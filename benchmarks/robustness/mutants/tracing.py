@@ -1,4 +1,4 @@
-"""Which test runs which line: recorded once per family, with one context of `coverage` for each test."""
+"""Table of the lines that each test runs, recorded once per family with a `coverage` context for each test."""
 
 import os
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ import pytest
 from mutants.children import run_tests
 
 SLOWEST_S = 30.0
-"""A test that takes longer, in plain Python and traced, is left out, and named in the result."""
+"""Time limit of a test, traced in plain Python; the result names slower tests, which are omitted."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Traced:
 
 
 class _Recorder:
-    """A pytest plug-in: a context for each test, and how long it takes."""
+    """A pytest plug-in that sets a context for each test and measures its time."""
 
     def __init__(self, coverage: object, skipped: tuple[str, ...]) -> None:
         self._coverage, self._skipped = coverage, skipped
@@ -47,12 +47,12 @@ class _Recorder:
         self.failed: list[str] = []
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Leave out what is known not to belong."""
+        """Omit the skipped tests."""
         items[:] = [item for item in items if not item.nodeid.startswith(self._skipped)]
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        """Give the test's name to the lines that run in it."""
+        """Set the test's name as the context of the lines that it runs."""
         self._coverage.switch_context(item.nodeid)
         started = process_time()
         try:
@@ -62,13 +62,13 @@ class _Recorder:
             self._coverage.switch_context("")
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """A test that fails without a mutant can kill none."""
+        """Record a test that fails without a mutant; such a test cannot detect mutants."""
         if report.failed:
             self.failed.append(report.nodeid)
 
 
 def trace(root: Path, sources: list[Path], tests: tuple[str, ...], skipped: tuple[str, ...], scratch: Path) -> Traced:
-    """Run the tests once in a child, and return which lines of the sources each has run."""
+    """Run the tests once in a child, and return the source lines that each test has run."""
     result = scratch / "traced"
     child = os.fork()
     if child == 0:
