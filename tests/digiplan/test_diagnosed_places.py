@@ -104,7 +104,7 @@ def test_each_mistake_is_told_once(line, columns):
         (":X5:>2:$", "> (select speed range) is not allowed in a sequence"),
         ("=1,1$", "= (repeat) is not allowed in a direct message"),
         ("K5", "K (motion status) must be sent alone"),
-        ("X5:$", ": (sequence divider) cannot stand here"),
+        ("X5:$", ": (sequence divider) is not valid here"),
     ],
 )
 def test_what_is_said(line, message):

@@ -27,7 +27,7 @@ class Outputs:
             pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
-        """True if this output is turned on, with or without the supply; output 0 never is."""
+        """True if this output is programmed on, even without the supply; always False for output 0."""
         return self._on.get(number, False)
 
     def switch(self, number: int, on: bool) -> None:
@@ -50,12 +50,12 @@ class Outputs:
 
 
 def wait_high(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command H with inputs 1 to 3: begin when all of them are high.  Chapter Combining inputs and outputs."""
+    """Command H with inputs 1 to 3: wait until all of them are high.  Chapter Combining inputs and outputs."""
     step.high = inputs
 
 
 def wait_low(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command L with inputs 1 to 3: then wait until all of them are low.  Chapter Combining inputs and outputs."""
+    """Command L with inputs 1 to 3: after H, wait until all of them are low.  Chapter Combining inputs and outputs."""
     step.low = inputs
 
 
