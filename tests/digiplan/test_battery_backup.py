@@ -17,10 +17,12 @@ from .talking import (
     host_format,
     moves,
     number,
+    play,
     positions,
     pulse_times_of,
     ramped,
     ready,
+    scripts,
     send,
     since_start,
     status,
@@ -220,16 +222,16 @@ def test_3_wire_with_dsr_linked_to_cts_and_rts_counts_as_low(bench):
     assert (positions(if2), ask(bench, if2, "E")) == ((100, 50, 0), b"[\r")
 
 
-def test_5_wire_with_dsr_low_answers_only_when_it_is_set(bench):
-    """Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4: held, not lost."""
-    if2 = stored(bench)
-    if2.serial.host.dtr = False
-    if2.power(True)
-    bench.run(1.05)
-    assert ask(bench, if2, "E") == b""
-    if2.serial.host.dtr = True
-    bench.run(0.1)
-    assert if2.serial.read() == b"[\r"
+@scripts(
+    {
+        'Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4: held, not lost':
+        "host DTR off; power on; 1.05 s; E; 0.2 s; host DTR on; 0.1 s; receives [<CR>",
+        "A switch that is already on or off: power on and off twice is no different from once":
+        "power off; host DTR off; power on; 1.05 s; input1 high; 0.1 s; power on; 1 s; at 100 50 0",
+    }
+)  # fmt: skip
+def test_power_switched_with_dsr_low(bench, script):
+    play(bench, stored(bench), script)
 
 
 def test_no_error_checking_while_locked_up(bench):
@@ -617,20 +619,6 @@ def test_a_power_cut_in_the_middle_of_a_message_and_of_an_answer(bench):
     if2.serial.read()
     power_up(bench, if2, dsr=False)
     assert (if2.serial.read(), [status(bench, if2, letter) for letter in "EF"]) == (b"", ["[", "32"])
-
-
-def test_power_on_and_off_twice_is_no_different_from_once(bench):
-    """A switch that is already on or off."""
-    if2 = stored(bench)
-    if2.power(False)
-    if2.serial.host.dtr = False
-    if2.power(True)
-    bench.run(1.05)
-    if2.pins["input1"].drive(True)
-    bench.run(0.1)
-    if2.power(True)
-    bench.run(1.0)
-    assert positions(if2) == (100, 50, 0)
 
 
 def test_a_locked_interface_without_a_sequence_starts_nothing(bench):

@@ -11,7 +11,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, faults, ready, write
+from .talking import arrivals, ask, command, faults, play, ready, scripts, write
 
 XOFF, XON = 0x13, 0x11
 
@@ -90,27 +90,18 @@ def test_rts_asks_while_the_reply_waits(bench, if1):
     assert not if1.serial.rts
 
 
-def test_commands_are_obeyed_while_nothing_may_be_sent(bench, if1):
-    """Control lines: they hold back what the interface transmits, not what it receives."""
-    if1.serial.host.rts = False
-    command(bench, if1, "X9$", seconds=0.5)
-    assert if1.axes["X"].position == 9
-
-
-def test_the_emergency_stop_works_while_a_reply_is_held(bench, if1):
-    """Emergency stop: "inhibit all movement", whatever the serial line does."""
-    if1.serial.host.rts = False
-    command(bench, if1, "XG$", "E", seconds=1)
-    if1.pins["estop"].drive(False)
-    bench.run(0.01)
-    assert not if1.axes["X"].moving
-
-
-def test_what_a_move_does_at_its_end_does_not_wait_for_a_reply(bench, if1):
-    """Introduction: the interface generates the pulses by itself; outputs change at the end of the move."""
-    if1.serial.host.rts = False
-    command(bench, if1, "X40S1$", "E")
-    assert if1.axes["X"].position == 40 and if1.pins["output1"].level
+@scripts(
+    {
+        "Control lines: they hold back what the interface transmits, not what it receives":
+        "host RTS off; X9$; 0.5 s; X at 9",
+        'Emergency stop: "inhibit all movement", whatever the serial line does':
+        "host RTS off; XG$; E; 1 s; estop low; 0.01 s; X at rest",
+        "Introduction: the interface generates the pulses by itself; outputs change at the end of the move":
+        "host RTS off; X40S1$; E; 0.2 s; X at 40; output1 is high",
+    }
+)  # fmt: skip
+def test_work_while_a_reply_is_held(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
