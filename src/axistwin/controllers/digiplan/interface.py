@@ -227,7 +227,7 @@ class Interface(State):
         yield from self._carry_out(message) or ()
 
     def _answer_requests(self) -> Procedure:
-        """Process the status requests in the buffer, and keep the other messages there."""
+        """Process the status requests in the buffer, and leave other messages in the buffer."""
         while request := self.buffer.take_message(self.frame.ends_message, _is_request):
             for character in request:
                 yield from self._process(character) or ()

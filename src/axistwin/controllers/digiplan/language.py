@@ -23,7 +23,7 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
 class Accept(Flag):
-    """Where a command is allowed, and when it is obeyed."""
+    """Kinds of message and states in which a command is allowed."""
 
     DIRECT = auto()  # allowed in a direct message
     STEP = auto()  # allowed in a step of a sequence
@@ -154,7 +154,7 @@ class _Reader:
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
-        """Add a problem with the characters from `at` (default: the present one) to the one before `end`."""
+        """Add a problem in the text from `at` (default: the next character) up to, but not including, `end`."""
         begin = min(self.at if at is None else at, len(self.places) - 1)
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
         behind = self.places[end - 1] + 1 if end > begin else 0

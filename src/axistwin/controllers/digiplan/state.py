@@ -32,7 +32,7 @@ class Stage(Enum):
 
 @dataclass(frozen=True)
 class Hardware:
-    """The parts of a card that exist with and without power."""
+    """The parts of a card that exist even without power."""
 
     clock: Clock
     uart: Uart

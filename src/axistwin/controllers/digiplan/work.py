@@ -11,7 +11,7 @@ from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill
 
 
 class Work:
-    """Runs one procedure at a time; a sequence can give control to the host for a time."""
+    """Carries out one move, run or sequence at a time; a sequence can give control to the host."""
 
     def __init__(self, clock: Clock, motion: RampGenerator, on_free: Callable[[], None]) -> None:
         self.clock, self.motion, self._on_free = clock, motion, on_free
@@ -80,7 +80,7 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """Return the event that continues the sequence, or None if the host has no control; end that control."""
+        """End the host's control; return the event that continues the sequence, or None without such control."""
         control, self.control = self.control, None
         return control
 

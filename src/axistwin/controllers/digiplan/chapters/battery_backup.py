@@ -50,7 +50,7 @@ class Retained:
         """Raise ValueError if no interface can have stored these data."""
         for name, holds in self._checks():
             if not holds:
-                raise ValueError(f"{name} is wrong")
+                raise ValueError(f"invalid value of {name}")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
         """Yield the name of each datum, and True if its value is valid."""

@@ -26,8 +26,7 @@ def axis(name: str, step: Step, direction: int, distance: int | None) -> str | N
 
 
 def backlash(step: Step, distance: int | None) -> str | None:
-    """Command B: with a sign and 0 to 255 steps, store the backlash distance; alone, apply the correction to this
-    index.
+    """Command B: with a sign and 0 to 255 steps, store the backlash distance; without them, correct this index.
 
     Chapter Backlash correction.
     """

@@ -215,5 +215,5 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if a message without `$` contains something that needs a start."""
+    """True if the message has a run or an output command, or sets no parameter: without `$` it is useless."""
     return bool(step.set or step.reset or step.run) or step.pulse is not None or not step.settings
