@@ -1,4 +1,4 @@
-"""Vocabulary of the IF1 and IF2 tests: send messages, run, and read answers, moves and levels."""
+"""Helpers of the IF1 and IF2 tests: send messages, run, read answers, moves and levels, and play scripts."""
 
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
@@ -47,7 +47,7 @@ def ask(bench: Bench, controller: Controller, message: str, seconds: float = 0.2
 
 
 def status(bench: Bench, controller: Controller, letter: str) -> str:
-    """Return the answer to K, F, I, O, E or N without the terminator."""
+    """Send K, F, I, O, E or N, and return the answer without its terminator."""
     controller.serial.read()
     write(controller, letter)
     bench.run_until(lambda: not controller.serial.pending, 10)
@@ -81,7 +81,7 @@ def until_idle(bench: Bench, controller: Controller, timeout: float = 100.0) -> 
 
 
 def each_character(bench: Bench, controller: Controller, text: str, act: Callable[[int], None]) -> None:
-    """Send `text`; call `act(n)` just before character n is on the wire."""
+    """Send `text`; call `act(n)` just before character n is transmitted."""
     for n, character in enumerate(text):
         act(n)
         write(controller, character, end="")
@@ -132,7 +132,7 @@ def host_format(controller: Controller, message: str) -> None:
 
 
 def moving(controller: Controller) -> bool:
-    """True if any axis has pulses still to come."""
+    """True if the motion of any axis has not ended."""
     return any(axis.moving for axis in controller.axes.values())
 
 
@@ -143,7 +143,7 @@ def positions(controller: Controller) -> tuple[int, int, int]:
 
 
 def moves(axis: StepperAxis) -> list[int]:
-    """Return the moves of an axis as signed numbers of pulses, without those of no pulse."""
+    """Return the moves of an axis as signed numbers of pulses; moves without a pulse are left out."""
     lengths = [move.direction * move.profile.pulses_by(axis.clock.now - move.start_ns) for move in axis.train.moves]
     return [length for length in lengths if length]
 
@@ -268,7 +268,7 @@ def _act(bench: Bench, controller: Controller, words: list[str]) -> bool:
 
 
 def _check(bench: Bench, controller: Controller, words: list[str], act: str) -> bool:
-    """Assert what the words say; return False if they are no check."""
+    """Carry out a check; return False if the words are no check."""
     match words:
         case ["K:" | "F:" | "I:" | "O:" | "E:" | "N:" as request, answer]:
             assert (act, status(bench, controller, request[0])) == (act, answer)

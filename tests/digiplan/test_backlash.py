@@ -27,7 +27,7 @@ from .talking import (
 
 
 def pause_ns(axis) -> int:
-    """From the last pulse of one move to the beginning of the next."""
+    """Return the time from the last pulse of one move to the beginning of the next."""
     before, after = list(axis.train.moves)[-2:]
     last = int(axis.pulse_times(before.start_ns, after.start_ns)[-1])
     return after.start_ns - last
@@ -192,7 +192,7 @@ def test_no_correction_of_an_interpolated_move_or_a_run(bench, if1, message):
 
 
 def test_cancel_in_the_pause_leaves_the_correction_out(bench, if1):
-    """Index mode: the cancel code ends what is going on, and a pause is a part of it."""
+    """Index mode: the cancel code ends the index, also during the pause before the correction."""
     write(if1, "B-20", "X100B$")
     bench.run_until(lambda: moving(if1), 1)
     begin = bench.now

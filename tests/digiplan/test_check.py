@@ -1,4 +1,4 @@
-"""The checker of the IF1 and IF2: it finds what the interface would refuse, without running it."""
+"""The checker of the IF1 and IF2: it finds what the interface would refuse, without a run."""
 
 import re
 import string
@@ -15,14 +15,14 @@ from .talking import ask, ready
 
 
 def sent(text: str, initialised: bool) -> Session:
-    """Characters at the line and column where they stand; `|` in the text is a line's end that is not sent."""
+    """Return characters with line and column; `|` in the text is an end of line that is not sent."""
     places = [(line, column) for line, words in enumerate(text.split("|"), 1) for column in range(1, len(words) + 1)]
     characters = text.replace("|", "").encode("latin-1")
     return Session(tuple(Sent(byte, *place) for byte, place in zip(characters, places, strict=True)), initialised)
 
 
 def check(*lines: str, model: str = "if1") -> list[Diagnostic]:
-    """What is said about command lines, each typed with <CR>."""
+    """Return the diagnostics of command lines, each ended by <CR>."""
     return product(model).check([sent("|".join(f"{line}\r" for line in lines), True)])
 
 
@@ -105,7 +105,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("lines", "message"), WRONG.items(), ids=lambda value: value[-1][:30] if value else "")
-def test_what_is_wrong_is_told_with_its_place(lines, message):
+def test_each_problem_is_reported_with_its_place(lines, message):
     assert shown(*lines) == [message]
 
 
@@ -185,7 +185,7 @@ DIRECT = MESSAGE.filter(lambda text: not text.replace(" ", "").startswith(":"))
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.tuples(DIRECT, st.booleans()), max_size=6))
 def test_the_interface_refuses_what_the_checker_calls_an_error(messages):
-    """Message by message, the parameters that the ones before have left included."""
+    """The messages are checked in order, with the parameters that earlier messages have set."""
     lines = [text + "$" * start for text, start in messages]
     errors = {d.line for d in check(*lines) if d.severity == "error"}
     bench = Bench()

@@ -125,5 +125,5 @@ def test_without_the_lock_everything_is_back_to_default_after_power_off(bench, m
 
 
 def number_after_delay(bench, card) -> int:
-    """The answer to N with an inter-character delay of 50 ms."""
+    """Return the answer to N with an inter-character delay of 50 ms."""
     return int(ask(bench, card, "N", 0.5))

@@ -26,7 +26,7 @@ DRIVE_FAULTS = ("x_fault", "y_fault")
 
 
 def break_drive(controller, name: str) -> None:
-    """A drive fault: the level opposite to that of a healthy drive, or of the link in its place."""
+    """Raise a drive fault: drive the pin to the level opposite to normal."""
     controller.pins[name].drive(not controller.pins[name].level)
 
 
@@ -192,7 +192,7 @@ def test_two_faults_at_once_are_cleared_each_by_its_own_rule(bench, if1):
 
 
 def test_an_emergency_stop_during_the_deceleration_of_a_cancel(bench, if1):
-    """Two reasons to stop: the way down is the same."""
+    """An emergency stop does not change a deceleration in progress."""
     command(bench, if1, "^1 @5000", seconds=1.2)
     command(bench, if1, "X90000$", seconds=6.0)
     command(bench, if1, "#", seconds=1.0)
@@ -221,7 +221,7 @@ def test_a_drive_fault_during_a_deceleration_ends_it(bench, if1):
 
 @pytest.mark.parametrize("wait_s", [0.0, 0.2, 0.249, 0.2515, 0.2535, 0.26, 0.3])
 def test_an_emergency_stop_at_any_moment_of_a_backlash_correction(bench, if1, wait_s):
-    """Backlash and emergency stop: forth, pause of 3 ms, back: whenever it comes, motion ends and stays ended."""
+    """Backlash and emergency stop: in the move, in the pause of 3 ms or in the correction, the motion ends."""
     write(if1, "B-20", "X80B$")  # 100 steps at 400: 250 ms, then the pause
     bench.run_until(lambda: if1.axes["X"].moving, 1.0)
     bench.run(wait_s)
@@ -281,7 +281,7 @@ def test_a_fault_while_a_sequence_waits_for_an_input_ends_it(bench, if1, name):
 
 
 def test_a_very_short_emergency_stop_is_seen(bench, if1):
-    """Emergency stop: an event, latched until it is read."""
+    """Emergency stop: a fault that is stored until it has been read."""
     command(bench, if1, "X4000@400$", seconds=1.0)
     if1.pins["estop"].drive(False)
     bench.run(0.002)

@@ -203,7 +203,7 @@ def test_what_changes_something_waits_behind_a_held_move(bench, if1, message):
 
 
 def test_a_second_move_is_ignored_where_that_is_asked_for(bench):
-    """R9, the option: whoever does not check that motion is complete has his move ignored."""
+    """R9, option `busy`: a move sent during a motion is ignored."""
     if1 = ready(bench, busy="ignore")
     assert send(bench, if1, "X40$", "Y20$", "E", seconds=0.05) == b"E\r"
     bench.run(1)
@@ -252,7 +252,7 @@ def test_cancel_at_speed_decelerates_along_the_ramp(bench, if1):
 
 @pytest.mark.parametrize("speed", [400, 200, 7])
 def test_cancel_at_or_below_the_start_stop_speed_stops_at_once(bench, if1, speed):
-    """Cancel: there is no ramp to go down."""
+    """Cancel: at these speeds there is no ramp."""
     command(bench, if1, f"X4000@{speed}$", seconds=1)
     begin = bench.now
     write(if1, "#")
@@ -279,7 +279,7 @@ def test_cancel_while_accelerating_goes_down_from_there(bench, if1):
 
 
 def test_cancel_while_decelerating_changes_nothing(bench, if1):
-    """Cancel: it is stopping already."""
+    """Cancel: the deceleration in progress continues."""
     command(bench, if1, "X300@1000$", seconds=0.3)  # 342 ms in all
     command(bench, if1, "#", seconds=1)
     assert if1.axes["X"].position <= 300

@@ -281,7 +281,7 @@ def test_the_other_outputs_are_not_touched_by_faults(bench, if1):
 
 
 def test_the_run_time_of_a_stop_is_one_scan(bench, if1):
-    """Emergency stop: it acts within a strobe of the input's opening."""
+    """Emergency stop: the motion stops within 2 ms of the opening of the input."""
     command(bench, if1, "XG$", seconds=1)
     begin = bench.now
     if1.pins["estop"].drive(False)

@@ -12,7 +12,7 @@ CHARACTER = 11 * S / 9600
 
 
 def gaps(times: list[int]) -> list[float]:
-    """From the end of one character to the beginning of the next."""
+    """Return the times from the end of each character to the beginning of the next."""
     return [after - before - CHARACTER for before, after in itertools.pairwise(times)]
 
 
@@ -77,7 +77,7 @@ def test_echoes_are_delayed_too(bench):
 
 
 def test_the_terminators_of_v_format_are_delayed_as_well(bench):
-    """Delay: each transmitted character; a reply of one letter has three of them."""
+    """Delay: before each transmitted character; a reply of one letter has three characters."""
     if1 = ready(bench, "V61")
     command(bench, if1, "D10", seconds=0.1, end="\n")
     assert ask(bench, if1, "E", 0.15, end="\n") == b"C"

@@ -33,7 +33,7 @@ from .talking import (
 
 
 def scaled(segments, minor: int, major: int):
-    """The same ramp seen by the minor axis: every rate times minor/major."""
+    """Return the ramp of the minor axis: every rate times minor/major."""
     return [(Fraction(rate) * minor / major, seconds) for rate, seconds in segments]
 
 

@@ -76,7 +76,7 @@ def test_the_instruction_may_have_inputs_outputs_and_ramp_data(bench, if1):
 
 
 def test_parameters_alone_are_taken_too(bench, if1):
-    """Intervention: data-dependent data: the host changes the speed and the distance, then lets go."""
+    """Intervention: the host changes the speed and the distance, then gives control back."""
     write(if1, ":%:X:$")
     bench.run(0.1)
     write(if1, "@100")
@@ -102,7 +102,7 @@ def test_a_handed_over_interface_is_clear(bench, if1):
 
 
 def test_resuming_while_the_hosts_move_still_runs_waits_for_it(bench, if1):
-    """Intervention: `%` sent right behind a move; the sequence goes on when the move is done."""
+    """Intervention: `%` sent directly after a move; the sequence continues when the move has ended."""
     write(if1, ":%:X10:$")
     bench.run(0.1)
     write(if1, "Y400@400$", "%")
@@ -164,7 +164,7 @@ def test_cancelling_the_hosts_own_move_ends_the_sequence_too(bench, if1):
 
 @pytest.mark.parametrize("text", ["X10%$", "%X10$", "%$", "%%", "S1%"])
 def test_percent_in_odd_places_is_a_data_fault(bench, if1, text):
-    """R7: a message that is no instruction moves nothing."""
+    """R7: a wrong message moves nothing."""
     command(bench, if1, text, seconds=0.5)
     assert positions(if1) == (0, 0, 0) and not if1.pins["output1"].level
     assert number(bench, if1, "F") == 8
@@ -204,7 +204,7 @@ def test_a_prompt_that_is_cancelled_before_it_may_be_sent_leaves_rts_reset(bench
 
 
 def test_a_reply_that_waits_with_a_cancelled_prompt_keeps_rts_set(bench, if1):
-    """Control lines: what is left is sent as soon as DSR and CTS are set."""
+    """Control lines: the other reply is sent as soon as DSR and CTS are set."""
     if1.serial.host.dtr = False
     command(bench, if1, ":%:Y5:$", "K", "#", seconds=0.1)
     assert if1.serial.rts

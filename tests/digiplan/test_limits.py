@@ -228,7 +228,7 @@ def test_a_backlash_correction_does_not_drive_into_an_open_limit(bench, if1):
 
 
 def test_a_backlash_correction_comes_back_once_the_limit_has_closed(bench, if1):
-    """Limit inputs: the level counts, not what it was when the index began."""
+    """Limit inputs: the level at the time of the correction counts, not the level when the index began."""
     write(if1, "B-20")
     if1.pins["limit_minus"].drive(False)
     bench.run(0.1)
@@ -280,6 +280,6 @@ def test_a_limit_touched_at_rest_and_read_lets_what_is_waiting_move_away(bench, 
 
 
 def settle_or_fault(bench, controller):
-    """Until it neither moves nor waits; E may be F."""
+    """Run until the interface is not busy; E may answer F."""
     bench.run(0.1)
     bench.run_until(lambda: not controller.busy, 10)

@@ -61,7 +61,7 @@ def test_spurious_data_raises_no_fault_while_locked(bench, if1):
 
 
 def test_a_flood_raises_no_fault_while_locked(bench, if1):
-    """Battery backup: no error checking; the characters are thrown away as they come."""
+    """Battery backup: no error checking; received characters are dropped."""
     command(bench, if1, "[", seconds=0.1)
     if1.serial.write(b"X" * 500)
     bench.run(2.0)
@@ -146,7 +146,6 @@ def test_a_locked_interface_echoes_as_before(bench):
 
 
 def test_lock_and_unlock_in_the_v_format(bench):
-    """Lockout: terminated as agreed."""
     if1 = ready(bench, "V61")
     write(if1, "[", end="\n")
     assert ask(bench, if1, "E", end="\n") == b"[\r\n"

@@ -139,7 +139,7 @@ def test_quick_status_without_a_free_eighth_bit_comes_with_bit_7_cleared(bench, 
 
 
 def test_quick_status_has_no_end_in_the_v_format_either(bench):
-    """Quick status: one byte."""
+    """Quick status: one byte, also in the V format."""
     if1 = ready(bench, "V31")
     assert (ask(bench, if1, "Q", end="\n"), ask(bench, if1, "K", end="\n")) == (b"\0", b"0\r\n")
 

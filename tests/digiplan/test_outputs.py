@@ -10,12 +10,12 @@ from .talking import command, edges, faults, play, ready, scripts, start_ns, wri
 
 
 def levels(if1) -> str:
-    """Outputs 1 to 5 as five digits."""
+    """Return the levels of outputs 1 to 5 as five digits."""
     return "".join(str(int(if1.pins[f"output{n}"].level)) for n in range(1, 6))
 
 
 def pulses(seen: list[tuple[int, bool]]) -> list[tuple[int, bool]]:
-    """(length in ns, level) of each stretch between two changes."""
+    """Return (length in ns, level) between each two changes."""
     return [(after - before, level) for (before, level), (after, _) in itertools.pairwise(seen)]
 
 
@@ -120,7 +120,7 @@ def test_increments_of_10_ms_up_to_990(bench, if1, length):
 
 @pytest.mark.parametrize("message", ["P4,100$", "P4,999$", "P4,0$", "P0,100$", "P4,100"])
 def test_a_longer_pulse_is_out_of_range(bench, if1, message):
-    """R25: out of range; and the length stays as it was."""
+    """R25: out of range; the previous length is kept."""
     seen = edges(if1.pins["output4"])
     command(bench, if1, message, seconds=0.05)
     assert faults(bench, if1) == (b"128\r", b"16\r")

@@ -120,7 +120,7 @@ def test_the_count_of_an_index_with_backlash_correction_has_both_ways_in_it(benc
 
 
 def stopped_interpolated_run(seconds: float, speed: int) -> tuple[int, int]:
-    """An interpolated run, cancelled after so many seconds: the major axis's steps, and what N says."""
+    """Cancel an interpolated run after some seconds; return the steps of the major axis, and the answer to N."""
     bench = Bench()
     if1 = ready(bench)
     command(bench, if1, f"X1000/Y250@{speed}G$", seconds=seconds)

@@ -32,7 +32,7 @@ RESOLUTION = {1: Fraction(25, 4), 2: Fraction(25, 2), 3: Fraction(25), 4: Fracti
 
 
 def first_rate(bench, if1) -> Fraction:
-    """The rate at which a fast run starts, from its first pulse."""
+    """Return the rate at which a fast run starts, measured at its first pulse."""
     write(if1, "^1", "X@4000G$")
     bench.run_until(lambda: if1.axes["X"].moving, 5)
     bench.run(0.05)
@@ -161,7 +161,7 @@ def test_all_of_it_may_stand_in_the_first_move_instruction(bench, if1):
 
 
 def test_parameters_may_follow_the_distance(bench, if1):
-    """Appendix 3, sample 7: the acceleration stands last, before `$`."""
+    """Appendix 3, sample 7: the acceleration is the last parameter before `$`."""
     command(bench, if1, "X1000@1000^20$", seconds=5)
     assert since_start(if1.axes["X"]) == pulse_times_of(ramped(1000, 400, 1000, 100, 20_000))
 
@@ -244,7 +244,7 @@ def test_ramp_data_sent_while_moving_are_calculated_when_the_move_has_ended(benc
 
 
 def test_a_move_behind_new_ramp_data_waits_for_the_ramp(bench, if1):
-    """R8 and R9: first the move in hand, then the calculation, then the move that was held."""
+    """R8 and R9: first the move in progress, then the calculation, then the held move."""
     command(bench, if1, "X400$", "^20", "Y200@1000$", seconds=4)
     x, y = if1.axes["X"], if1.axes["Y"]
     x_ends = start_ns(x) + 1 * S

@@ -169,7 +169,7 @@ def test_a_repeat_can_wait_for_an_input_at_each_repetition(bench, if1):
              ":H1:L2:=0,1:$", ":A:=0,1:$"],
 )  # fmt: skip
 def test_repeating_nothing_for_ever_lets_time_pass_and_can_be_cancelled(bench, if1, text):
-    """Repeating for ever what takes no time: the interface stays alive and the cancel code ends it."""
+    """Repeating an empty step for ever takes time, and the cancel code ends it."""
     if1.pins["input1"].drive(True)
     if1.pins["input2"].drive(False)
     command(bench, if1, text, seconds=2.0)
