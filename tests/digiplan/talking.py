@@ -241,6 +241,7 @@ def play(bench: Bench, controller: Controller, script: str) -> None:
         if words[0] != "receives":
             assert controller.serial.read() == b"", f"received before {act!r}"
         if not _act(bench, controller, words) and not _check(bench, controller, words, act):
+            assert act == act.upper(), f"neither an action nor a check: {act!r}"
             write(controller, act)
     assert controller.serial.read() == b""
 
