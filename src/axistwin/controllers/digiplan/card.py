@@ -41,7 +41,7 @@ class NoBattery:
         return None
 
     def save(self, contents: bytes) -> None:
-        """Discard the contents."""
+        """Store nothing."""
 
 
 class Card:

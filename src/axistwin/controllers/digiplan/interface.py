@@ -85,7 +85,7 @@ class Interface(State):
         self.stage, self.hint = Stage.READY, ""
         self._break_in.enable(self.locked)
         self.faults.show()
-        self._begin_sequence()  # a locked IF2 has kept the sequence
+        self._begin_sequence()  # the sequence kept by a locked IF2
 
     def _obey_until_broken_in(self) -> Procedure:
         """Obey messages until a `(` begins the initialisation again."""

@@ -27,7 +27,7 @@ class Accept(Flag):
 
     DIRECT = auto()  # allowed in a direct message
     STEP = auto()  # allowed in a step of a sequence
-    ALONE = auto()  # allowed as the whole message
+    ALONE = auto()  # allowed as a message of its own
     LOCKED = auto()  # obeyed even while the interface is locked
     REQUEST = auto()  # a status request: answered even while a message is held
     SETUP = auto()  # allowed during initialisation only
@@ -35,14 +35,14 @@ class Accept(Flag):
 
 
 class Order(IntEnum):
-    """Order of the parts of a message or step (Combining inputs and outputs with move instructions)."""
+    """Order of commands in a message or step (chapter Combining inputs and outputs with move instructions)."""
 
     ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # MOVE may be repeated
 
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A command character, and its position in the order of a message."""
+    """A command character, with its place in the order of commands."""
 
     order: Order = Order.ANY
     form: str = ""

@@ -80,7 +80,7 @@ def pulse_output(step: Step, output: int, length: int | None) -> None:
 
 
 def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
-    """Wait until all inputs of H are high at once, then until all inputs of L are low."""
+    """Wait until all inputs of H are high at the same time, then until all inputs of L are low."""
     for inputs, wanted in ((step.high, True), (step.low, False)):
         listed = [pins[f"input{number}"] for number in inputs]
         while waiting := [pin for pin in listed if pin.level is not wanted]:

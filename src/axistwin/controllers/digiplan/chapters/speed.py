@@ -55,7 +55,7 @@ def _ramp(speed_range: int, speed: int, start_stop: int, acceleration: int) -> R
 
 
 def too_fast(parameters: Parameters) -> Problem | None:
-    """Return the problem if the speed is above the maximum of the speed range."""
+    """Return the problem of a speed above the maximum of the speed range; otherwise None."""
     maximum = RANGES[parameters.speed_range].maximum
     if parameters.speed <= maximum:
         return None

@@ -33,7 +33,7 @@ TERMINALS = {
 
 @dataclass(frozen=True)
 class Cable:
-    """The connection of the inputs DSR and CTS: `host`, the interface's own `dtr` or `rts`, or nothing (empty)."""
+    """A cable: the lines that drive DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
 
     dsr: str
     cts: str

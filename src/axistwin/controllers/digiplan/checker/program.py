@@ -49,7 +49,7 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # assuming that DSR is active and nothing moves
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR is assumed active, and nothing moving
                 self._data_format(sent, rest)
                 text = []
             elif self.frame is not None and sent.byte == self.frame.ends_message:
@@ -215,5 +215,5 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if the message has a run or an output command, or sets no parameter: without `$` it is useless."""
+    """True if the message has a run or an output command, or sets no parameter: it needs a `$`."""
     return bool(step.set or step.reset or step.run) or step.pulse is not None or not step.settings
