@@ -45,7 +45,7 @@ def test_command_lines(check):
         "moves.if1:4:3: error: unknown character 'x': commands are upper case (manual: Full command list) [DP101]",
         "moves.if1:6:1: error: speed 30000 is above 25000 steps/s, the maximum of range 1 (manual: Speed) [DP301]",
         (
-            "moves.if1:7:2: warning: without $ at its end this message begins nothing "
+            "moves.if1:7:2: warning: without $ at its end this message starts nothing "
             "(manual: Index mode instructions) [DP305]"
         ),
     ]

@@ -159,7 +159,7 @@ def test_github_escapes_what_it_would_take_for_its_own(check):
     Path("a,b:c.if1").write_text("%X$\n", encoding="utf-8")
     (line,) = check("a,b:c.if1", "--format", "github").stdout.splitlines()
     assert line.startswith("::error file=a%2Cb%3Ac.if1,line=1,")
-    assert "::%25 stands alone" in line
+    assert "::%25 must be the only command" in line
 
 
 def test_sarif_has_what_2_1_0_requires(check):

@@ -1,9 +1,11 @@
-"""Vocabulary of the IF1 and IF2 tests: send messages, run, and read answers, moves and levels."""
+"""Helpers of the IF1 and IF2 tests: send messages, run, read answers, moves and levels, and play scripts."""
 
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
+
+import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
@@ -45,7 +47,7 @@ def ask(bench: Bench, controller: Controller, message: str, seconds: float = 0.2
 
 
 def status(bench: Bench, controller: Controller, letter: str) -> str:
-    """Return the answer to K, F, I, O, E or N without the terminator."""
+    """Send K, F, I, O, E or N, and return the answer without its terminator."""
     controller.serial.read()
     write(controller, letter)
     bench.run_until(lambda: not controller.serial.pending, 10)
@@ -79,7 +81,7 @@ def until_idle(bench: Bench, controller: Controller, timeout: float = 100.0) -> 
 
 
 def each_character(bench: Bench, controller: Controller, text: str, act: Callable[[int], None]) -> None:
-    """Send `text`; call `act(n)` just before character n is on the wire."""
+    """Send `text`; call `act(n)` just before character n is transmitted."""
     for n, character in enumerate(text):
         act(n)
         write(controller, character, end="")
@@ -130,7 +132,7 @@ def host_format(controller: Controller, message: str) -> None:
 
 
 def moving(controller: Controller) -> bool:
-    """True if any axis has pulses still to come."""
+    """True if the motion of any axis has not ended."""
     return any(axis.moving for axis in controller.axes.values())
 
 
@@ -141,7 +143,7 @@ def positions(controller: Controller) -> tuple[int, int, int]:
 
 
 def moves(axis: StepperAxis) -> list[int]:
-    """Return the moves of an axis as signed numbers of pulses, without those of no pulse."""
+    """Return the moves of an axis as signed numbers of pulses; moves without a pulse are left out."""
     lengths = [move.direction * move.profile.pulses_by(axis.clock.now - move.start_ns) for move in axis.train.moves]
     return [length for length in lengths if length]
 
@@ -216,3 +218,83 @@ def ramped(distance: int, start: int, top: int | Fraction, increment: int, accel
     plateau = min(Fraction(level), Fraction(top))
     ramp = [(rate, interval) for rate in levels]
     return [*ramp, (plateau, (distance - 2 * up) / plateau), *reversed(ramp)]
+
+
+# Tables of scripts
+
+
+def scripts(table: dict[str, str]) -> pytest.MarkDecorator:
+    """Parametrise a test by scripts for `play`; each key is the section of the manual with what it says."""
+    return pytest.mark.parametrize("script", table.values(), ids=table.keys())
+
+
+def play(bench: Bench, controller: Controller, script: str) -> None:
+    """Carry out the actions and checks of a script, which are separated by `; `.
+
+    Actions: `X100$` (send a message), `0.5 s` (run), `estop low`, `estop high`, `estop released` (drive a pin),
+    `host RTS off`, `power on`, `idle` (run until E is not `E`), `K?` (send a request, ignore the answer).
+    Checks: `K: 32` (answer), `Q: 32` (byte), `at 0 10 0`, `X at 10`, `X moves 120 -20`, `X runs at 400`, `X moving`,
+    `X at rest`, `moving`, `still`, `led is high`, `outputs 01000`, `receives C<CR>`.  Nothing else may be received.
+    """
+    for act in script.split("; "):
+        words = act.split()
+        if words[0] != "receives":
+            assert controller.serial.read() == b"", f"received before {act!r}"
+        if not _act(bench, controller, words) and not _check(bench, controller, words, act):
+            assert act == act.upper(), f"neither an action nor a check: {act!r}"
+            write(controller, act)
+    assert controller.serial.read() == b""
+
+
+def _act(bench: Bench, controller: Controller, words: list[str]) -> bool:
+    """Carry out an action other than a message; return False if the words are no such action."""
+    match words:
+        case [seconds, "s"]:
+            bench.run(float(seconds))
+        case [pin, "low" | "high" as level]:
+            controller.pins[pin].drive(level == "high")
+        case [pin, "released"]:
+            controller.pins[pin].release()
+        case ["host", line, "on" | "off" as level]:
+            setattr(controller.serial.host, line.lower(), level == "on")
+        case ["power", "on" | "off" as level]:
+            controller.power(level == "on")
+        case ["idle"]:
+            until_idle(bench, controller)
+        case ["K?" | "F?" | "I?" | "O?" | "E?" | "N?" as request]:
+            status(bench, controller, request[0])
+        case _:
+            return False
+    return True
+
+
+def _check(bench: Bench, controller: Controller, words: list[str], act: str) -> bool:
+    """Carry out a check; return False if the words are no check."""
+    match words:
+        case ["K:" | "F:" | "I:" | "O:" | "E:" | "N:" as request, answer]:
+            assert (act, status(bench, controller, request[0])) == (act, answer)
+        case ["Q:", value]:
+            assert ask(bench, controller, "Q") == bytes([int(value)]), act
+        case ["at", *places]:
+            assert list(positions(controller)) == [int(place) for place in places]
+        case [axis, "at", "rest"]:
+            assert not controller.axes[axis].moving, act
+        case [axis, "moving"]:
+            assert controller.axes[axis].moving, act
+        case [axis, "at", place]:
+            assert (act, controller.axes[axis].position) == (act, int(place))
+        case [axis, "moves", *lengths]:
+            assert moves(controller.axes[axis]) == [int(length) for length in lengths], act
+        case [axis, "runs", "at", speed]:
+            assert controller.axes[axis].velocity == int(speed), act
+        case ["moving" | "still" as state]:
+            assert moving(controller) is (state == "moving"), act
+        case [pin, "is", "low" | "high" as level]:
+            assert controller.pins[pin].level is (level == "high"), act
+        case ["outputs", levels]:
+            assert "".join(str(int(controller.pins[f"output{n}"].level)) for n in range(1, 6)) == levels
+        case ["receives", text]:
+            assert controller.serial.read() == text.replace("<CR>", "\r").replace("<LF>", "\n").encode("ascii"), act
+        case _:
+            return False
+    return True

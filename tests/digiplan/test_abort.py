@@ -11,8 +11,10 @@ from .talking import (
     gaps,
     moves,
     number,
+    play,
     positions,
     pulse_times_of,
+    scripts,
     since_start,
     start_ns,
     status,
@@ -103,13 +105,21 @@ def test_the_next_step_waits_until_the_aborted_run_stands(bench, if1):
     assert positions(if1)[0] in (518, 519, 520) and positions(if1)[1] == 20
 
 
-def test_the_step_after_a_run_begins_while_the_run_goes_on(bench, if1):
-    """Aborting: a run-mode move is followed by other steps."""
-    command(bench, if1, ":X@1000G:S1:P2,50:H1A:$")
-    assert if1.pins["output1"].level and if1.pins["output2"].level
-    bench.run(1.0)
-    assert not if1.pins["output2"].level
-    assert status_word(bench, if1) == 3
+@scripts(
+    {
+        "Aborting: a run-mode move is followed by other steps":
+        ":X@1000G:S1:P2,50:H1A:$; 0.2 s; output1 is high; output2 is high; 1 s; output2 is low; K: 3",
+        'Run mode: "the data used in a previous index will be lost ... default to zero index length"':
+        ":Z100@200:X@206G:P0,50:A:Y:Z30:$; idle; at 103 0 130",
+        "Aborting: a run started by a sequence continues until it is stopped":
+        ":X@200G:$; 10 s; K: 3; E: E; #; 0.2 s; K: 0; E: C",
+        "Aborting without a run: the sequence continues": ":A:X10@400:A:Y10:$; idle; at 10 10 0; F: 0",
+        'Command list: A is "Abort in Sequence Mode"; a direct message with it is a data fault (R7)':
+        "X@200G$; 1 s; A$; 0.1 s; H1A$; 1 s; K: 131; F: 8",
+    }
+)  # fmt: skip
+def test_runs_in_a_sequence(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_a_move_after_a_run_that_goes_on_waits_for_the_run_to_be_stopped(bench, if1):
@@ -120,37 +130,6 @@ def test_a_move_after_a_run_that_goes_on_waits_for_the_run_to_be_stopped(bench, 
     command(bench, if1, "#", seconds=1.0)
     assert positions(if1)[1] == 0
     assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
-
-
-def test_a_run_loses_the_index_length(bench, if1):
-    """Run mode: "the data used in a previous index will be lost ... default to zero index length"."""
-    write(if1, ":Z100@200:X@206G:P0,50:A:Y:Z30:$")
-    until_idle(bench, if1)
-    assert positions(if1) == (103, 0, 130)
-
-
-def test_a_sequence_that_ends_while_its_run_goes_on(bench, if1):
-    """Aborting: a run started by a sequence goes on until something stops it."""
-    command(bench, if1, ":X@200G:$", seconds=10.0)
-    assert (status_word(bench, if1), status(bench, if1, "E")) == (3, "E")
-    command(bench, if1, "#")
-    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
-
-
-def test_abort_with_nothing_running_does_nothing(bench, if1):
-    """Aborting a run when there is none: the sequence goes on."""
-    write(if1, ":A:X10@400:A:Y10:$")
-    until_idle(bench, if1)
-    assert (positions(if1), number(bench, if1, "F")) == ((10, 10, 0), 0)
-
-
-def test_abort_is_no_direct_command(bench, if1):
-    """Command list: A is "Abort in Sequence Mode"; a direct message with it is a data fault (R7)."""
-    command(bench, if1, "X@200G$", seconds=1.0)
-    command(bench, if1, "A$", seconds=0.1)
-    command(bench, if1, "H1A$", seconds=1.0)
-    assert status_word(bench, if1) == 3 + 128
-    assert number(bench, if1, "F") == 8
 
 
 def test_a_run_of_two_axes_is_aborted_together(bench, if1):

@@ -1,4 +1,4 @@
-"""Whatever a host, a wire, a switch or a power supply does, nothing is raised, nothing hangs, nothing is chance."""
+"""Random actions of host, wires, switches and power: no exception, no endless wait, the same result each time."""
 
 from collections.abc import Callable, Sequence
 
@@ -29,7 +29,7 @@ messages = st.one_of(
 
 
 class Act:
-    """Something that happens on the bench; printed by Hypothesis as it is written."""
+    """A random action on the bench, with a name that Hypothesis prints."""
 
     def __init__(self, text: str, does: Callable[[Bench, Controller], object]) -> None:
         self.text, self.does = text, does
@@ -90,7 +90,7 @@ given_anything = given(
 
 
 def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act]) -> tuple[object, ...]:
-    """All that can be seen of a bench on which all this has happened."""
+    """Return everything observable of a bench after these actions."""
     bench = Bench()
     it = ready(bench, form, model, line=line, wiring=wiring)
     received: list[tuple[int, int, LineError]] = arrivals(bench, it)
@@ -108,7 +108,7 @@ def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given_anything
 def test_anything_at_any_time_neither_raises_nor_hangs(model, form, line, wiring, happenings):
-    """And afterwards, with everything put right and power off and on, it works as on the first day."""
+    """After all faults are removed and the power is cycled, the interface works as when new."""
     bench = Bench()
     it = ready(bench, form, model, line=line, wiring=wiring)
     for happening in happenings:
@@ -128,7 +128,7 @@ def test_anything_at_any_time_neither_raises_nor_hangs(model, form, line, wiring
 
 
 def put_right(bench: Bench, it: Controller) -> None:
-    """Every wire, switch and shaft as at first, and the power off and on."""
+    """Restore every wire, switch and shaft, and cycle the power."""
     for pin in it.pins.values():
         pin.release()
     it.axes["X"].jam(False)
@@ -168,7 +168,7 @@ def outcome(bench: Bench, it: Controller) -> tuple[object, ...]:
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.sampled_from(TIMELESS), max_size=6), st.floats(0, 0.05), st.sampled_from(["U61", "U62", "U24"]))
 def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
-    """A message is a message, however slowly it is typed."""
+    """The speed at which a message is typed does not change its effect."""
     whole, bit_by_bit = Bench(), Bench()
     text = "".join(message + "\r" for message in said)
     first = ready(whole, form, line="2400 8N2")
@@ -182,7 +182,7 @@ def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
 
 @pytest.mark.parametrize("step", [0.0001, 0.0137, 2.0])
 def test_it_does_not_matter_in_what_steps_time_is_advanced(step):
-    """Everything happens at its own nanosecond, however the bench is run."""
+    """Each event has its exact time, whatever the lengths of the runs."""
 
     def session(step: float) -> tuple[object, ...]:
         bench = Bench()
@@ -220,7 +220,7 @@ def test_rubbish_before_initialisation_does_no_harm(rubbish):
 @settings(max_examples=60, deadline=None)
 @given(st.text(LANGUAGE.replace("[", "").replace("#", ""), max_size=60))
 def test_after_any_message_cancel_makes_it_ready(text):
-    """Cancel: whatever was typed, `#` CR and a look at the faults make it ready for instructions."""
+    """Cancel: after any text, `#` CR and a read of the faults make the interface ready."""
     bench = Bench()
     if1 = ready(bench)
     send(bench, if1, text, seconds=4)
@@ -236,7 +236,7 @@ def test_after_any_message_cancel_makes_it_ready(text):
 
 @pytest.mark.parametrize("moment", [n * 0.0137 for n in range(80)])
 def test_power_may_fail_at_any_moment_of_a_message(moment):
-    """Power off in the middle of typing, calculating, moving, pulsing, reversing and answering."""
+    """Power off during reception, calculation of a ramp, motion, an output pulse, a reversal or an answer."""
     bench = Bench()
     if1 = ready(bench, "U62", line="1200 8N2", recalculation_s=0.1)
     write(if1, "B-9^20", "X20@500BP1,9$", "K")
@@ -267,7 +267,7 @@ def test_power_may_fail_at_any_moment_of_a_message(moment):
     ],
 )  # fmt: skip
 def test_odd_orders(bench, if1, message):
-    """R7: nothing of it is obeyed half; at most it moves as it was told, and the next message works."""
+    """R7: a wrong message is never obeyed in part, and the next message is obeyed."""
     command(bench, if1, message, seconds=5)
     command(bench, if1, "#", seconds=0.5)
     ask(bench, if1, "F")
@@ -278,7 +278,7 @@ def test_odd_orders(bench, if1, message):
 
 
 def test_a_flood_does_no_harm_and_leaves_no_trace_after_cancel(bench, if1):
-    """Buffer overflow is a fault like another: F 8, and on it goes."""
+    """A buffer overflow sets only F 8; the interface continues."""
     if1.serial.write(bytes(range(256)) * 40)
     bench.run(20)
     command(bench, if1, "#", seconds=3)

@@ -1,4 +1,4 @@
-"""Whatever may happen, at every moment of a sequence that has everything in it: nothing hangs, nothing is left over."""
+"""Faults, requests and power cuts at every moment of a sequence with all kinds of steps: the interface recovers."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -18,7 +18,7 @@ Act = Callable[[Bench, Controller], object]
 
 
 def begin() -> tuple[Bench, Controller]:
-    """The sequence, just begun, on an IF2."""
+    """Return a bench and an IF2 on which the sequence has just begun."""
     bench = Bench()
     if2 = ready(bench, model="if2")
     if2.pins["input1"].drive(True)
@@ -29,7 +29,7 @@ def begin() -> tuple[Bench, Controller]:
 
 
 def undisturbed() -> list[int]:
-    """When something begins or ends in the first pass, in nanoseconds from the beginning; half a ms later; between."""
+    """Return the times in ns at which something changes in the first pass, half a ms later, and between."""
     bench, if2 = begin()
     begun_ns = bench.now
     seen = {begun_ns}
@@ -51,7 +51,7 @@ MOMENTS = undisturbed()
 
 
 def test_the_sequence_itself():
-    """What is disturbed below, by hand: twice X +70 -10, Y and Z together, a run, Z -9."""
+    """The undisturbed sequence: twice X +70 -10, Y and Z together, a run, Z -9."""
     bench, if2 = begin()
     bench.run(5.0)
     x = moves(if2.axes["X"])
@@ -65,8 +65,8 @@ def test_the_sequence_itself():
     assert len(MOMENTS) > 30
 
 
-def lives_on(bench: Bench, if2: Controller) -> None:
-    """It stands, it is clear, no pulse of an output is left over, and it moves as if nothing had been."""
+def assert_recovered(bench: Bench, if2: Controller) -> None:
+    """Assert that the interface is at rest and clear, that no output pulse remains, and that moves work."""
     for _ in range(2):
         status_word(bench, if2)
     number(bench, if2, "F")
@@ -100,7 +100,7 @@ def test_cancelling_at_every_moment():
         bench.run(1.0)
         assert positions(if2) == stands
 
-    at_every_moment(cancel, lives_on)
+    at_every_moment(cancel, assert_recovered)
 
 
 @pytest.mark.parametrize("names", [["estop"], ["x_fault"], ["y_fault"], ["estop", "y_fault"]])
@@ -120,12 +120,12 @@ def test_a_fault_at_every_moment(names):
         expected = sum({"e": 32, "x": 16, "y": 16}[name[0]] for name in names)
         assert status_word(bench, if2) == expected
 
-    at_every_moment(fault, lives_on)
+    at_every_moment(fault, assert_recovered)
 
 
 @pytest.mark.parametrize(("name", "back"), [("limit_plus", "XYZ-5"), ("limit_minus", "XYZ5")])
 def test_a_limit_at_every_moment(name, back):
-    """Clearing, limits: stops what moves towards it; afterwards the other direction is free."""
+    """Clearing, limits: a motion towards the limit stops; then the other direction is allowed."""
 
     def limit(bench: Bench, if2: Controller) -> None:
         if2.pins[name].drive(False)
@@ -139,11 +139,11 @@ def test_a_limit_at_every_moment(name, back):
         if2.pins[name].release()
         bench.run(0.1)
 
-    at_every_moment(limit, lives_on)
+    at_every_moment(limit, assert_recovered)
 
 
 def test_locking_at_every_moment_changes_nothing():
-    """Lockout: it concerns communication; the sequence goes on to its end."""
+    """Lockout: a lock concerns only communication; the sequence continues to its end."""
 
     def lock(bench: Bench, if2: Controller) -> None:
         command(bench, if2, "[", "#", seconds=4.0)
@@ -151,7 +151,7 @@ def test_locking_at_every_moment_changes_nothing():
         assert moves(if2.axes["Z"]) == [10, -9] * 2
         command(bench, if2, "]", seconds=0.1)
 
-    at_every_moment(lock, lives_on)
+    at_every_moment(lock, assert_recovered)
 
 
 def test_asking_at_every_moment_changes_no_pulse():
@@ -168,11 +168,11 @@ def test_asking_at_every_moment_changes_no_pulse():
         # the run between two delays may be longer by what the answers took
         assert moves(if2.axes["Y"]) == quiet["Y"] and moves(if2.axes["Z"]) == quiet["Z"]
 
-    at_every_moment(request, lives_on)
+    at_every_moment(request, assert_recovered)
 
 
 def test_a_power_cut_at_every_moment():
-    """Battery backup: not locked, everything is lost, and the outputs with it; the positions are the machine's."""
+    """Battery backup: without a lock all data and outputs are lost; the axes keep their positions."""
 
     def cut(bench: Bench, if2: Controller) -> None:
         if2.power(False)
@@ -210,4 +210,4 @@ def test_a_line_that_dies_at_every_moment():
         bench.run(0.2)
         assert if2.serial.read().count(b"\r") == 3
 
-    at_every_moment(unplug, lives_on)
+    at_every_moment(unplug, assert_recovered)

@@ -9,11 +9,25 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, S
 
-from .talking import ask, command, constant, faults, moves, moving, pulse_times_of, ramped, ready, since_start, write
+from .talking import (
+    ask,
+    command,
+    constant,
+    faults,
+    moves,
+    moving,
+    play,
+    pulse_times_of,
+    ramped,
+    ready,
+    scripts,
+    since_start,
+    write,
+)
 
 
 def pause_ns(axis) -> int:
-    """From the last pulse of one move to the beginning of the next."""
+    """Return the time from the last pulse of one move to the beginning of the next."""
     before, after = list(axis.train.moves)[-2:]
     last = int(axis.pulse_times(before.start_ns, after.start_ns)[-1])
     return after.start_ns - last
@@ -27,16 +41,23 @@ def test_an_index_against_the_backlash_direction_overshoots_and_returns(bench, i
     assert since_start(axis, -2) == constant(400, 120) and since_start(axis) == constant(400, 20)
 
 
-def test_no_correction_if_the_index_is_negative(bench, if1):
-    """Backlash: "In this case there will be no correction applied if the index is negative"."""
-    command(bench, if1, "B-20", "X-100B$", seconds=2)
-    assert moves(if1.axes["X"]) == [-100]
-
-
-def test_a_positive_backlash_direction(bench, if1):
-    """Backlash: "to set a positive backlash correction of 50 steps, send "B + 50 <CR>""."""
-    command(bench, if1, "B + 50", "Y-400B$", "Y400B$", seconds=5)
-    assert moves(if1.axes["Y"]) == [-450, 50, 400]
+@scripts(
+    {
+        'Backlash: "In this case there will be no correction applied if the index is negative"':
+        "B-20; X-100B$; 2 s; X moves -100",
+        'Backlash: "to set a positive backlash correction of 50 steps, send "B + 50 <CR>""':
+        "B + 50; Y-400B$; Y400B$; 5 s; Y moves -450 50 400",
+        "Backlash: the index command itself carries the B": "B-20; X100$; 2 s; X moves 100",
+        'Default values: "Backlash correction 0 steps"': "X100B$; X-100B$; 2 s; X moves 100 -100",
+        'Acceleration: "will remember any programmed data unless it is overwritten"':
+        "B-20; X100B$; X$; XB$; 5 s; X moves 120 -20 100 120 -20; X at 300",
+        "Backlash: it is overwritten like any other data": "B-20; B-0; X100B$; 2 s; X moves 100",
+        'Backlash: "up to 255 steps"': "B-255; X10B$; 3 s; X moves 265 -255",
+        "Acceleration: parameters may share a message": "@500 B-20 ^20; X100B$; 3 s; X moves 120 -20",
+    }
+)  # fmt: skip
+def test_backlash_corrections(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_the_motor_pauses_at_least_3_ms_before_it_reverses(bench, if1):
@@ -81,30 +102,6 @@ def test_the_correction_is_at_start_stop_even_below_it(bench, if1):
     assert since_start(axis, -2) == constant(100, 120) and since_start(axis) == constant(400, 20)
 
 
-def test_without_b_in_the_index_there_is_no_correction(bench, if1):
-    """Backlash: the index command itself carries the B."""
-    command(bench, if1, "B-20", "X100$", seconds=2)
-    assert moves(if1.axes["X"]) == [100]
-
-
-def test_the_default_correction_is_nothing(bench, if1):
-    """Default values: "Backlash correction 0 steps"."""
-    command(bench, if1, "X100B$", "X-100B$", seconds=2)
-    assert moves(if1.axes["X"]) == [100, -100]
-
-
-def test_it_is_remembered(bench, if1):
-    """Acceleration: "will remember any programmed data unless it is overwritten"."""
-    command(bench, if1, "B-20", "X100B$", "X$", "XB$", seconds=5)
-    assert (moves(if1.axes["X"]), if1.axes["X"].position) == ([120, -20, 100, 120, -20], 300)
-
-
-def test_a_correction_of_0_takes_it_away(bench, if1):
-    """Backlash: it is overwritten like any other data."""
-    command(bench, if1, "B-20", "B-0", "X100B$", seconds=2)
-    assert moves(if1.axes["X"]) == [100]
-
-
 @pytest.mark.parametrize("message", ["B20", "B", "B-", "B+", "B+-5", "B 50", "B*5"])
 def test_the_direction_must_always_be_specified(bench, if1, message):
     """Backlash: "the backlash direction must ALWAYS be specified, even if it is positive"."""
@@ -112,12 +109,6 @@ def test_the_direction_must_always_be_specified(bench, if1, message):
     assert faults(bench, if1) == (b"128\r", b"8\r")
     command(bench, if1, "X100B$", seconds=2)
     assert moves(if1.axes["X"]) == [120, -20]
-
-
-def test_up_to_255_steps(bench, if1):
-    """Backlash: "up to 255 steps"."""
-    command(bench, if1, "B-255", "X10B$", seconds=3)
-    assert moves(if1.axes["X"]) == [265, -255]
 
 
 @pytest.mark.parametrize("message", ["B-256", "B+999", "B-1000000000000"])
@@ -171,12 +162,6 @@ def test_cancel_during_the_correction_stops_it(bench, if1):
     assert 20 < if1.axes["X"].position < 220
 
 
-def test_it_may_be_stored_in_the_message_with_other_parameters(bench, if1):
-    """Acceleration: parameters may share a message."""
-    command(bench, if1, "@500 B-20 ^20", "X100B$", seconds=3)
-    assert moves(if1.axes["X"]) == [120, -20]
-
-
 @settings(max_examples=40, deadline=None)
 @given(
     st.integers(1, 600),
@@ -207,7 +192,7 @@ def test_no_correction_of_an_interpolated_move_or_a_run(bench, if1, message):
 
 
 def test_cancel_in_the_pause_leaves_the_correction_out(bench, if1):
-    """Index mode: the cancel code ends what is going on, and a pause is a part of it."""
+    """Index mode: the cancel code ends the index, also during the pause before the correction."""
     write(if1, "B-20", "X100B$")
     bench.run_until(lambda: moving(if1), 1)
     begin = bench.now

@@ -17,10 +17,12 @@ from .talking import (
     host_format,
     moves,
     number,
+    play,
     positions,
     pulse_times_of,
     ramped,
     ready,
+    scripts,
     send,
     since_start,
     status,
@@ -33,7 +35,7 @@ STORED = ":H1:X100@400:Y50:$"
 
 
 def stored(bench: Bench, sequence: str = STORED, form: str = "U61", **options: object) -> Controller:
-    """An IF2 with a locked sequence, its power off."""
+    """Return an IF2 with a locked sequence and its power off."""
     if2 = ready(bench, form, "if2", **options)
     end = "\n" if form[0] == "V" else "\r"
     write(if2, sequence, end=end)
@@ -46,7 +48,7 @@ def stored(bench: Bench, sequence: str = STORED, form: str = "U61", **options: o
 
 
 def power_up(bench: Bench, if2: Controller, dsr: bool) -> None:
-    """Switch on in a 5-wire system, with DSR (the host's DTR) so; then raise it, so that answers can come."""
+    """Switch on in a 5-wire system with DSR (the host's DTR) at `dsr`; then set DSR, so that answers can be sent."""
     if2.serial.host.dtr = dsr
     if2.power(True)
     bench.run(1.05)
@@ -220,16 +222,16 @@ def test_3_wire_with_dsr_linked_to_cts_and_rts_counts_as_low(bench):
     assert (positions(if2), ask(bench, if2, "E")) == ((100, 50, 0), b"[\r")
 
 
-def test_5_wire_with_dsr_low_answers_only_when_it_is_set(bench):
-    """Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4: held, not lost."""
-    if2 = stored(bench)
-    if2.serial.host.dtr = False
-    if2.power(True)
-    bench.run(1.05)
-    assert ask(bench, if2, "E") == b""
-    if2.serial.host.dtr = True
-    bench.run(0.1)
-    assert if2.serial.read() == b"[\r"
+@scripts(
+    {
+        'Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4: held, not lost':
+        "host DTR off; power on; 1.05 s; E; 0.2 s; host DTR on; 0.1 s; receives [<CR>",
+        "A switch that is already on or off: power on and off twice is no different from once":
+        "power off; host DTR off; power on; 1.05 s; input1 high; 0.1 s; power on; 1 s; at 100 50 0",
+    }
+)  # fmt: skip
+def test_power_switched_with_dsr_low(bench, script):
+    play(bench, stored(bench), script)
 
 
 def test_no_error_checking_while_locked_up(bench):
@@ -402,12 +404,12 @@ def test_the_bracket_breaks_in_whatever_the_format_of_the_lock_command(bench, fo
     host = if2.serial.host
     locked_in = host.format
     power_up(bench, if2, dsr=False)
-    assert status_in(bench, if2, "E") == "["
+    assert status_of_7_bits(bench, if2, "E") == "["
     for way in (UartFormat(9600, 8, "N", 2), UartFormat(2400, 8, "N", 1), UartFormat(1200, 7, "E", 1)):
         host.format = way
         if2.serial.write(b"(")
         bench.run(0.1)
-        assert status_in(bench, if2, "") == "U", way
+        assert status_of_7_bits(bench, if2, "") == "U", way
         each_character(bench, if2, form + "\r", lambda n: bench.run(0.02))
         host_format(if2, form)
         bench.run(1.2)
@@ -416,7 +418,7 @@ def test_the_bracket_breaks_in_whatever_the_format_of_the_lock_command(bench, fo
 
 
 def test_breaking_in_and_the_data_format_in_one_go(bench):
-    """Changing: the sequence that was waiting has ended when it starts again, though no time has passed."""
+    """Changing: the waiting sequence ends before the sequence starts again, even at the same instant."""
     if2 = stored(bench, line="instant")
     power_up(bench, if2, dsr=False)
     assert send(bench, if2, "(U61", seconds=0.1) == b"U\r"
@@ -428,7 +430,7 @@ def test_breaking_in_and_the_data_format_in_one_go(bench):
 
 
 def test_a_lock_behind_a_held_move_is_kept_and_unlocked_as_any_other(bench):
-    """Lockout: the format of the lock command is that in which it came, however long it waited."""
+    """Lockout: the lock command has the format in which it was received, even if it was held."""
     if2 = ready(bench, model="if2")
     for text in ("X40$", "Y20$", "["):
         write(if2, text)
@@ -441,8 +443,8 @@ def test_a_lock_behind_a_held_move_is_kept_and_unlocked_as_any_other(bench):
     assert status(bench, if2, "E") == "C"
 
 
-def status_in(bench, controller, letter):
-    """The answer, whatever its eighth bits."""
+def status_of_7_bits(bench, controller, letter):
+    """Return the answer with each bit 8 cleared."""
     if letter:
         write(controller, letter)
     bench.run(0.1)
@@ -450,7 +452,7 @@ def status_in(bench, controller, letter):
 
 
 def test_a_bracket_at_another_baud_rate_that_is_cut_off_is_none(bench):
-    """Breaking in: the wire breaks in the middle of it; the next character is one like others."""
+    """Breaking in: the wire breaks during the `(`; the next character is read as usual."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     if2.serial.host.baudrate = 1200
@@ -488,7 +490,7 @@ def test_the_format_set_after_breaking_in_starts_the_stored_sequence(bench):
 
 
 def test_no_breaking_in_while_a_move_is_in_progress(bench):
-    """Lockout: the motion of a stored sequence goes on; `(` is then one of the characters that are ignored."""
+    """Lockout: while a stored sequence moves an axis, `(` is ignored."""
     if2 = stored(bench, ":X1000@400:$")
     power_up(bench, if2, dsr=False)
     bench.run(0.5)
@@ -607,7 +609,7 @@ def test_a_power_cut_at_any_moment_of_the_start_and_the_sequence(bench, cut_s):
 
 
 def test_a_power_cut_in_the_middle_of_a_message_and_of_an_answer(bench):
-    """Nothing of what was under way is there afterwards."""
+    """After power-up neither the message nor the rest of the answer is left."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     if2.serial.write(b"KFIOENKFIOEN")
@@ -617,20 +619,6 @@ def test_a_power_cut_in_the_middle_of_a_message_and_of_an_answer(bench):
     if2.serial.read()
     power_up(bench, if2, dsr=False)
     assert (if2.serial.read(), [status(bench, if2, letter) for letter in "EF"]) == (b"", ["[", "32"])
-
-
-def test_power_on_and_off_twice_is_no_different_from_once(bench):
-    """A switch that is already on or off."""
-    if2 = stored(bench)
-    if2.power(False)
-    if2.serial.host.dtr = False
-    if2.power(True)
-    bench.run(1.05)
-    if2.pins["input1"].drive(True)
-    bench.run(0.1)
-    if2.power(True)
-    bench.run(1.0)
-    assert positions(if2) == (100, 50, 0)
 
 
 def test_a_locked_interface_without_a_sequence_starts_nothing(bench):
@@ -648,7 +636,7 @@ def test_a_locked_interface_without_a_sequence_starts_nothing(bench):
 
 
 def test_a_sequence_with_a_hand_over_at_power_up(bench):
-    """Intervention while locked up: the prompt is sent, `%` is ignored as any other command."""
+    """Intervention while locked: the prompt is sent; `%` is ignored like other commands."""
     if2 = stored(bench, ":X10@400:%:Y10:$")
     bench.run(1.0)
     power_up(bench, if2, dsr=False)

@@ -1,4 +1,4 @@
-"""The checker of the IF1 and IF2: it finds what the interface would refuse, without running it."""
+"""The checker of the IF1 and IF2: it finds what the interface would refuse, without a run."""
 
 import re
 import string
@@ -15,14 +15,14 @@ from .talking import ask, ready
 
 
 def sent(text: str, initialised: bool) -> Session:
-    """Characters at the line and column where they stand; `|` in the text is a line's end that is not sent."""
+    """Return characters with line and column; `|` in the text is an end of line that is not sent."""
     places = [(line, column) for line, words in enumerate(text.split("|"), 1) for column in range(1, len(words) + 1)]
     characters = text.replace("|", "").encode("latin-1")
     return Session(tuple(Sent(byte, *place) for byte, place in zip(characters, places, strict=True)), initialised)
 
 
 def check(*lines: str, model: str = "if1") -> list[Diagnostic]:
-    """What is said about command lines, each typed with <CR>."""
+    """Return the diagnostics of command lines, each ended by <CR>."""
     return product(model).check([sent("|".join(f"{line}\r" for line in lines), True)])
 
 
@@ -55,8 +55,8 @@ WRONG = {
     ("S1X100$",): "1:3 error: X (X clock) cannot follow here: the order is H L, move, S R or P; H L A =",
     ("R1S2$",): "1:3 error: S (set output high) cannot follow here: the order is H L, move, S R or P; H L A =",
     ("S1P2$",): "1:3 error: P (pulse output) cannot follow here: the order is H L, move, S R or P; H L A =",
-    ("H1$",): "1:1 error: an input can only be waited for together with a move",
-    ("X$Y$",): "1:2 error: $ (index, run and sequence start) cannot stand here",
+    ("H1$",): "1:1 error: H and L need a move in the same message, e.g. H1X100$",
+    ("X$Y$",): "1:2 error: $ (index, run and sequence start) is not valid here",
     ("X100 E",): "1:6 error: E (busy) must be sent alone",
     ("B20",): "1:2 error: 20 belongs to no command: B (backlash) takes [signed distance -255…255 steps]",
     ("@",): "1:2 error: @ (speed data) needs speed 1…99999 steps/s",
@@ -70,7 +70,7 @@ WRONG = {
     ("X 1000000000$",): "1:3 error: 1000000000 is out of range: [distance 0…999999999 steps]",
     ("U61",): "1:1 error: U (RS232 format, ended by <CR>) is for initialisation only",
     (":" + "X:" * 64 + "$",): "1:128 error: 64 steps: a sequence has 63 at most",
-    (":X100:=2,3:$",): "1:7 error: repeat from step 3: there is none yet, this is step 2",
+    (":X100:=2,3:$",): "1:7 error: repeat from step 3: expected a step from 1 to 2",
     (":X100:=2:$",): "1:8 error: = (repeat) needs times 0…255 first step 1…63",
     (":X100:>2:$",): "1:7 error: > (select speed range) is not allowed in a sequence",
     (":^5X100:$",): "1:2 error: ^ (acceleration rate data) is not allowed in a sequence",
@@ -91,21 +91,21 @@ WRONG = {
     (">2", "X200/Y100$"): "2:1 error: in linear interpolation, speed range 2 is not 1 (range from line 1)",
     ("X200/Y300$",): "1:6 error: in linear interpolation, minor index 300 is longer than the major one, 200",
     (":X200/Y100:Z@12000:=1,1:$",): "1:2 error: in linear interpolation, speed 12000 is above 10000 steps/s",
-    ("%",): "1:1 error: % gives control back to a sequence, but none has handed it over",
+    ("%",): "1:1 error: % gives control back to a sequence, but no sequence has given control to the host",
     ("X@500G$", "X$"): "2:1 warning: nothing moves: the distance is 0 (distance from line 1)",
     ("X1000G$",): "1:1 warning: G runs until stopped: the distance is not used and becomes 0",
-    ("S2",): "1:2 warning: without $ at its end this message begins nothing",
-    ("X-",): "1:2 warning: without $ at its end this message begins nothing",
+    ("S2",): "1:2 warning: without $ at its end this message starts nothing",
+    ("X-",): "1:2 warning: without $ at its end this message starts nothing",
     (":$",): "1:1 warning: no stored sequence to run again",
     (":X100:=0,1:Y:$",): "1:12 warning: never reached: step 2 repeats for ever",
-    (":X100:X@500G:Y5:$",): "1:14 warning: the run of step 2 goes on, and the move of this step waits for its end: "
-    "A stops it",
+    (":X100:X@500G:Y5:$",): "1:14 warning: the run of step 2 continues, and the move of this step waits for its end: "
+    "A stops the run",
     ("[", "X100$", "]"): "2:1 warning: ignored: locked in line 1, only status requests and ] are obeyed",
 }
 
 
 @pytest.mark.parametrize(("lines", "message"), WRONG.items(), ids=lambda value: value[-1][:30] if value else "")
-def test_what_is_wrong_is_told_with_its_place(lines, message):
+def test_each_problem_is_reported_with_its_place(lines, message):
     assert shown(*lines) == [message]
 
 
@@ -130,7 +130,7 @@ def test_the_initialisation_in_a_conversation():
     said = [f"{d.line}:{d.column} {d.severity}: {d.message}" for d in product("if1").check([session])]
     assert said == [
         "1:1 warning: characters before ( are ignored, because the baud rate is unknown",
-        "3:1 error: no data format 'U60': U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>",
+        "3:1 error: invalid data format 'U60': U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>",
         "7:1 warning: this message has no end: <CR> is missing",
     ]
 
@@ -185,7 +185,7 @@ DIRECT = MESSAGE.filter(lambda text: not text.replace(" ", "").startswith(":"))
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.tuples(DIRECT, st.booleans()), max_size=6))
 def test_the_interface_refuses_what_the_checker_calls_an_error(messages):
-    """Message by message, the parameters that the ones before have left included."""
+    """The messages are checked in order, with the parameters that earlier messages have set."""
     lines = [text + "$" * start for text, start in messages]
     errors = {d.line for d in check(*lines) if d.severity == "error"}
     bench = Bench()

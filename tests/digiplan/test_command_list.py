@@ -1,4 +1,4 @@
-"""Appendix 1, Full command list: an independent list, and every character there is."""
+"""Appendix 1, Full command list: an independent list, and every possible character."""
 
 from pathlib import Path
 
@@ -32,7 +32,7 @@ UNDEFINED = sorted({*range(0x80)} - {code for _, code in listed()})
 
 @pytest.mark.parametrize("message", ["{}", "X10{}$", ":X10{}:$"], ids=["alone", "in a message", "in a sequence"])
 def test_a_character_that_is_no_command_is_a_data_fault(message):
-    """Bit 8 is not looked at: 81h is 01h."""
+    """Bit 8 is ignored: 81h is the same as 01h."""
     bench = Bench()
     if1 = ready(bench)
     for code in (*UNDEFINED, *(code + 0x80 for code in UNDEFINED)):
@@ -47,7 +47,7 @@ def test_a_character_that_is_no_command_is_a_data_fault(message):
 @pytest.mark.parametrize("message", ["{}", "X10{}$", "X10{}", "X10${}", ":X10{}:$"])
 @pytest.mark.parametrize("code", [code for _, code in listed()], ids=lambda code: f"{code:02X}h")
 def test_a_command_in_any_place_is_survived(message, code):
-    """Whatever it does, after `#` (and `]`) the interface answers again."""
+    """After `#` (and `]`) the interface answers again."""
     bench = Bench()
     if1 = ready(bench)
     ask(bench, if1, message.format(chr(code)), seconds=1.5)

@@ -11,13 +11,13 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, faults, ready, write
+from .talking import arrivals, ask, command, faults, play, ready, scripts, write
 
 XOFF, XON = 0x13, 0x11
 
 
 def calculating(bench: Bench, message: str = "U61", **options: Any) -> Controller:
-    """An IF1 that has just begun to calculate a ramp: for a second, what it receives stays in its buffer."""
+    """Return an IF1 that has just begun to calculate a ramp; for a second, received characters stay in its buffer."""
     if1 = ready(bench, message, **options)
     write(if1, "^10")
     bench.run(0.03)
@@ -25,7 +25,7 @@ def calculating(bench: Bench, message: str = "U61", **options: Any) -> Controlle
 
 
 def fill(bench: Bench, if1: Controller, text: str) -> None:
-    """Send this and wait until the last character is in the buffer."""
+    """Send the text, and wait until its last character is in the buffer."""
     write(if1, text, end="")
     bench.run_until(lambda: not if1.serial.pending, 100)
     bench.run(if1.serial.host.format.frame_ns / S + 0.001)
@@ -90,27 +90,18 @@ def test_rts_asks_while_the_reply_waits(bench, if1):
     assert not if1.serial.rts
 
 
-def test_commands_are_obeyed_while_nothing_may_be_sent(bench, if1):
-    """Control lines: they hold back what the interface transmits, not what it receives."""
-    if1.serial.host.rts = False
-    command(bench, if1, "X9$", seconds=0.5)
-    assert if1.axes["X"].position == 9
-
-
-def test_the_emergency_stop_works_while_a_reply_is_held(bench, if1):
-    """Emergency stop: "inhibit all movement", whatever the serial line does."""
-    if1.serial.host.rts = False
-    command(bench, if1, "XG$", "E", seconds=1)
-    if1.pins["estop"].drive(False)
-    bench.run(0.01)
-    assert not if1.axes["X"].moving
-
-
-def test_what_a_move_does_at_its_end_does_not_wait_for_a_reply(bench, if1):
-    """Introduction: the interface generates the pulses by itself; outputs change at the end of the move."""
-    if1.serial.host.rts = False
-    command(bench, if1, "X40S1$", "E")
-    assert if1.axes["X"].position == 40 and if1.pins["output1"].level
+@scripts(
+    {
+        "Control lines: they hold back what the interface transmits, not what it receives":
+        "host RTS off; X9$; 0.5 s; X at 9",
+        'Emergency stop: "inhibit all movement", whatever the serial line does':
+        "host RTS off; XG$; E; 1 s; estop low; 0.01 s; X at rest",
+        "Introduction: the interface generates the pulses by itself; outputs change at the end of the move":
+        "host RTS off; X40S1$; E; 0.2 s; X at 40; output1 is high",
+    }
+)  # fmt: skip
+def test_work_while_a_reply_is_held(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
@@ -126,7 +117,7 @@ def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
 
 @pytest.mark.parametrize("line", ["dtr", "rts"])
 def test_a_line_that_goes_away_holds_the_rest_of_the_reply(bench, line):
-    """Control lines: all must be set before the interface can transmit; what its UART already has still leaves."""
+    """Control lines: all must be set before a transmission; characters already in the UART are still sent."""
     if1 = ready(bench, line="110 8N2")
     write(if1, "I")
     bench.run_until(lambda: if1.serial.rts, 2)
@@ -308,7 +299,7 @@ def test_x_off_waits_for_the_control_lines_like_everything_it_sends(bench):
 
 
 def distinct_slots(characters: int, bits: int, strobe: int) -> int:
-    """How many strobes find a character, if they come every `strobe` and the characters every `bits` bit times."""
+    """Return the number of strobes that find a character; `strobe` and `bits` are the periods in bit times."""
     return len({n * bits // strobe for n in range(characters)})
 
 
@@ -373,7 +364,7 @@ def test_echo_back_makes_9600_baud_safe(bench):
 
 
 def obedient_echo_host(bench: Bench, if1: Controller, text: str) -> None:
-    """Send each character when the one before has come back."""
+    """Send each character after the echo of the previous one."""
     received = arrivals(bench, if1)
     for n, character in enumerate(text, start=1):
         write(if1, character, end="")
@@ -395,7 +386,7 @@ def obedient_dtr_host(if1: Controller) -> Callable[[], None]:
 
 
 def obedient_xon_host(if1: Controller) -> Callable[[], None]:
-    """A host that stops at X-off and goes on at X-on."""
+    """A host that stops at X-off and continues at X-on."""
 
     def obey(byte: int, _: object) -> None:
         if byte in (XOFF, XON):
@@ -474,7 +465,7 @@ def test_a_host_that_waits_for_the_echo_loses_nothing(bench, baud):
     st.lists(st.sampled_from(["X1$", "^10", "Y2$", "   ", "@300", "S1$", "R1$", "<4", ""]), max_size=40), st.booleans()
 )
 def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, echo):
-    """Control of data transfer: that is what the lines are for."""
+    """Control of data transfer: a host that obeys DTR, or X-off and X-on, never overflows the buffer."""
     bench = Bench()
     if1 = ready(bench, "U67" if echo else "U61", line="2400 8N2")
     (obedient_xon_host if echo else obedient_dtr_host)(if1)
@@ -487,7 +478,7 @@ def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, 
 
 
 def test_an_x_off_from_the_host_is_a_character_like_others(bench):
-    """Control of data transfer: the interface sends X-off and X-on; that it obeys them is not said."""
+    """Control of data transfer: the interface sends X-off and X-on; the manual does not say that it obeys them."""
     if1 = ready(bench, "U67")
     if1.serial.write(b"\x13")
     bench.run(0.1)

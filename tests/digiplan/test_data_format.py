@@ -27,7 +27,7 @@ FORMATS = [(frame, parity) for frame in range(1, 9) for parity in range(1, 10)]
 
 
 def bits_of(frame: int, parity: int) -> int:
-    """Start, data, parity and stop bits of the table in Initialisation."""
+    """Return the number of start, data, parity and stop bits, by the table in Initialisation."""
     return 1 + BITS_7_OR_8[frame] + (PARITY[parity] != "N") + (2 - frame % 2)
 
 
@@ -148,7 +148,7 @@ def test_wrong_parity_is_a_parity_error_and_the_characters_are_dropped(bench):
 
 
 def test_one_character_with_a_parity_error_is_dropped_and_the_message_goes_on(bench):
-    """R33: dropped, flag set, not echoed, message goes on."""
+    """R33: the character is dropped and not echoed, its flag is set, and the message continues."""
     if1 = ready(bench, "U65")  # odd parity, echo
     each_character(bench, if1, "X1234$\r", lambda n: if1.serial.to_device.flip(0x01) if n == 3 else None)
     bench.run(1)
@@ -205,7 +205,7 @@ def test_8e1_to_an_8n2_receiver_where_a_parity_bit_is_0(bench, if1):
 
 
 def test_8o1_to_an_8n2_receiver(bench, if1):
-    """Odd parity of E and CR (three 1's) is 0: two framing errors, and nothing left of the message."""
+    """The odd parity bit of E and CR (three 1's) is 0: two framing errors, and the whole message is lost."""
     if1.serial.host.parity, if1.serial.host.stopbits = "O", 1
     command(bench, if1, "E", seconds=0.1)
     if1.serial.host.parity, if1.serial.host.stopbits = "N", 2
@@ -248,7 +248,7 @@ def test_7n1_back_to_back_to_an_8n2_receiver(bench, if1):
 
 
 def test_7n1_with_pauses_to_an_8n2_receiver(bench, if1):
-    """With the line at rest after each character, rest is read as bit 8 = 1 and stop bits: no error."""
+    """Between characters the line is at mark, which is read as bit 8 = 1 and stop bits: no error."""
     host = if1.serial.host
     host.bytesize, host.stopbits = 7, 1
     each_character(bench, if1, "E\r", lambda n: bench.run(0.01))
@@ -258,7 +258,7 @@ def test_7n1_with_pauses_to_an_8n2_receiver(bench, if1):
 
 
 def test_half_the_baud_rate(bench, if1):
-    """CR at 4800 baud: to a receiver at 9600 it is E6h and 80h, without an error; so the message holds rubbish."""
+    """A receiver at 9600 baud reads a CR at 4800 baud as E6h and 80h, without an error: a data fault."""
     if1.serial.host.baudrate = 4800
     if1.serial.write(b"\r")
     bench.run(0.1)
@@ -293,7 +293,7 @@ def test_a_break_is_a_framing_error(bench, if1):
 
 
 def test_a_break_within_a_message_is_not_part_of_it(bench, if1):
-    """R33: a character with a framing error is dropped, the message goes on."""
+    """R33: a character with a framing error is dropped, and the message continues."""
     if1.serial.write(b"X1")
     if1.serial.send_break(0.05)
     command(bench, if1, "2$", seconds=1)
@@ -302,7 +302,7 @@ def test_a_break_within_a_message_is_not_part_of_it(bench, if1):
 
 @pytest.mark.parametrize("baud", [110, 2400, 9600])
 def test_a_break_before_the_bracket_is_no_bracket(bench, baud):
-    """Initialisation: only `(` is measured."""
+    """Initialisation: the baud rate is measured only on `(`."""
     if1 = bench.add("if1", line=f"{baud} 8N2")
     bench.run(1.5)
     if1.serial.send_break(0.25)
@@ -315,21 +315,21 @@ def test_a_break_before_the_bracket_is_no_bracket(bench, baud):
 
 
 def test_a_lost_character_is_simply_not_there(bench, if1):
-    """Echo back: without it nobody notices."""
+    """Echo back: without an echo the host does not detect the error."""
     each_character(bench, if1, "X123$\r", lambda n: if1.serial.to_device.lose() if n == 2 else None)
     bench.run(1)
     assert (if1.axes["X"].position, ask(bench, if1, "F")) == (13, b"0\r")
 
 
 def test_a_doubled_character_is_there_twice(bench, if1):
-    """Echo back: without it nobody notices."""
+    """Echo back: without an echo the host does not detect the error."""
     each_character(bench, if1, "X12$\r", lambda n: if1.serial.to_device.double() if n == 2 else None)
     bench.run(1)
     assert (if1.axes["X"].position, ask(bench, if1, "F")) == (122, b"0\r")
 
 
 def test_a_cut_line_is_silent_until_it_is_mended(bench, if1):
-    """A wire that is off says nothing, and is no fault."""
+    """A cut wire transfers no character and raises no fault."""
     if1.serial.to_device.cut()
     assert ask(bench, if1, "X5$") == b""
     if1.serial.to_device.mend()
@@ -337,7 +337,7 @@ def test_a_cut_line_is_silent_until_it_is_mended(bench, if1):
 
 
 def test_a_line_cut_in_the_middle_of_a_character_reads_as_mark_from_there(bench, if1):
-    """E = 1,0,1,0,0,0,1,0 cut within its third bit: 1,0,1,1,1,1,1,1 = FDh, which no command is."""
+    """E = 1,0,1,0,0,0,1,0 cut within its third bit is read as 1,0,1,1,1,1,1,1 = FDh, an unknown character."""
     command(bench, if1, "E", seconds=3.5 / 9600, end="")  # start bit, two bits and half of the third
     if1.serial.to_device.cut()
     bench.run(0.01)
@@ -346,7 +346,7 @@ def test_a_line_cut_in_the_middle_of_a_character_reads_as_mark_from_there(bench,
 
 
 def test_a_cut_receive_line_loses_the_reply_and_nothing_else(bench, if1):
-    """The interface cannot know; the next question is answered."""
+    """The interface does not detect the cut; after the repair the next request is answered."""
     if1.serial.from_device.cut()
     assert (ask(bench, if1, "X5$"), ask(bench, if1, "K")) == (b"", b"")
     if1.serial.from_device.mend()

@@ -14,23 +14,29 @@ from .talking import (
     initialise,
     moves,
     number,
+    play,
     positions,
     pulse_times_of,
     ramped,
     ready,
+    scripts,
     since_start,
-    status_word,
     until_idle,
     write,
 )
 
 
-def test_speed_range_1(bench, if1):
-    """Default values: "Speed range - 1 (0 - 25,000 steps/sec)"."""
-    command(bench, if1, "@25000", seconds=0.1)
-    assert number(bench, if1, "F") == 0
-    command(bench, if1, "@25001", seconds=0.1)
-    assert number(bench, if1, "F") == 16
+@scripts(
+    {
+        'Default values: "Speed range - 1 (0 - 25,000 steps/sec)"': "@25000; 0.1 s; F: 0; @25001; 0.1 s; F: 16",
+        'Default values: "Index Length - 0 steps": done at once, without a pulse': "X$; 0.02 s; at 0 0 0; K: 0; E: C",
+        'Default values: "Backlash correction - 0 steps", whichever way the index goes':
+        "X100B$; idle; X-100B$; idle; X moves 100 -100",
+        'Default values: "All Direction O/P - High"; "the positive direction is assumed"': "XYZ10$; idle; at 10 10 10",
+    }
+)  # fmt: skip
+def test_defaults(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_speed_400(bench, if1):
@@ -38,20 +44,6 @@ def test_speed_400(bench, if1):
     write(if1, "X100$")
     until_idle(bench, if1)
     assert since_start(if1.axes["X"]) == constant(400, 100)
-
-
-def test_index_length_0(bench, if1):
-    """Default values: "Index Length - 0 steps": done at once, without a pulse."""
-    command(bench, if1, "X$", seconds=0.02)
-    assert (positions(if1), status_word(bench, if1), ask(bench, if1, "E")) == ((0, 0, 0), 0, b"C\r")
-
-
-def test_backlash_0(bench, if1):
-    """Default values: "Backlash correction - 0 steps", whichever way the index goes."""
-    for text in ("X100B$", "X-100B$"):
-        write(if1, text)
-        until_idle(bench, if1)
-    assert moves(if1.axes["X"]) == [100, -100]
 
 
 def test_acceleration_10000_and_start_stop_400(bench, if1):
@@ -63,13 +55,6 @@ def test_acceleration_10000_and_start_stop_400(bench, if1):
     assert [rate for rate, _ in course] == [400, 500, 600, 700, 800, 900, 1000, 900, 800, 700, 600, 500, 400]
     assert since_start(if1.axes["X"]) == pulse_times_of(course)
     assert since_start(if1.axes["X"])[-1] == (60 + 922 + 60) * MS
-
-
-def test_all_directions_are_positive(bench, if1):
-    """Default values: "All Direction O/P - High"; "the positive direction is assumed"."""
-    write(if1, "XYZ10$")
-    until_idle(bench, if1)
-    assert positions(if1) == (10, 10, 10)
 
 
 def test_outputs_off(bench, if1):
@@ -140,5 +125,5 @@ def test_without_the_lock_everything_is_back_to_default_after_power_off(bench, m
 
 
 def number_after_delay(bench, card) -> int:
-    """The answer to N with an inter-character delay of 50 ms."""
+    """Return the answer to N with an inter-character delay of 50 ms."""
     return int(ask(bench, card, "N", 0.5))

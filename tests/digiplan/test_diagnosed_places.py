@@ -87,8 +87,8 @@ def test_the_end_that_a_sequence_lacks_is_missing_behind_it(line):
     ("line", "columns"),
     [("X1?Y2!$", [3, 6]), ("@X5 ^Y5$", [2, 6]), (">5<0^501", [2, 4, 6]), ("X5E Y3 K$", [3, 8]), (":E5:X?:$", [2, 6])],
 )
-def test_each_mistake_is_told_once(line, columns):
-    """A number behind something wrong is not wrong once more."""
+def test_each_mistake_is_reported_once(line, columns):
+    """The number after a wrong command is not a second problem."""
     assert [said.column for said in check(line)] == columns
 
 
@@ -104,9 +104,9 @@ def test_each_mistake_is_told_once(line, columns):
         (":X5:>2:$", "> (select speed range) is not allowed in a sequence"),
         ("=1,1$", "= (repeat) is not allowed in a direct message"),
         ("K5", "K (motion status) must be sent alone"),
-        ("X5:$", ": (sequence divider) cannot stand here"),
+        ("X5:$", ": (sequence divider) is not valid here"),
     ],
 )
-def test_what_is_said(line, message):
-    """What the command before a lost number takes is told, if there is one."""
+def test_messages_about_lost_numbers(line, message):
+    """The message names the parameters of the command before the number, if there is one."""
     assert check(line)[0].message == message

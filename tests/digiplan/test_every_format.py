@@ -12,7 +12,7 @@ FORMATS = [f"U{frame}{parity}" for frame, parity in itertools.product(range(1, 9
 
 
 def establish(bench, message, gap_s, eighth=0, **options):
-    """A host at 2400 baud sends `(`, waits for its answer, and sends the data format; then it asks for F."""
+    """Initialise at 2400 baud: send `(`, wait for the answer, send the data format; then request F."""
     if1 = bench.add("if1", **options)
     host = if1.serial.host
     host.baudrate = 2400
@@ -37,7 +37,7 @@ def establish(bench, message, gap_s, eighth=0, **options):
 
 
 def answer(message):
-    """F with its echo, where there is one; no fault has been flagged."""
+    """Return the expected answer to F without a fault, with the echo if the format has one."""
     return b"F\r0\r" if message[2] in "256" else b"0\r"
 
 
@@ -52,7 +52,7 @@ def test_a_host_that_keeps_its_format_establishes_it(bench, message, gap_s):
 
 @pytest.mark.parametrize("message", FORMATS)
 def test_on_a_line_that_takes_no_time_too(bench, message):
-    """The same where characters are taken one by one."""
+    """The same on a line with instant transmission."""
     _, reply = establish(bench, message, 0, line="instant")
     assert reply == answer(message)
 

@@ -9,10 +9,11 @@ from .talking import (
     command,
     edges,
     gaps,
-    moves,
     number,
+    play,
     positions,
     ready,
+    scripts,
     send,
     status,
     status_word,
@@ -25,27 +26,27 @@ DRIVE_FAULTS = ("x_fault", "y_fault")
 
 
 def break_drive(controller, name: str) -> None:
-    """A drive fault: the level opposite to that of a healthy drive, or of the link in its place."""
+    """Raise a drive fault: drive the pin to the level opposite to normal."""
     controller.pins[name].drive(not controller.pins[name].level)
 
 
-def test_emergency_stop_is_read_twice_before_it_is_gone(bench, if1):
-    """Clearing: "32 <CR>"; once removed again "32 <CR>" "but this time the fault bit will be cleared"."""
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    assert (ask(bench, if1, "K"), ask(bench, if1, "K")) == (b"32\r", b"32\r")
-    if1.pins["estop"].release()
-    bench.run(0.1)
-    assert (ask(bench, if1, "K"), ask(bench, if1, "K")) == (b"32\r", b"0\r")
-
-
-def test_an_emergency_stop_removed_before_it_is_read_needs_one_request(bench, if1):
-    """Clearing: "will reset the relevant fault bit provided the fault is no longer present"."""
-    if1.pins["estop"].drive(False)
-    bench.run(0.01)
-    if1.pins["estop"].release()
-    bench.run(1.0)
-    assert [status_word(bench, if1) for _ in range(3)] == [32, 0, 0]
+@scripts(
+    {
+        'Clearing: "32 <CR>"; once removed again "32 <CR>" "but this time the fault bit will be cleared"':
+        "estop low; 0.1 s; K: 32; K: 32; estop released; 0.1 s; K: 32; K: 0",
+        'Clearing: "will reset the relevant fault bit provided the fault is no longer present"':
+        "estop low; 0.01 s; estop released; 1 s; K: 32; K: 0; K: 0",
+        'Emergency stop: "can be used to inhibit all movement"':
+        "estop low; 0.1 s; K?; X100@400$; X-100@400$; 1 s; K?; X100@400$; X-100@400$; 1 s; K?; X100@400$; "
+        "X-100@400$; 1 s; at 0 0 0",
+        "Optional fault output: the link must be transferred first":
+        "estop low; 0.1 s; led is high; output5 is low; S5$; 0.1 s; output5 is high",
+        "Report-back at any time: a K in motion clears what may be cleared and changes nothing else":
+        "X400@400$; K: 3; K: 3; K: 3; K: 3; K: 3; idle; X moves 400",
+    }
+)  # fmt: skip
+def test_emergency_stop_and_led(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_quick_status_clears_as_motion_status_does(bench):
@@ -96,16 +97,6 @@ def test_no_movement_before_the_emergency_stop_has_been_read(bench, if1):
     write(if1, "X100$")
     until_idle(bench, if1)
     assert positions(if1) == (100, 0, 0)
-
-
-def test_no_movement_while_the_emergency_stop_is_there(bench, if1):
-    """Emergency stop: "can be used to inhibit all movement"."""
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    for _ in range(3):
-        status_word(bench, if1)
-        command(bench, if1, "X100@400$", "X-100@400$", seconds=1.0)
-    assert positions(if1) == (0, 0, 0)
 
 
 def test_an_emergency_stop_there_at_power_up_inhibits_movement(bench):
@@ -201,7 +192,7 @@ def test_two_faults_at_once_are_cleared_each_by_its_own_rule(bench, if1):
 
 
 def test_an_emergency_stop_during_the_deceleration_of_a_cancel(bench, if1):
-    """Two reasons to stop: the way down is the same."""
+    """An emergency stop does not change a deceleration in progress."""
     command(bench, if1, "^1 @5000", seconds=1.2)
     command(bench, if1, "X90000$", seconds=6.0)
     command(bench, if1, "#", seconds=1.0)
@@ -230,7 +221,7 @@ def test_a_drive_fault_during_a_deceleration_ends_it(bench, if1):
 
 @pytest.mark.parametrize("wait_s", [0.0, 0.2, 0.249, 0.2515, 0.2535, 0.26, 0.3])
 def test_an_emergency_stop_at_any_moment_of_a_backlash_correction(bench, if1, wait_s):
-    """Backlash and emergency stop: forth, pause of 3 ms, back: whenever it comes, motion ends and stays ended."""
+    """Backlash and emergency stop: in the move, in the pause of 3 ms or in the correction, the motion ends."""
     write(if1, "B-20", "X80B$")  # 100 steps at 400: 250 ms, then the pause
     bench.run_until(lambda: if1.axes["X"].moving, 1.0)
     bench.run(wait_s)
@@ -290,7 +281,7 @@ def test_a_fault_while_a_sequence_waits_for_an_input_ends_it(bench, if1, name):
 
 
 def test_a_very_short_emergency_stop_is_seen(bench, if1):
-    """Emergency stop: an event, latched until it is read."""
+    """Emergency stop: a fault that is stored until it has been read."""
     command(bench, if1, "X4000@400$", seconds=1.0)
     if1.pins["estop"].drive(False)
     bench.run(0.002)
@@ -334,15 +325,6 @@ def test_the_led_stays_on_after_the_removal_until_the_request(bench, if1, name):
     assert not if1.pins["led"].level
 
 
-def test_output_5_is_an_output_as_the_others_with_the_link_in_position_a(bench, if1):
-    """Optional fault output: the link must be transferred first."""
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    assert if1.pins["led"].level and not if1.pins["output5"].level
-    command(bench, if1, "S5$", seconds=0.1)
-    assert if1.pins["output5"].level
-
-
 def test_output_5_duplicates_the_led_with_the_link_in_position_b(bench):
     """Optional fault output: "reconfigured to duplicate the function of the LED"."""
     if1 = bench.add("if1", fault_output=True)
@@ -374,12 +356,3 @@ def test_the_fault_output_cannot_be_controlled_by_program(bench, text):
     until_idle(bench, if1)
     assert output == []
     assert if1.pins["output1"].level is ("15" in text)
-
-
-def test_nothing_is_stopped_by_reading_while_in_motion(bench, if1):
-    """Report-back at any time: a K in motion clears what may be cleared and changes nothing else."""
-    write(if1, "X400@400$")
-    for _ in range(5):
-        assert status_word(bench, if1) == 3
-    until_idle(bench, if1)
-    assert moves(if1.axes["X"]) == [400]

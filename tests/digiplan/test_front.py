@@ -25,7 +25,7 @@ def message(text, seconds=0.2):
 
 
 def decelerating(bench, if1):
-    """At 10,000 steps/s and 10,000 steps/s² it takes 0.96 s to stop."""
+    """Start a deceleration of 0.96 s, from 10,000 steps/s at 10,000 steps/s²."""
     message("X@10000G$", 3)(bench, if1)
     message("#", 0.3)(bench, if1)
 
@@ -160,7 +160,7 @@ def test_output_5_follows_the_led_with_link_3_in_position_b(bench):
 
 @pytest.mark.parametrize(("wiring", "dsr"), [("3-wire", False), ("3-wire DSR-DTR", True)])
 def test_dsr_is_what_the_interface_finds(bench, wiring, dsr):
-    """Linked to its own RTS it is off until it transmits; linked to DTR it is on."""
+    """DSR linked to RTS is off until a transmission; DSR linked to DTR is on."""
     if1 = bench.add("if1", wiring=wiring)
     bench.run(1.5)
     assert [shown(if1, LINES, line) for line in ("DSR", "CTS")] == [dsr, False]
@@ -205,7 +205,7 @@ def test_there_is_no_busy_status_until_the_data_format_has_come(bench):
 
 
 def test_a_limit_that_was_read_is_no_fault_any_more_while_the_lamp_stays_lit(bench, idle):
-    """Clearing fault conditions: a status request resets its bit; Installation: the LED waits for the input, too."""
+    """Clearing fault conditions: a request resets the bit; Installation: the LED is on until the input closes."""
     idle.pins["limit_plus"].drive(False)
     assert ask(bench, idle, "K") == b"64\r"
     assert [shown(idle, K, "64"), shown(idle, "Interface", "LED"), shown(idle, STOPS, "+")] == [False, True, True]
@@ -214,7 +214,7 @@ def test_a_limit_that_was_read_is_no_fault_any_more_while_the_lamp_stays_lit(ben
 
 
 def test_the_step_of_a_sequence_and_the_steps_of_a_move(bench, idle):
-    """100 steps at 100 steps/s, then as many of Y: after 1.5 s it is half through step 2."""
+    """X and Y move 100 steps each at 100 steps/s: after 1.5 s, half of step 2 is done."""
     message(":X100@100:Y100:$", 1.5)(bench, idle)
     assert shown(idle, "Interface", "O") == "2"
     assert 40 <= int(shown(idle, "Interface", "N")) <= 60
@@ -224,7 +224,7 @@ def test_the_step_of_a_sequence_and_the_steps_of_a_move(bench, idle):
 
 @pytest.mark.parametrize("seconds", [0.1, 0.5, 1.0, 2.5])
 def test_q_and_n_are_what_the_commands_report(bench, idle, seconds):
-    """As registers, too, in the middle of a ramp; at the moment at which the interface answers."""
+    """Registers and answers are compared at the same instant, also in the middle of a ramp."""
     message("X12000@9000$", seconds)(bench, idle)
     for register, request in (("Q", b"K\r"), ("N", b"N\r")):
         idle.serial.read()

@@ -6,7 +6,7 @@ from .talking import ask, command, moving, ready
 
 
 def at_speed_with_two_waiting(bench, if1):
-    """X at 20,000 steps/s, which takes 1.96 s to stop; a move of Y is held, and one of Z waits behind it."""
+    """Run X at 20,000 steps/s, which takes 1.96 s to stop; a Y move is held, and a Z move waits after it."""
     command(bench, if1, "X@20000G$", seconds=5)
     command(bench, if1, "Y20$", "Z7$", seconds=0.05)
 
@@ -28,7 +28,7 @@ def test_reading_the_status_does_not_start_what_was_held(bench, if1, pin, status
 
 
 def test_what_is_asked_for_after_the_fault_is_held_as_always(bench, if1):
-    """Clearing: once the request has been made; the move begins when X stands."""
+    """Clearing: after the request, a move is held until X is at rest."""
     at_speed_with_two_waiting(bench, if1)
     if1.pins["estop"].drive(False)
     bench.run(0.01)

@@ -14,9 +14,11 @@ from .talking import (
     faults,
     moves,
     moving,
+    play,
     pulse_times_of,
     ramped,
     ready,
+    scripts,
     send,
     since_start,
     start_ns,
@@ -48,10 +50,20 @@ def test_minus_changes_the_direction(bench, if1):
     assert since_start(if1.axes["X"]) == constant(400, 3000)
 
 
-def test_plus_may_be_sent_and_is_assumed_if_nothing_is(bench, if1):
-    """Index mode: "the positive direction is assumed if no direction command is sent": the sign is not remembered."""
-    command(bench, if1, "X-30$", "X$", "X+30$", "X-$", "X+$", seconds=2)
-    assert moves(if1.axes["X"]) == [-30, 30, 30, -30, 30]
+@scripts(
+    {
+        'Index mode: "the positive direction is assumed if no direction command is sent": the sign is not remembered':
+        "X-30$; X$; X+30$; X-$; X+$; 2 s; X moves -30 30 30 -30 30",
+        'Index mode: "together with the initialise command "$""': "X40; 1 s; X at 0; still",
+        'Index mode: "The maximum programmable distance is 9 decades, i.e. 999,999,999 steps"':
+        "X999999999@25000^500$; 40010 s; X at 999999999; N: 999999999; X-$; 40010 s; X at 0",
+        "Cancel: at rest it does nothing and raises no fault": "#; ###; 0.1 s; K: 0; F: 0; X5$; 0.1 s; X at 5",
+        "R9: `#` acts at once, and drops the held message":
+        "XG$; Y100$; 1 s; X moving; Y at 0; #; 1 s; still; Y at 0; E: C; Z5$; 1 s; Z at 5",
+    }
+)  # fmt: skip
+def test_index_and_cancel(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_more_than_one_axis_may_be_selected(bench, if1):
@@ -95,25 +107,11 @@ def test_nothing_happens_before_the_terminator(bench, if1):
     assert if1.axes["X"].position == 40
 
 
-def test_without_the_initialise_command_nothing_moves(bench, if1):
-    """Index mode: "together with the initialise command "$""."""
-    command(bench, if1, "X40", seconds=1)
-    assert if1.axes["X"].position == 0 and not moving(if1)
-
-
 def test_index_length_0_is_no_pulse(bench, if1):
     """Default values: "Index Length 0 steps": done at once."""
     command(bench, if1, "X$", "XYZ0$", seconds=0.1)
     assert (ask(bench, if1, "E"), ask(bench, if1, "N")) == (b"C\r", b"0\r")
     assert [len(axis.pulse_times()) for axis in if1.axes.values()] == [0, 0, 0]
-
-
-def test_the_longest_index_is_999999999_steps(bench, if1):
-    """Index mode: "The maximum programmable distance is 9 decades, i.e. 999,999,999 steps"."""
-    command(bench, if1, "X999999999@25000^500$", seconds=40_010)
-    assert (if1.axes["X"].position, ask(bench, if1, "N")) == (999_999_999, b"999999999\r")
-    command(bench, if1, "X-$", seconds=40_010)
-    assert if1.axes["X"].position == 0
 
 
 @pytest.mark.parametrize("digits", ["1000000000", "12345678901234567890"])
@@ -205,7 +203,7 @@ def test_what_changes_something_waits_behind_a_held_move(bench, if1, message):
 
 
 def test_a_second_move_is_ignored_where_that_is_asked_for(bench):
-    """R9, the option: whoever does not check that motion is complete has his move ignored."""
+    """R9, option `busy`: a move sent during a motion is ignored."""
     if1 = ready(bench, busy="ignore")
     assert send(bench, if1, "X40$", "Y20$", "E", seconds=0.05) == b"E\r"
     bench.run(1)
@@ -254,7 +252,7 @@ def test_cancel_at_speed_decelerates_along_the_ramp(bench, if1):
 
 @pytest.mark.parametrize("speed", [400, 200, 7])
 def test_cancel_at_or_below_the_start_stop_speed_stops_at_once(bench, if1, speed):
-    """Cancel: there is no ramp to go down."""
+    """Cancel: at these speeds there is no ramp."""
     command(bench, if1, f"X4000@{speed}$", seconds=1)
     begin = bench.now
     write(if1, "#")
@@ -281,7 +279,7 @@ def test_cancel_while_accelerating_goes_down_from_there(bench, if1):
 
 
 def test_cancel_while_decelerating_changes_nothing(bench, if1):
-    """Cancel: it is stopping already."""
+    """Cancel: the deceleration in progress continues."""
     command(bench, if1, "X300@1000$", seconds=0.3)  # 342 ms in all
     command(bench, if1, "#", seconds=1)
     assert if1.axes["X"].position <= 300
@@ -295,14 +293,6 @@ def test_cancelled_index_can_be_asked_for_again(bench, if1):
     rest = if1.axes["X"].position
     command(bench, if1, "X$", seconds=2)
     assert if1.axes["X"].position == rest + 400
-
-
-def test_cancel_when_nothing_moves_does_nothing(bench, if1):
-    """Cancel: no fault."""
-    command(bench, if1, "#", "###", seconds=0.1)
-    assert faults(bench, if1) == (b"0\r", b"0\r")
-    command(bench, if1, "X5$", seconds=0.1)
-    assert if1.axes["X"].position == 5
 
 
 @pytest.mark.parametrize("typed", ["X100$", "X10", "@@@", "?*~", ":X100:", "S1R2"])
@@ -331,17 +321,6 @@ def test_cancel_in_v_format_needs_line_feed(bench):
     assert moving(if1)
     command(bench, if1, "", seconds=0.01, end="\n")
     assert not moving(if1)
-
-
-def test_cancel_reaches_past_a_held_message(bench, if1):
-    """R9: `#` acts at once; what was held is thrown away with it."""
-    command(bench, if1, "XG$", "Y100$", seconds=1)
-    assert if1.axes["X"].moving and if1.axes["Y"].position == 0
-    command(bench, if1, "#", seconds=1)
-    assert not moving(if1) and if1.axes["Y"].position == 0
-    assert ask(bench, if1, "E") == b"C\r"
-    command(bench, if1, "Z5$", seconds=1)
-    assert if1.axes["Z"].position == 5
 
 
 def test_cancel_in_full_speed_ranges(bench, if1):

@@ -30,7 +30,7 @@ def test_the_led_stays_off_until_the_bracket_comes(bench):
     assert not if1.pins["led"].level and not if1.pins["led"].flashing
 
 
-def test_nothing_is_heard_during_the_self_test(bench):
+def test_characters_during_the_self_test_are_ignored(bench):
     """Initialisation: "during this time the interface runs through its internal initialisation routine"."""
     if1 = bench.add("if1")
     for _ in range(9):
@@ -227,7 +227,7 @@ def test_all_v_formats_of_the_table_are_accepted(bench, frame, parity, end):
     assert answer == (b"E" + end.encode() if parity in (2, 5, 6) else b"") + b"C\r\n"
 
 
-def test_the_first_characters_after_the_format_message_are_heard(bench):
+def test_characters_directly_after_the_format_message_are_processed(bench):
     """R2: "allow a delay of at least 5mS"; a host that does not wait is heard all the same, and answered later."""
     if1 = bench.add("if1", line="9600 8N2")
     detect(bench, if1)
@@ -243,7 +243,7 @@ def test_characters_are_lost_for_5_ms_where_that_is_asked_for(bench):
     assert (if1.serial.read(), ask(bench, if1, "E")) == (b"", b"C\r")
 
 
-def test_in_the_strict_mode_a_host_that_waits_is_heard(bench):
+def test_in_the_strict_mode_characters_after_5_ms_are_processed(bench):
     """Initialisation: "allow a delay of at least 5mS"."""
     if1 = bench.add("if1", strict_format=True)
     detect(bench, if1)
@@ -318,7 +318,7 @@ def test_another_baud_rate_after_a_power_cycle(bench):
     assert ask(bench, if1, "E", 1) == b"C\r"
 
 
-def test_without_power_it_is_deaf_dark_and_dumb(bench, if1):
+def test_without_power_all_outputs_are_off_and_nothing_is_answered(bench, if1):
     """Power requirements: without +5 V nothing lights, sends or holds a line."""
     command(bench, if1, "S1$", seconds=0.1)
     if1.power(False)
@@ -341,8 +341,7 @@ def test_messages_sent_during_the_ramp_calculation_are_acted_on_afterwards(bench
     assert if1.axes["X"].position == 7
 
 
-def test_two_interfaces_on_a_bench_do_not_hear_one_another():
-    """Each has its own port."""
+def test_two_interfaces_on_a_bench_are_independent():
     bench = Bench()
     first, second = bench.add("if1", line="1200 8N2"), bench.add("if2")
     bench.run(1.5)

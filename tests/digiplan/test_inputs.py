@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import ask, command, constant, edges, faults, moves, moving, since_start, start_ns, write
+from .talking import ask, command, constant, edges, faults, moves, moving, play, scripts, since_start, start_ns, write
 
 
 def switch(if1, **inputs: bool) -> None:
@@ -26,13 +26,26 @@ def test_the_move_begins_when_input_1_goes_high_and_sets_output_3_at_its_end(ben
     assert len(output) == 1 and output[0][1] and last <= output[0][0] <= last + 2 * MS
 
 
-def test_a_level_that_is_there_already_is_enough(bench, if1):
-    """Combining: H and L "specify a high or low state": levels, not edges."""
-    switch(if1, input1=True)
-    command(bench, if1, "H1X10$", seconds=0.1)
-    assert if1.axes["X"].position == 10
-    command(bench, if1, "L2X10$", seconds=0.1)
-    assert if1.axes["X"].position == 20
+@scripts(
+    {
+        'Combining: H and L "specify a high or low state": levels, not edges':
+        "input1 high; H1X10$; 0.1 s; X at 10; L2X10$; 0.1 s; X at 20",
+        'Busy status: "waiting for inputs"; "In this respect it is different from the "in motion" status"':
+        "H1X1000$; E: E; K: 0; N: 0",
+        "Cancel: the move that waits for an input is not made": "H1X1000$; 0.1 s; #; E: C; input1 high; 1 s; X at 0",
+        "Combining: a short high level during the wait is enough":
+        "H3X20$; 0.1 s; input3 high; 0.005 s; input3 low; 0.5 s; X at 20",
+        "Combining: move instructions, run mode among them": "H2XG$; 0.5 s; still; input2 high; 0.5 s; X runs at 400",
+        "Combining: the stages one after the other, the move being empty":
+        "H1X0S1$; 0.2 s; output1 is low; input1 high; 0.05 s; output1 is high; X at 0",
+        "Index mode: the rest of the message is lost with the index": "X400S1$; 0.3 s; #; 2 s; output1 is low",
+        "Input status: a bit is 1 when there is no current: 8 + 64 + 128 with the three inputs open":
+        "I: 200; input1 high; I: 192; input2 high; input3 high; I: 0; input1 released; input2 released; "
+        "input3 released; I: 200",
+    }
+)  # fmt: skip
+def test_waiting_for_inputs(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_h12_waits_until_both_are_high(bench, if1):
@@ -112,32 +125,6 @@ def test_h1_l23_and_a_pulse_at_the_end(bench, if1):
     assert last <= on <= last + 2 * MS
 
 
-def test_waiting_is_busy_and_not_in_motion(bench, if1):
-    """Busy status: "waiting for inputs"; "In this respect it is different from the "in motion" status"."""
-    write(if1, "H1X1000$")
-    assert (ask(bench, if1, "E"), ask(bench, if1, "K"), ask(bench, if1, "N")) == (b"E\r", b"0\r", b"0\r")
-
-
-def test_cancel_ends_the_waiting(bench, if1):
-    """Cancel: the move will not be made."""
-    command(bench, if1, "H1X1000$", seconds=0.1)
-    write(if1, "#")
-    assert ask(bench, if1, "E") == b"C\r"
-    switch(if1, input1=True)
-    bench.run(1)
-    assert if1.axes["X"].position == 0
-
-
-def test_a_low_pulse_shorter_than_the_waiting_is_still_seen_as_a_level(bench, if1):
-    """Combining: any high level while it waits is enough."""
-    command(bench, if1, "H3X20$", seconds=0.1)
-    switch(if1, input3=True)
-    bench.run(0.005)
-    switch(if1, input3=False)
-    bench.run(0.5)
-    assert if1.axes["X"].position == 20
-
-
 @pytest.mark.parametrize("message", ["H1$", "L2$", "H1L2$", "H1S2$", "H1P0,5$", "H1R1$", "H12L3S1R2$"])
 def test_input_commands_need_a_move(bench, if1, message):
     """Combining: "Input commands can only be used in combination with move commands"."""
@@ -203,40 +190,3 @@ def test_outputs_change_when_the_slowest_part_of_the_move_is_over(bench, if1):
     bench.run(1)
     assert moves(if1.axes["X"]) == [80, -40]
     assert output[0][0] >= int(if1.axes["X"].pulse_times()[-1])
-
-
-def test_a_run_may_wait_for_an_input(bench, if1):
-    """Combining: move instructions, run mode among them."""
-    command(bench, if1, "H2XG$", seconds=0.5)
-    assert not moving(if1)
-    switch(if1, input2=True)
-    bench.run(0.5)
-    assert if1.axes["X"].velocity == 400
-
-
-def test_an_index_of_0_steps_still_waits_and_switches(bench, if1):
-    """Combining: the stages one after the other, the move being empty."""
-    command(bench, if1, "H1X0S1$")
-    assert not if1.pins["output1"].level
-    switch(if1, input1=True)
-    bench.run(0.05)
-    assert if1.pins["output1"].level and if1.axes["X"].position == 0
-
-
-def test_outputs_of_a_cancelled_move(bench, if1):
-    """Index mode: the rest of the message is lost with the index."""
-    command(bench, if1, "X400S1$", seconds=0.3)
-    command(bench, if1, "#", seconds=2)
-    assert not if1.pins["output1"].level
-
-
-def test_open_inputs_are_low(bench, if1):
-    """Input status: a bit is 1 when there is no current: 8 + 64 + 128 with the three inputs open."""
-    assert ask(bench, if1, "I") == b"200\r"
-    switch(if1, input1=True)
-    assert ask(bench, if1, "I") == b"192\r"
-    switch(if1, input2=True, input3=True)
-    assert ask(bench, if1, "I") == b"0\r"
-    for pin in ("input1", "input2", "input3"):
-        if1.pins[pin].release()
-    assert ask(bench, if1, "I") == b"200\r"

@@ -6,13 +6,13 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, constant, faults, ready, send, since_start, write
+from .talking import arrivals, ask, command, constant, faults, play, ready, scripts, send, since_start, write
 
 CHARACTER = 11 * S / 9600
 
 
 def gaps(times: list[int]) -> list[float]:
-    """From the end of one character to the beginning of the next."""
+    """Return the times from the end of each character to the beginning of the next."""
     return [after - before - CHARACTER for before, after in itertools.pairwise(times)]
 
 
@@ -39,14 +39,15 @@ def test_no_delay_unless_it_is_asked_for(bench, if1):
     assert all(abs(gap) <= 1 for gap in gaps([time for time, _, _ in received]))
 
 
-def test_d0_takes_the_delay_away(bench, if1):
-    """Delay: "a number giving the required delay in multiples of 10mS"."""
-    write(if1, "D25")
-    assert ask(bench, if1, "E", 0.2) == b""
-    bench.run(1)
-    assert if1.serial.read() == b"C\r"
-    write(if1, "D0")
-    assert ask(bench, if1, "E", 0.05) == b"C\r"
+@scripts(
+    {
+        'Delay: "a number giving the required delay in multiples of 10mS"':
+        "D25; E; 0.2 s; 1 s; receives C<CR>; D0; E: C",
+        "Delay: it is not move data, and takes effect at once": "XG$; D10; 0.1 s; K; 0.09 s; 0.3 s; receives 3<CR>; #",
+    }
+)  # fmt: skip
+def test_delay_set_and_removed(bench, if1, script):
+    play(bench, if1, script)
 
 
 @pytest.mark.parametrize("n", ["26", "99", "255", "999999999999"])
@@ -76,7 +77,7 @@ def test_echoes_are_delayed_too(bench):
 
 
 def test_the_terminators_of_v_format_are_delayed_as_well(bench):
-    """Delay: each transmitted character; a reply of one letter has three of them."""
+    """Delay: before each transmitted character; a reply of one letter has three characters."""
     if1 = ready(bench, "V61")
     command(bench, if1, "D10", seconds=0.1, end="\n")
     assert ask(bench, if1, "E", 0.15, end="\n") == b"C"
@@ -84,15 +85,6 @@ def test_the_terminators_of_v_format_are_delayed_as_well(bench):
     assert if1.serial.read() == b"\r"
     bench.run(0.15)
     assert if1.serial.read() == b"\n"
-
-
-def test_it_can_be_set_while_a_motor_runs(bench, if1):
-    """Delay is no move data: it takes effect at once."""
-    command(bench, if1, "XG$", "D10", seconds=0.1)
-    assert ask(bench, if1, "K", 0.09) == b""
-    bench.run(0.3)
-    assert if1.serial.read() == b"3\r"
-    write(if1, "#")
 
 
 def test_a_running_motor_does_not_wait_for_slow_characters(bench, if1):

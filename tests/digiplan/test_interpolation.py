@@ -17,10 +17,12 @@ from .talking import (
     gaps,
     moves,
     number,
+    play,
     positions,
     pulse_times_of,
     ramped,
     ready,
+    scripts,
     since_start,
     status,
     status_word,
@@ -31,7 +33,7 @@ from .talking import (
 
 
 def scaled(segments, minor: int, major: int):
-    """The same ramp seen by the minor axis: every rate times minor/major."""
+    """Return the ramp of the minor axis: every rate times minor/major."""
     return [(Fraction(rate) * minor / major, seconds) for rate, seconds in segments]
 
 
@@ -189,30 +191,17 @@ def test_the_example_in_sequence_mode(bench, if1):
     assert number(bench, if1, "F") == 0
 
 
-def test_a_sequence_faults_out_where_the_constraints_are_not_kept(bench, if1):
-    """In sequence mode: "the interface will fault out. A status request must be made"."""
-    command(bench, if1, "^2", seconds=1.2)
-    command(bench, if1, ":Z100@400:X1000/Y200@6000:Z50:$", seconds=3.0)
-    assert positions(if1) == (0, 0, 100)
-    assert (status_word(bench, if1), status(bench, if1, "E")) == (128, "F")
-    assert (number(bench, if1, "F"), status(bench, if1, "E")) == (16, "C")
-
-    command(bench, if1, "^10", seconds=1.2)
-    write(if1, ":$")
-    until_idle(bench, if1)
-    assert positions(if1) == (1000, 200, 250)
-
-
-def test_the_distances_of_an_interpolation_are_remembered_apart(bench, if1):
-    """Duplicating, 3: both distances are taken from the move before; a plain index takes the major one."""
-    write(if1, "X600/Y70@400$")
-    until_idle(bench, if1)
-    write(if1, "Z/X$")
-    until_idle(bench, if1)
-    assert positions(if1) == (670, 70, 600)
-    write(if1, "X800/Y$")
-    until_idle(bench, if1)
-    assert positions(if1) == (1470, 140, 600)
+@scripts(
+    {
+        'In sequence mode: "the interface will fault out. A status request must be made"':
+        "^2; 1.2 s; :Z100@400:X1000/Y200@6000:Z50:$; 3 s; at 0 0 100; K: 128; E: F; F: 16; E: C; ^10; 1.2 s; "
+        ":$; idle; at 1000 200 250",
+        "Duplicating, 3: both distances are taken from the move before; a plain index takes the major one":
+        "X600/Y70@400$; idle; Z/X$; idle; at 670 70 600; X800/Y$; idle; at 1470 140 600",
+    }
+)  # fmt: skip
+def test_interpolated_moves_in_turn(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_the_cancel_code_brings_both_axes_down_together(bench, if1):

@@ -8,8 +8,10 @@ from .talking import (
     gaps,
     moves,
     number,
+    play,
     positions,
     ready,
+    scripts,
     send,
     status,
     status_word,
@@ -74,7 +76,7 @@ def test_the_instruction_may_have_inputs_outputs_and_ramp_data(bench, if1):
 
 
 def test_parameters_alone_are_taken_too(bench, if1):
-    """Intervention: data-dependent data: the host changes the speed and the distance, then lets go."""
+    """Intervention: the host changes the speed and the distance, then gives control back."""
     write(if1, ":%:X:$")
     bench.run(0.1)
     write(if1, "@100")
@@ -100,7 +102,7 @@ def test_a_handed_over_interface_is_clear(bench, if1):
 
 
 def test_resuming_while_the_hosts_move_still_runs_waits_for_it(bench, if1):
-    """Intervention: `%` sent right behind a move; the sequence goes on when the move is done."""
+    """Intervention: `%` sent directly after a move; the sequence continues when the move has ended."""
     write(if1, ":%:X10:$")
     bench.run(0.1)
     write(if1, "Y400@400$", "%")
@@ -124,27 +126,26 @@ def test_each_pass_of_a_repeat_hands_over_anew(bench, if1):
     assert if1.serial.read() == b"" and status(bench, if1, "E") == "C"
 
 
-def test_two_hand_overs_in_a_row(bench, if1):
-    """Intervention: each `%` of the sequence needs a `%` of its own."""
-    write(if1, ":%:%:X10@400:$")
-    bench.run(0.2)
-    assert (ask(bench, if1, "%"), positions(if1), ask(bench, if1, "%")) == (b"%\r%\r", (0, 0, 0), b"")
-    assert positions(if1) == (10, 0, 0)
-
-
-def test_cancel_in_a_hand_over_ends_the_sequence(bench, if1):
-    """Repeating: "the cancel code ... terminates the sequence"; after that `%` resumes nothing."""
-    write(if1, ":X10@400:%:X20:$")
-    bench.run(0.5)
-    write(if1, "#")
-    bench.run(0.1)
-    write(if1, "%")
-    bench.run(0.5)
-    assert positions(if1) == (10, 0, 0)
-    number(bench, if1, "F")
-    write(if1, ":$")
-    bench.run(0.5)
-    assert positions(if1) == (20, 0, 0)
+@scripts(
+    {
+        "Intervention: each `%` of the sequence needs a `%` of its own":
+        ":%:%:X10@400:$; 0.2 s; receives %<CR>; %; 0.2 s; receives %<CR>; at 0 0 0; %; 0.2 s; at 10 0 0",
+        'Repeating: "the cancel code ... terminates the sequence"; after that `%` resumes nothing':
+        ":X10@400:%:X20:$; 0.5 s; receives %<CR>; #; 0.1 s; %; 0.5 s; at 10 0 0; F?; :$; 0.5 s; "
+        "receives %<CR>; at 20 0 0",
+        'Command list: `%` is "Wait for control"; without a hand-over there is nothing to resume':
+        "%; 0.1 s; at 0 0 0; :X100@400:P0,50:Y10:$; 0.1 s; %; 0.2 s; %; 2 s; at 100 10 0; F: 8; E: C",
+        'Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4':
+        "host RTS off; :X10@400:%:Y10:$; 1 s; at 10 0 0; host RTS on; 0.1 s; receives %<CR>; at 10 0 0; %; "
+        "idle; at 10 10 0",
+        'Report-back: "The interface can be interrogated to establish its status at any time"':
+        ":%:X10@400:$; 0.1 s; receives %<CR>; K: 0; F: 0; I: 200; O: 1; E: C; N: 0; Q: 0; %; 0.2 s; at 10 0 0",
+        "R22: a sequence ends with a fault, handed over or not":
+        ":%:X10@400:$; 0.1 s; receives %<CR>; Y4000$; 0.5 s; estop low; 0.5 s; estop released; K: 32; %; 0.5 s; X at 0",
+    }
+)  # fmt: skip
+def test_control_given_to_the_host(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_cancelling_the_hosts_own_move_ends_the_sequence_too(bench, if1):
@@ -161,35 +162,12 @@ def test_cancelling_the_hosts_own_move_ends_the_sequence_too(bench, if1):
     assert positions(if1) == (0, y, 0) and 0 < y < 4000
 
 
-def test_percent_where_no_sequence_waits_moves_nothing(bench, if1):
-    """Command list: `%` is "Wait for control"; without a hand-over there is nothing to resume."""
-    command(bench, if1, "%", seconds=0.1)
-    assert positions(if1) == (0, 0, 0)
-    command(bench, if1, ":X100@400:P0,50:Y10:$", seconds=0.1)
-    command(bench, if1, "%")
-    command(bench, if1, "%", seconds=2.0)
-    assert (positions(if1), number(bench, if1, "F"), status(bench, if1, "E")) == ((100, 10, 0), 8, "C")
-
-
 @pytest.mark.parametrize("text", ["X10%$", "%X10$", "%$", "%%", "S1%"])
 def test_percent_in_odd_places_is_a_data_fault(bench, if1, text):
-    """R7: a message that is no instruction moves nothing."""
+    """R7: a wrong message moves nothing."""
     command(bench, if1, text, seconds=0.5)
     assert positions(if1) == (0, 0, 0) and not if1.pins["output1"].level
     assert number(bench, if1, "F") == 8
-
-
-def test_the_prompt_waits_for_the_handshake_and_the_sequence_with_it(bench, if1):
-    """Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4."""
-    if1.serial.host.rts = False
-    command(bench, if1, ":X10@400:%:Y10:$", seconds=1.0)
-    assert if1.serial.read() == b"" and positions(if1) == (10, 0, 0)
-    if1.serial.host.rts = True
-    bench.run(0.1)
-    assert if1.serial.read() == b"%\r" and positions(if1) == (10, 0, 0)
-    write(if1, "%")
-    until_idle(bench, if1)
-    assert positions(if1) == (10, 10, 0)
 
 
 def test_with_echo_the_prompt_is_not_mixed_up_with_the_echo(bench):
@@ -199,29 +177,6 @@ def test_with_echo_the_prompt_is_not_mixed_up_with_the_echo(bench):
     assert ask(bench, if1, "%") == b"%\r"
     bench.run(0.5)
     assert positions(if1) == (10, 10, 5)
-
-
-def test_a_status_request_in_a_hand_over_is_answered(bench, if1):
-    """Report-back: "The interface can be interrogated to establish its status at any time"."""
-    assert send(bench, if1, ":%:X10@400:$", seconds=0.1) == b"%\r"
-    assert [status(bench, if1, letter) for letter in "KFIOEN"] == ["0", "0", "200", "1", "C", "0"]
-    assert ask(bench, if1, "Q") == b"\0"
-    command(bench, if1, "%")
-    assert positions(if1) == (10, 0, 0)
-
-
-def test_a_fault_in_the_hosts_move_ends_the_sequence(bench, if1):
-    """R22: a sequence ends with a fault, handed over or not."""
-    write(if1, ":%:X10@400:$")
-    bench.run(0.1)
-    write(if1, "Y4000$")
-    bench.run(0.5)
-    if1.pins["estop"].drive(False)
-    bench.run(0.5)
-    if1.pins["estop"].release()
-    assert status_word(bench, if1) == 32
-    command(bench, if1, "%", seconds=0.5)
-    assert positions(if1)[0] == 0
 
 
 def test_a_sequence_sent_in_a_hand_over_is_a_data_fault(bench, if1):
@@ -249,7 +204,7 @@ def test_a_prompt_that_is_cancelled_before_it_may_be_sent_leaves_rts_reset(bench
 
 
 def test_a_reply_that_waits_with_a_cancelled_prompt_keeps_rts_set(bench, if1):
-    """Control lines: what is left is sent as soon as DSR and CTS are set."""
+    """Control lines: the other reply is sent as soon as DSR and CTS are set."""
     if1.serial.host.dtr = False
     command(bench, if1, ":%:Y5:$", "K", "#", seconds=0.1)
     assert if1.serial.rts

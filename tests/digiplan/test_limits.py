@@ -8,9 +8,10 @@ from .talking import (
     command,
     edges,
     moves,
-    number,
+    play,
     positions,
     ready,
+    scripts,
     send,
     status,
     status_word,
@@ -23,22 +24,23 @@ TRAVEL = {"limits": (-100, 2000)}
 """The minus switch opens below -100, the plus switch above 2000."""
 
 
-def test_the_limit_switch_stops_a_slow_move_where_it_opens(bench):
-    """Clearing: "any axis in motion will stop"; below the start/stop speed at once."""
-    if1 = ready(bench, X=TRAVEL)
-    command(bench, if1, "X9000@400$", seconds=10.0)
-    assert positions(if1) == (2001, 0, 0)
-    assert number(bench, if1, "I") == 200 + 16
-    assert (number(bench, if1, "N"), status_word(bench, if1)) == (2001, 64)
-
-
-def test_the_negative_limit_stops_a_negative_move(bench):
-    """Emergency stop and limit inputs: "and vice versa"."""
-    if1 = ready(bench, X=TRAVEL)
-    command(bench, if1, "X-9000@400$", seconds=10.0)
-    assert positions(if1) == (-101, 0, 0)
-    assert number(bench, if1, "I") == 200 + 32
-    assert status_word(bench, if1) == 64
+@scripts(
+    {
+        'Clearing: "any axis in motion will stop"; below the start/stop speed at once':
+        "X9000@400$; 10 s; at 2001 0 0; I: 216; N: 2001; K: 64",
+        'Emergency stop and limit inputs: "and vice versa"': "X-9000@400$; 10 s; at -101 0 0; I: 232; K: 64",
+        'Clearing: "driven off the limit in the opposite direction and no further status request need be made"':
+        "X9000@400$; 8 s; K: 64; X-500$; idle; at 1501 0 0; X100$; idle; at 1601 0 0; K: 0",
+        'Digest 14: "further movement refused until read"; the manual: "after a status request has been made"':
+        "X9000@400$; 8 s; X-500$; Z-5$; 2 s; at 2001 0 0; K: 64; 2 s; at 2001 0 0",
+        'Clearing: "a status request will be necessary ... and this will serve to reset the fault bit"':
+        "X9000@400$; 8 s; K: 64; K: 0; K: 0; E: C; I: 216; led is high",
+        "Run mode ends at a limit as an index does: a run is stopped by a limit":
+        "X@400G$; 10 s; at 2001 0 0; K: 64; K: 0; X-G$; 10 s; at -101 0 0; K: 64",
+    }
+)  # fmt: skip
+def test_a_limit_switch_of_x(bench, script):
+    play(bench, ready(bench, X=TRAVEL), script)
 
 
 def test_a_fast_move_decelerates_beyond_the_switch(bench):
@@ -62,38 +64,6 @@ def test_the_wrong_direction_is_refused_before_and_after_the_request(bench):
     command(bench, if1, "X10$", seconds=0.5)
     command(bench, if1, "X@200G$", seconds=0.5)
     assert positions(if1) == (2001, 0, 0)
-
-
-def test_the_system_can_be_driven_off_the_limit_after_the_request(bench):
-    """Clearing: "driven off the limit in the opposite direction and no further status request need be made"."""
-    if1 = ready(bench, X=TRAVEL)
-    command(bench, if1, "X9000@400$", seconds=8.0)
-    assert status_word(bench, if1) == 64
-    write(if1, "X-500$")
-    until_idle(bench, if1)
-    assert positions(if1) == (1501, 0, 0)
-    write(if1, "X100$")
-    until_idle(bench, if1)
-    assert (positions(if1), status_word(bench, if1)) == ((1601, 0, 0), 0)
-
-
-def test_no_movement_before_the_limit_has_been_read(bench):
-    """Digest 14: "further movement refused until read"; the manual: "after a status request has been made"."""
-    if1 = ready(bench, X=TRAVEL)
-    command(bench, if1, "X9000@400$", seconds=8.0)
-    command(bench, if1, "X-500$", "Z-5$", seconds=2.0)
-    assert (positions(if1), status_word(bench, if1)) == ((2001, 0, 0), 64)
-    bench.run(2.0)
-    assert positions(if1) == (2001, 0, 0)
-
-
-def test_one_request_clears_the_limit_though_the_switch_is_still_open(bench):
-    """Clearing: "a status request will be necessary ... and this will serve to reset the fault bit"."""
-    if1 = ready(bench, X=TRAVEL)
-    command(bench, if1, "X9000@400$", seconds=8.0)
-    assert ([status_word(bench, if1) for _ in range(3)], status(bench, if1, "E")) == ([64, 0, 0], "C")
-    assert number(bench, if1, "I") == 216
-    assert if1.pins["led"].level
 
 
 def test_the_led_goes_out_when_the_limit_has_been_read_and_left(bench):
@@ -121,16 +91,17 @@ def test_the_limits_are_common_to_all_axes(bench):
     assert positions(if1) == (0, 51, 0)  # X and Y are asked for positively
 
 
-def test_other_axes_may_move_away_from_a_limit_too(bench):
-    """Limit inputs: common: negative movement is allowed while the positive limit is open."""
-    if1 = ready(bench)
-    if1.pins["limit_plus"].drive(False)
-    bench.run(0.1)
-    status_word(bench, if1)
-    for text in ("X-10@400$", "Y-20$", "X-Y-Z-5$"):
-        write(if1, text)
-        until_idle(bench, if1)
-    assert positions(if1) == (-15, -25, -5)
+@scripts(
+    {
+        "Limit inputs: common: negative movement is allowed while the positive limit is open":
+        "limit_plus low; 0.1 s; K?; X-10@400$; idle; Y-20$; idle; X-Y-Z-5$; idle; at -15 -25 -5",
+        "Both switches open at once (a broken wire common to both): nothing may move":
+        "limit_plus low; limit_minus low; 0.1 s; I: 248; K?; X10$; 0.3 s; K?; X-10$; 0.3 s; K?; Y10$; 0.3 s; "
+        "K?; Z-10$; 0.3 s; at 0 0 0; K?; limit_minus released; 0.1 s; K?; X-10$; idle; at -10 0 0",
+    }
+)  # fmt: skip
+def test_open_limit_inputs(bench, script):
+    play(bench, ready(bench), script)
 
 
 def test_a_move_away_from_an_open_switch_is_not_stopped_by_it(bench):
@@ -147,26 +118,6 @@ def test_a_move_away_from_an_open_switch_is_not_stopped_by_it(bench):
     assert positions(if1) == (-400, 0, 0)
 
 
-def test_the_opposite_limit_does_stop_a_move_away(bench):
-    """Both switches open at once (a broken wire common to both): nothing may move."""
-    if1 = ready(bench)
-    for name in ("limit_plus", "limit_minus"):
-        if1.pins[name].drive(False)
-    bench.run(0.1)
-    assert number(bench, if1, "I") == 248
-    for text in ("X10$", "X-10$", "Y10$", "Z-10$"):
-        status_word(bench, if1)
-        command(bench, if1, text, seconds=0.3)
-    assert positions(if1) == (0, 0, 0)
-    status_word(bench, if1)
-    if1.pins["limit_minus"].release()
-    bench.run(0.1)
-    status_word(bench, if1)
-    write(if1, "X-10$")
-    until_idle(bench, if1)
-    assert positions(if1) == (-10, 0, 0)
-
-
 def test_a_limit_open_at_power_up(bench):
     """Limit inputs "must remain connected to +24v for the interface to run"; off the limit it can be driven."""
     if1 = bench.add("if1")
@@ -178,16 +129,6 @@ def test_a_limit_open_at_power_up(bench):
     write(if1, "X10$")
     until_idle(bench, if1)
     assert positions(if1) == (10, 0, 0)
-
-
-def test_a_run_is_stopped_by_a_limit(bench):
-    """Run mode ends at a limit as an index does."""
-    if1 = ready(bench, X=TRAVEL)
-    command(bench, if1, "X@400G$", seconds=10.0)
-    assert positions(if1) == (2001, 0, 0)
-    assert (status_word(bench, if1), status_word(bench, if1)) == (64, 0)
-    command(bench, if1, "X-G$", seconds=10.0)
-    assert (positions(if1), status_word(bench, if1)) == ((-101, 0, 0), 64)
 
 
 def test_a_limit_stops_both_axes_of_an_interpolated_move(bench):
@@ -222,24 +163,15 @@ def test_a_backlash_correction_away_from_the_limit_that_the_move_found(bench):
     assert (positions(if1), moves(if1.axes["X"]), status_word(bench, if1)) == ((106, 0, 0), [106], 64)
 
 
-def test_a_limit_touched_at_rest_is_told_and_lights_the_led(bench, if1):
-    """Inputs: "Emergency stop or limit inputs will light the LED (red)"."""
-    if1.pins["limit_minus"].drive(False)
-    bench.run(0.1)
-    assert if1.pins["led"].level
-    assert status_word(bench, if1) == 64
-    if1.pins["limit_minus"].release()
-    bench.run(0.1)
-    assert (status_word(bench, if1), if1.pins["led"].level) == (0, False)
-
-
-def test_a_limit_that_was_touched_and_left_is_still_told(bench, if1):
-    """Clearing: the bit stays until the request."""
-    if1.pins["limit_plus"].drive(False)
-    bench.run(0.005)
-    if1.pins["limit_plus"].release()
-    bench.run(5.0)
-    assert [status_word(bench, if1) for _ in range(2)] == [64, 0]
+@scripts(
+    {
+        'Inputs: "Emergency stop or limit inputs will light the LED (red)"':
+        "limit_minus low; 0.1 s; led is high; K: 64; limit_minus released; 0.1 s; K: 0; led is low",
+        "Clearing: the bit stays until the request": "limit_plus low; 0.005 s; limit_plus released; 5 s; K: 64; K: 0",
+    }
+)  # fmt: skip
+def test_a_limit_input_at_rest(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_emergency_stop_and_limit_at_once(bench, if1):
@@ -296,7 +228,7 @@ def test_a_backlash_correction_does_not_drive_into_an_open_limit(bench, if1):
 
 
 def test_a_backlash_correction_comes_back_once_the_limit_has_closed(bench, if1):
-    """Limit inputs: the level counts, not what it was when the index began."""
+    """Limit inputs: the level at the time of the correction counts, not the level when the index began."""
     write(if1, "B-20")
     if1.pins["limit_minus"].drive(False)
     bench.run(0.1)
@@ -348,6 +280,6 @@ def test_a_limit_touched_at_rest_and_read_lets_what_is_waiting_move_away(bench, 
 
 
 def settle_or_fault(bench, controller):
-    """Until it neither moves nor waits; E may be F."""
+    """Run until the interface is not busy; E may answer F."""
     bench.run(0.1)
     bench.run_until(lambda: not controller.busy, 10)

@@ -19,13 +19,13 @@ def stored(controller: Controller) -> tuple[str, ...]:
 
 
 def running(controller: Controller) -> int | None:
-    """The step in execution, from 1."""
+    """Return the number of the step in progress; the first step is 1."""
     index = controller.programs["sequence"].running
     return None if index is None else index + 1
 
 
 def begun(bench: Bench, controller: Controller) -> list[tuple[int, int]]:
-    """A list that grows with each step: when it begins, in ns from the first one, and which it is, from 1."""
+    """Return a list that grows with (time in ns from the first step, number) of each step that begins."""
     found: list[tuple[int, int]] = []
     first: list[int] = []
 
@@ -74,13 +74,13 @@ axis_names = st.permutations(["X", "Y", "Z"]).flatmap(lambda axes: st.integers(1
 
 @st.composite
 def axes(draw, names):
-    """Some of these axes, each with a sign or none, and perhaps a distance."""
+    """Generate axes, each with or without a sign, and an optional distance."""
     return "".join(name + draw(st.sampled_from(["", "+", "-"])) + draw(optional(numbers)) for name in names)
 
 
 @st.composite
 def moves(draw):
-    """Axes and what goes with them, in any order that may be typed."""
+    """Generate moves with their parameters, in any valid order."""
     names = draw(axis_names)
     minor = len(names) > 1 and draw(st.booleans())
     named = draw(axes(names[:1] if minor else names)) + (f"/{draw(axes(names[1:]))}" if minor else "")
@@ -97,7 +97,7 @@ backlashes = st.integers(-255, 255).map(lambda distance: f"B{distance:+}")
 
 @st.composite
 def steps(draw):
-    """A step of a sequence in the manual's order, with anything that may stand in it."""
+    """Generate steps of a sequence, with all commands that are allowed, in the manual's order."""
     waits = draw(optional(lines_of.map("H{}".format))) + draw(optional(lines_of.map("L{}".format)))
     if draw(st.booleans()):
         repeat = f"={draw(st.integers(0, 255))},1"
@@ -115,7 +115,7 @@ def steps(draw):
 
 @given(steps())
 def test_a_line_read_again_is_the_same_step(text):
-    """Also the order of the axes, since the first one decides on the correction of backlash."""
+    """The order of the axes is the same too, since the first axis determines the backlash correction."""
     message = parse(f":{text}:$", COMMANDS)
     assert message.problems == []
     (step,) = message.steps
@@ -127,7 +127,7 @@ def test_a_line_read_again_is_the_same_step(text):
 
 @pytest.mark.parametrize("text", [">3<10^100X500@9000S1", "D5>4", "B-7XB"])
 def test_a_direct_message_can_be_written_as_well(text):
-    """Speed to Acceleration rate: parameters that is not allowed in a sequence."""
+    """Speed to Acceleration rate: parameters that are not allowed in a sequence."""
     (step,) = parse(text, COMMANDS).steps
     assert parse(typed(step), COMMANDS).steps == [step]
 
@@ -195,7 +195,7 @@ def test_a_step_that_waits_runs_until_its_input_comes(bench, if1):
 
 
 def test_cancel_ends_the_step_at_once(bench, if1):
-    """Index mode: `#` stops with deceleration and ends the sequence; nothing of it runs while the motor slows down."""
+    """Index mode: `#` ends the sequence at once, although the motor still decelerates."""
     command(bench, if1, ":X9999@2000:Y:$", seconds=1.0)
     assert running(if1) == 1
     write(if1, "#")
@@ -205,7 +205,7 @@ def test_cancel_ends_the_step_at_once(bench, if1):
 
 
 def test_the_host_in_control_leaves_the_step_running(bench, if1):
-    """Controller intervention: `%` is a step until the host sends % in its turn."""
+    """Controller intervention: the step `%` lasts until the host sends %."""
     found = begun(bench, if1)
     write(if1, ":%:S1:$")
     bench.run(0.2)
@@ -225,7 +225,7 @@ def test_a_direct_message_is_no_step(bench, if1):
 
 
 def test_a_run_goes_on_when_its_sequence_has_ended(bench, if1):
-    """Run mode: the step is over when the run has begun; the sequence when there are no more steps."""
+    """Run mode: the step ends when the run has begun; the sequence ends after its last step."""
     command(bench, if1, ":X@500G:S1:$", seconds=0.5)
     assert running(if1) is None
     assert if1.axes["X"].velocity == 500

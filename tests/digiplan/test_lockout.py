@@ -2,7 +2,7 @@
 
 import pytest
 
-from .talking import ask, command, number, positions, ready, send, status, status_word, until_idle, write
+from .talking import ask, command, number, play, positions, ready, scripts, send, status, status_word, until_idle, write
 
 
 def test_a_locked_interface_receives_no_further_instructions(bench, if1):
@@ -18,29 +18,29 @@ def test_a_locked_interface_receives_no_further_instructions(bench, if1):
     assert (positions(if1), number(bench, if1, "F")) == ((100, 0, 0), 0)
 
 
-def test_what_was_sent_while_locked_has_left_no_trace(bench, if1):
-    """Lockout: parameters are instructions too."""
-    write(if1, "X50$")
-    until_idle(bench, if1)
-    command(bench, if1, "[", "X70@100$", "]", "X$", seconds=0.3)
-    assert positions(if1) == (100, 0, 0)
-
-
-def test_status_requests_are_answered_while_locked(bench, if1):
-    """Lockout: "although it will respond to status request commands"."""
-    write(if1, "X7$")
-    until_idle(bench, if1)
-    write(if1, "[")
-    assert [status(bench, if1, letter) for letter in "KFIOEN"] == ["0", "32", "200", "0", "[", "7"]
-    assert ask(bench, if1, "Q") == b"\0"
-
-
-def test_e_answers_the_bracket_and_f_tells_32_while_locked(bench, if1):
-    """Busy status: "[<CR>" if it is in the battery backup mode"; R31: an IF1 has it too."""
-    write(if1, "[")
-    assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"[\r", b"32\r")
-    write(if1, "]")
-    assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"C\r", b"0\r")
+@scripts(
+    {
+        "Lockout: parameters are instructions too": "X50$; idle; [; X70@100$; ]; X$; 0.3 s; at 100 0 0",
+        'Lockout: "although it will respond to status request commands"':
+        "X7$; idle; [; K: 0; F: 32; I: 200; O: 0; E: [; N: 7; Q: 0",
+        'Busy status: "[<CR>" if it is in the battery backup mode"; R31: an IF1 has it too':
+        "[; E: [; F: 32; ]; E: C; F: 0",
+        'Battery backup: "Error checking becomes operative again as soon as the unlock command has been received"':
+        "[; !; ]; !; 0.1 s; K: 128; F: 8",
+        'Motion status: "any communication fault bits are only cleared when the "F" command is sent"':
+        "!; [; 0.1 s; F: 40; F: 32",
+        "Lockout: it concerns RS232 communication": "X1000@400$; 0.5 s; [; 0.1 s; #; K: 3; 3 s; at 1000 0 0",
+        "Battery backup: `]` without a lock does nothing": "]; 0.1 s; K: 0; E: C",
+        "Lockout: a second `[` is ignored, so one `]` unlocks": "[; [; ]; E: C",
+        "Lockout and intervention: `%` is an instruction too; it works again after unlocking":
+        ":%:X10@400:$; 0.1 s; receives %<CR>; [; %; 0.5 s; at 0 0 0; ]; %; 0.5 s; at 10 0 0",
+        "Lockout: status requests are answered; a limit is reported as before":
+        "X4000@400$; [; 1 s; limit_plus low; 0.5 s; K: 64; E: [",
+        "R9 and lockout: first the two moves, then the lock": "X400@400$; X200$; [; 0.5 s; 2 s; at 600 0 0; E: [",
+    }
+)  # fmt: skip
+def test_locked_and_unlocked(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_spurious_data_raises_no_fault_while_locked(bench, if1):
@@ -61,34 +61,12 @@ def test_spurious_data_raises_no_fault_while_locked(bench, if1):
 
 
 def test_a_flood_raises_no_fault_while_locked(bench, if1):
-    """Battery backup: no error checking; the characters are thrown away as they come."""
+    """Battery backup: no error checking; received characters are dropped."""
     command(bench, if1, "[", seconds=0.1)
     if1.serial.write(b"X" * 500)
     bench.run(2.0)
     write(if1, "")
     assert (status_word(bench, if1), number(bench, if1, "F")) == (0, 32)
-
-
-def test_error_checking_is_operative_again_after_unlocking(bench, if1):
-    """Battery backup: "Error checking becomes operative again as soon as the unlock command has been received"."""
-    command(bench, if1, "[", "!", "]", "!", seconds=0.1)
-    assert (status_word(bench, if1), number(bench, if1, "F")) == (128, 8)
-
-
-def test_a_fault_from_before_is_kept_while_locked(bench, if1):
-    """Motion status: "any communication fault bits are only cleared when the "F" command is sent"."""
-    command(bench, if1, "!", "[", seconds=0.1)
-    assert (number(bench, if1, "F"), number(bench, if1, "F")) == (40, 32)
-
-
-def test_motion_goes_on_when_the_interface_is_locked(bench, if1):
-    """Lockout: it concerns RS232 communication."""
-    command(bench, if1, "X1000@400$", seconds=0.5)
-    command(bench, if1, "[", seconds=0.1)
-    write(if1, "#")
-    assert status_word(bench, if1) == 3
-    bench.run(3.0)
-    assert positions(if1) == (1000, 0, 0)
 
 
 def test_a_sequence_goes_on_when_the_interface_is_locked(bench, if1):
@@ -160,30 +138,6 @@ def test_the_lock_command_stands_alone(bench, if1, text):
     assert (number(bench, if1, "F"), positions(if1)) == (8, (0, 0, 0))
 
 
-def test_unlocking_what_is_not_locked_does_nothing(bench, if1):
-    """Battery backup: `]` is sent first thing to change a sequence."""
-    command(bench, if1, "]", seconds=0.1)
-    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
-
-
-def test_locking_twice_needs_one_unlock(bench, if1):
-    """Lockout: `[` is itself an instruction that a locked interface does not receive."""
-    write(if1, "[", "[", "]")
-    assert status(bench, if1, "E") == "C"
-
-
-def test_locking_in_a_hand_over_keeps_the_sequence_waiting(bench, if1):
-    """Lockout and intervention: `%` is an instruction too; it works again after unlocking."""
-    write(if1, ":%:X10@400:$")
-    bench.run(0.1)
-    write(if1, "[", "%")
-    bench.run(0.5)
-    assert positions(if1) == (0, 0, 0)
-    write(if1, "]", "%")
-    bench.run(0.5)
-    assert positions(if1) == (10, 0, 0)
-
-
 def test_a_locked_interface_echoes_as_before(bench):
     """Echo-back: the data format is not changed by the lock; nothing is executed."""
     if1 = ready(bench, "U62")
@@ -192,7 +146,6 @@ def test_a_locked_interface_echoes_as_before(bench):
 
 
 def test_lock_and_unlock_in_the_v_format(bench):
-    """Lockout: terminated as agreed."""
     if1 = ready(bench, "V61")
     write(if1, "[", end="\n")
     assert ask(bench, if1, "E", end="\n") == b"[\r\n"
@@ -214,26 +167,9 @@ def test_an_emergency_stop_while_locked_needs_the_power_off(bench, if1):
     assert if1.pins["led"].level
 
 
-def test_a_fault_while_locked_can_be_read(bench, if1):
-    """Lockout: status requests are answered; a limit is told as always."""
-    command(bench, if1, "X4000@400$", "[", seconds=1.0)
-    if1.pins["limit_plus"].drive(False)
-    bench.run(0.5)
-    assert (status_word(bench, if1), status(bench, if1, "E")) == (64, "[")
-
-
 def test_a_message_in_two_parts_around_the_lock(bench, if1):
     """Lockout: a half message before `[` is not one: `X100[` is a data fault, the interface stays open (R7)."""
     if1.serial.write(b"X100")
     bench.run(0.1)
     command(bench, if1, "[", "X60$", seconds=0.5)
     assert (positions(if1), number(bench, if1, "F")) == ((60, 0, 0), 8)
-
-
-def test_a_lock_sent_behind_a_held_move_waits_with_it(bench, if1):
-    """R9 and lockout: first the two moves, then the lock."""
-    for text in ("X400@400$", "X200$", "["):
-        write(if1, text)
-    bench.run(0.5)
-    bench.run(2.0)
-    assert (positions(if1), status(bench, if1, "E")) == ((600, 0, 0), "[")

@@ -15,7 +15,7 @@ FASTEST = (">3", "@99999")
 
 
 def locked_with(directory, messages, form="U61", baud=9600):
-    """An IF2 that was programmed with these messages, locked and switched off."""
+    """Return an IF2 that was programmed with these messages, locked and switched off."""
     bench = Bench()
     if2 = bench.add("if2", state=directory, line=f"{baud} 8N2")
     detect(bench, if2)
@@ -111,7 +111,7 @@ def file(tmp_path, image):
     + [("sequence", value) for value in ("X:::", ":X5", ":>2:$", 5, None)],
 )
 def test_no_value_is_believed_that_cannot_have_been_programmed(file, tmp_path, place, value):
-    """One line that names the file and the remedy."""
+    """The error is one line that names the file and the remedy."""
     spoilt(file, **{place: value})
     with pytest.raises(UsageError) as told:
         switched_on(tmp_path)

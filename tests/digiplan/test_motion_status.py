@@ -4,7 +4,22 @@ import pytest
 
 from axistwin import Bench
 
-from .talking import ask, command, moves, number, positions, ready, send, status, status_word, times, until_idle, write
+from .talking import (
+    ask,
+    command,
+    moves,
+    number,
+    play,
+    positions,
+    ready,
+    scripts,
+    send,
+    status,
+    status_word,
+    times,
+    until_idle,
+    write,
+)
 
 # A slow ramp, to have time to look at it: 1000 steps/s2 from 400 to 5000 in steps of 100 are 46 levels of 100 ms,
 # 4.6 s and 46 x (400 + 4900) / 2 x 0.1 = 12190 steps each way.
@@ -92,20 +107,15 @@ def test_an_emergency_stop_while_decelerating_is_41(bench, slow):
     assert ask(bench, slow, "K", 0.05) == b"32\r"
 
 
-def test_a_limit_while_decelerating_is_73(bench, slow):
-    """Quick status: "73 decimal or 49 hex", "a limit input has appeared whilst an axis is ... decelerating"."""
-    command(bench, slow, "X90000$", seconds=6.0)
-    slow.pins["limit_plus"].drive(False)
-    bench.run(0.5)
-    assert ask(bench, slow, "Q", 0.05) == b"\x49"
-
-
-def test_k_reports_the_same_limit_as_73(bench, slow):
-    """Motion status: 1 + 8 + 64."""
-    command(bench, slow, "X90000$", seconds=6.0)
-    slow.pins["limit_plus"].drive(False)
-    bench.run(0.5)
-    assert ask(bench, slow, "K", 0.05) == b"73\r"
+@scripts(
+    {
+        'Quick status: "73 decimal or 49 hex", "a limit input has appeared whilst an axis is ... decelerating"':
+        "X90000$; 6 s; limit_plus low; 0.5 s; Q: 73",
+        "Motion status: 1 + 8 + 64": "X90000$; 6 s; limit_plus low; 0.5 s; K: 73",
+    }
+)  # fmt: skip
+def test_limit_while_decelerating(bench, slow, script):
+    play(bench, slow, script)
 
 
 @pytest.mark.parametrize("form", ["U31", "U41", "U71", "U81"])
@@ -129,7 +139,7 @@ def test_quick_status_without_a_free_eighth_bit_comes_with_bit_7_cleared(bench, 
 
 
 def test_quick_status_has_no_end_in_the_v_format_either(bench):
-    """Quick status: one byte."""
+    """Quick status: one byte, also in the V format."""
     if1 = ready(bench, "V31")
     assert (ask(bench, if1, "Q", end="\n"), ask(bench, if1, "K", end="\n")) == (b"\0", b"0\r\n")
 
@@ -174,27 +184,24 @@ def test_spaces_in_a_status_request_are_ignored(bench, if1):
 # Busy status
 
 
-def test_busy_status_tells_busy_from_clear(bench, if1):
-    """Busy status: "E <CR>" if it is busy and "C <CR>" if it is clear for new data or commands" (R20)."""
-    assert ask(bench, if1, "E") == b"C\r"
-    write(if1, "X400@400$")
-    assert ask(bench, if1, "E") == b"E\r"
-    bench.run(2.0)
-    assert ask(bench, if1, "E") == b"C\r"
-
-
-def test_busy_includes_waiting_and_pulsing_but_in_motion_does_not(bench, if1):
-    """Busy status: ""motionless" activities such as waiting for inputs and pulsing outputs"."""
-    if1.pins["input1"].drive(False)
-    command(bench, if1, "H1X10@400$", seconds=0.1)
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("E", 0)
-    if1.pins["input1"].drive(True)
-    bench.run(0.2)
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
-    command(bench, if1, "P3,40$", seconds=0.1)
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("E", 0)
-    bench.run(0.3)
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
+@scripts(
+    {
+        'Busy status: "E <CR>" if it is busy and "C <CR>" if it is clear for new data or commands" (R20)':
+        "E: C; X400@400$; E: E; 2 s; E: C",
+        'Busy status: ""motionless" activities such as waiting for inputs and pulsing outputs"':
+        "input1 low; H1X10@400$; 0.1 s; E: E; K: 0; input1 high; 0.2 s; E: C; K: 0; P3,40$; 0.1 s; E: E; "
+        "K: 0; 0.3 s; E: C; K: 0",
+        "Input status: 8 + 64 + 128 for inputs 1 to 3 without current": "I: 200",
+        'Input status: "will read all inputs"; resetting needs a motion status request':
+        "estop low; 0.1 s; I: 201; estop released; 0.1 s; I: 200; K: 32",
+        'Clearing: "If the "F" command is not sent, movement will not be inhibited"':
+        "!; X100@400$; 0.5 s; at 100 0 0; K: 128",
+        'IN BATTERY-BACKUP MODE: "not in fact a fault condition but simply indicates that ... data has been locked"':
+        "[; 0.1 s; K: 0; F: 32; F: 32; ]; 0.1 s; K: 0; F: 0",
+    }
+)  # fmt: skip
+def test_requests_and_answers(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_busy_status_is_f_with_each_kind_of_fault(bench, if1):
@@ -236,11 +243,6 @@ def test_nothing_is_answered_during_a_ramp_calculation_but_everything_afterwards
 # Input status
 
 
-def test_every_input_normal_and_the_three_inputs_open_is_200(bench, if1):
-    """Input status: 8 + 64 + 128 for inputs 1 to 3 without current."""
-    assert ask(bench, if1, "I") == b"200\r"
-
-
 @pytest.mark.parametrize(
     ("pin", "value"),
     [("estop", 1), ("x_fault", 2), ("y_fault", 4), ("input1", 8), ("limit_plus", 16), ("limit_minus", 32),
@@ -260,16 +262,6 @@ def test_an_input_returns_its_value_when_there_is_no_current(bench, if1, pin, va
     if1.pins[pin].drive(normal if fault else True)
     bench.run(0.01)
     assert number(bench, if1, "I") == 0
-
-
-def test_input_status_is_that_of_now_and_clears_nothing(bench, if1):
-    """Input status: "will read all inputs"; resetting needs a motion status request."""
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    assert number(bench, if1, "I") == 201
-    if1.pins["estop"].release()
-    bench.run(0.1)
-    assert (number(bench, if1, "I"), status_word(bench, if1)) == (200, 32)
 
 
 # Communication status
@@ -308,22 +300,8 @@ def test_faults_add_up_until_f_clears_them_all(bench, if1):
     assert status_word(bench, if1) == 0
 
 
-def test_a_communication_fault_does_not_inhibit_movement(bench, if1):
-    """Clearing: "If the "F" command is not sent, movement will not be inhibited"."""
-    command(bench, if1, "!", "X100@400$", seconds=0.5)
-    assert (positions(if1), status_word(bench, if1)) == ((100, 0, 0), 128)
-
-
 def test_a_communication_fault_does_not_light_the_led(bench, if1):
     """R27: the chapter lists fault, limit and emergency stop."""
     command(bench, if1, "!", seconds=0.1)
     assert status_word(bench, if1) == 128
     assert not if1.pins["led"].level
-
-
-def test_battery_backup_mode_is_a_bit_of_f_but_no_fault(bench, if1):
-    """IN BATTERY-BACKUP MODE: "not in fact a fault condition but simply indicates that ... data has been locked"."""
-    command(bench, if1, "[", seconds=0.1)
-    assert (status_word(bench, if1), number(bench, if1, "F"), number(bench, if1, "F")) == (0, 32, 32)
-    command(bench, if1, "]", seconds=0.1)
-    assert (status_word(bench, if1), number(bench, if1, "F")) == (0, 0)

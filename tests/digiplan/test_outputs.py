@@ -6,34 +6,36 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import ask, command, edges, faults, ready, start_ns, write
+from .talking import command, edges, faults, play, ready, scripts, start_ns, write
 
 
 def levels(if1) -> str:
-    """Outputs 1 to 5 as five digits."""
+    """Return the levels of outputs 1 to 5 as five digits."""
     return "".join(str(int(if1.pins[f"output{n}"].level)) for n in range(1, 6))
 
 
 def pulses(seen: list[tuple[int, bool]]) -> list[tuple[int, bool]]:
-    """(length in ns, level) of each stretch between two changes."""
+    """Return (length in ns, level) between each two changes."""
     return [(after - before, level) for (before, level), (after, _) in itertools.pairwise(seen)]
 
 
-def test_all_outputs_are_off_at_power_on(bench, if1):
-    """Default values: "Outputs 1-5 - Off (reset)"."""
-    assert levels(if1) == "00000"
-
-
-def test_s2_turns_on_output_2(bench, if1):
-    """Outputs: ""S2 $ <CR>" turns on output 2"."""
-    command(bench, if1, "S2 $", seconds=0.05)
-    assert levels(if1) == "01000"
-
-
-def test_s13_r2_turns_1_and_3_on_and_2_off(bench, if1):
-    """Outputs: ""S13 R2 $ <CR>" turns outputs 1 and 3 on, and turns output 2 off"."""
-    command(bench, if1, "S2$", "S13 R2 $", seconds=0.05)
-    assert levels(if1) == "10100"
+@scripts(
+    {
+        'Default values: "Outputs 1-5 - Off (reset)"': "outputs 00000",
+        'Outputs: ""S2 $ <CR>" turns on output 2"': "S2 $; 0.05 s; outputs 01000",
+        'Outputs: ""S13 R2 $ <CR>" turns outputs 1 and 3 on, and turns output 2 off"':
+        "S2$; S13 R2 $; 0.05 s; outputs 10100",
+        'Outputs: "followed by the output number and the "$" character"': "S2; 0.05 s; outputs 00000",
+        'Busy status: "motionless" activities such as waiting for inputs and pulsing outputs"':
+        "P1,90$; E: E; K: 0; 1 s; E: C",
+        "Cancel: it ends a pulse in progress": "P1,99$; 0.1 s; #; E: C; S2$; 0.05 s; output2 is high",
+        "Outputs: only S, R and P change them": "S135$; X400$; 0.3 s; #; 0.3 s; outputs 10101",
+        "Default values: outputs are off when power is applied":
+        "S12345$; 0.1 s; power off; outputs 00000; power on; 2 s; outputs 00000",
+    }
+)  # fmt: skip
+def test_output_levels(bench, if1, script):
+    play(bench, if1, script)
 
 
 @pytest.mark.parametrize(
@@ -74,12 +76,6 @@ def test_there_are_five_outputs(bench, if1, message):
     assert levels(if1) == "00000"
     answer = faults(bench, if1)
     assert answer[0] == b"128\r" and answer[1] in (b"8\r", b"16\r")
-
-
-def test_without_the_dollar_sign_nothing_is_switched(bench, if1):
-    """Outputs: "followed by the output number and the "$" character"."""
-    command(bench, if1, "S2", seconds=0.05)
-    assert levels(if1) == "00000"
 
 
 def test_a_pulse_200_ms_long_on_output_4(bench, if1):
@@ -124,7 +120,7 @@ def test_increments_of_10_ms_up_to_990(bench, if1, length):
 
 @pytest.mark.parametrize("message", ["P4,100$", "P4,999$", "P4,0$", "P0,100$", "P4,100"])
 def test_a_longer_pulse_is_out_of_range(bench, if1, message):
-    """R25: out of range; and the length stays as it was."""
+    """R25: out of range; the previous length is kept."""
     seen = edges(if1.pins["output4"])
     command(bench, if1, message, seconds=0.05)
     assert faults(bench, if1) == (b"128\r", b"16\r")
@@ -141,40 +137,6 @@ def test_output_0_is_a_delay(bench, if1):
     assert levels(if1) == "00000"
     bench.run(0.5)
     assert begin + 500 * MS <= seen[0][0] <= begin + 530 * MS
-
-
-def test_pulsing_is_busy_and_not_in_motion(bench, if1):
-    """Busy status: "motionless" activities such as waiting for inputs and pulsing outputs"."""
-    write(if1, "P1,90$")
-    assert (ask(bench, if1, "E"), ask(bench, if1, "K")) == (b"E\r", b"0\r")
-    bench.run(0.7)
-    assert ask(bench, if1, "E") == b"C\r"
-
-
-def test_cancel_ends_a_pulse(bench, if1):
-    """Cancel: it ends what is going on."""
-    command(bench, if1, "P1,99$", seconds=0.1)
-    write(if1, "#")
-    assert ask(bench, if1, "E", 0.05) == b"C\r"
-    command(bench, if1, "S2$", seconds=0.05)
-    assert if1.pins["output2"].level
-
-
-def test_outputs_stay_as_they_are_through_moves_and_cancel(bench, if1):
-    """Outputs: they change on set, reset and pulse only."""
-    command(bench, if1, "S135$", "X400$", seconds=0.3)
-    command(bench, if1, "#", seconds=0.3)
-    assert levels(if1) == "10101"
-
-
-def test_power_off_turns_them_off(bench, if1):
-    """Default values: off when the power is applied."""
-    command(bench, if1, "S12345$", seconds=0.1)
-    if1.power(False)
-    assert levels(if1) == "00000"
-    if1.power(True)
-    bench.run(2)
-    assert levels(if1) == "00000"
 
 
 def test_switching_while_a_motor_runs_waits_for_it(bench, if1):

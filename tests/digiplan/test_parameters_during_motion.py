@@ -8,7 +8,7 @@ from .talking import ask, command, constant, pulse_times_of, ramped, send, since
 
 
 def count(bench, if1):
-    """The answer to N, and how far X stands when it comes."""
+    """Return the answer to N, and the position of X at that time."""
     return int(ask(bench, if1, "N", 0.02)), if1.axes["X"].position
 
 

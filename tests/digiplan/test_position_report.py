@@ -4,15 +4,20 @@ import pytest
 
 from axistwin import Bench
 
-from .talking import ask, command, moves, number, positions, ready, times, until_idle, write
+from .talking import command, moves, number, play, positions, ready, scripts, times, until_idle, write
 
 
-def test_the_steps_of_a_finished_index(bench, if1):
-    """Position report-back: ""N <CR>" sent by controller, " 527 <CR>" returned by interface"."""
-    assert number(bench, if1, "N") == 0
-    write(if1, "X527$")
-    until_idle(bench, if1)
-    assert ask(bench, if1, "N") == b"527\r"
+@scripts(
+    {
+        'Position report-back: ""N <CR>" sent by controller, " 527 <CR>" returned by interface"':
+        "N: 0; X527$; idle; N: 527",
+        "Position report-back: each move of a sequence is an index":
+        ":X100@400:P0,30:Y30:P0,30:$; 0.45 s; N: 100; 0.3 s; N: 30",
+        'In linear interpolation: "the maximum number of steps returned is 65535"': "X65535/Y3@10000$; idle; N: 65535",
+    }
+)  # fmt: skip
+def test_steps_of_the_last_move(bench, if1, script):
+    play(bench, if1, script)
 
 
 @pytest.mark.parametrize("text", ["X-300$", "Y300$", "XYZ300$", "X-Y+Z-300@1000$", "X300/Y20@1000$"])
@@ -54,14 +59,6 @@ def test_a_run_tells_the_steps_made_and_the_next_one_counts_anew(bench, if1):
     write(if1, "S1$")
     until_idle(bench, if1)
     assert number(bench, if1, "N") == 5
-
-
-def test_in_a_sequence_the_last_index_counts(bench, if1):
-    """Position report-back: each move of a sequence is an index."""
-    command(bench, if1, ":X100@400:P0,30:Y30:P0,30:$", seconds=0.45)
-    assert number(bench, if1, "N") == 100
-    bench.run(0.3)
-    assert number(bench, if1, "N") == 30
 
 
 def test_below_the_start_stop_speed_the_error_in_motion_is_small(bench, if1):
@@ -123,7 +120,7 @@ def test_the_count_of_an_index_with_backlash_correction_has_both_ways_in_it(benc
 
 
 def stopped_interpolated_run(seconds: float, speed: int) -> tuple[int, int]:
-    """An interpolated run, cancelled after so many seconds: the major axis's steps, and what N says."""
+    """Cancel an interpolated run after some seconds; return the steps of the major axis, and the answer to N."""
     bench = Bench()
     if1 = ready(bench)
     command(bench, if1, f"X1000/Y250@{speed}G$", seconds=seconds)
@@ -158,13 +155,6 @@ def test_a_plain_run_counts_32_bits_above_the_start_stop_rate(bench, if1):
     command(bench, if1, "X@10000G$", seconds=10.0)
     command(bench, if1, "#", seconds=2.0)
     assert number(bench, if1, "N") == positions(if1)[0] > 70_000
-
-
-def test_the_longest_interpolated_index_is_told_exactly(bench, if1):
-    """In linear interpolation: "the maximum number of steps returned is 65535"."""
-    write(if1, "X65535/Y3@10000$")
-    until_idle(bench, if1)
-    assert number(bench, if1, "N") == 65_535
 
 
 @pytest.mark.parametrize(("speed", "coarse"), [(400, False), (403, False), (404, True), (500, True), (900, True)])

@@ -10,7 +10,7 @@ from .talking import ask, command, edges, moves, number, positions, ready, statu
 
 
 def running(bench, if1, words, axis="X"):
-    """The speed of a run, a second after it was asked for."""
+    """Return the speed of a run, one second after its command."""
     command(bench, if1, f"{words}{axis}G$", seconds=3)
     velocity = if1.axes[axis].velocity
     command(bench, if1, "#", seconds=1)

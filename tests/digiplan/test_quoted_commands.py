@@ -81,7 +81,7 @@ INSTRUCTIONS = [
 
 
 def unended(quotation: str) -> str:
-    """Without the terminator."""
+    """Return the quotation without its terminator."""
     return quotation.replace("<CR>", "").replace("<LF>", "")
 
 
@@ -96,7 +96,7 @@ def squeezed(text: str) -> str:
 
 @cache
 def golden() -> str:
-    """Everything that hosts say to an IF1 or IF2 in the golden conversations, without blanks and terminators."""
+    """Return all messages to an IF1 or IF2 in the golden conversations, without blanks and terminators."""
     files = [file for file in sorted(CONVERSATIONS.glob("*.talk")) if not file.name.startswith("smartmotor")]
     acts = [act for file in files for act in load(file).acts]
     return squeezed("\n".join(act.data.decode() for act in acts if isinstance(act, Say)))

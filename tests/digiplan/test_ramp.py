@@ -16,9 +16,11 @@ from .talking import (
     command,
     constant,
     faults,
+    play,
     pulse_times_of,
     ramped,
     ready,
+    scripts,
     since_start,
     start_ns,
     write,
@@ -30,7 +32,7 @@ RESOLUTION = {1: Fraction(25, 4), 2: Fraction(25, 2), 3: Fraction(25), 4: Fracti
 
 
 def first_rate(bench, if1) -> Fraction:
-    """The rate at which a fast run starts, from its first pulse."""
+    """Return the rate at which a fast run starts, measured at its first pulse."""
     write(if1, "^1", "X@4000G$")
     bench.run_until(lambda: if1.axes["X"].moving, 5)
     bench.run(0.05)
@@ -159,7 +161,7 @@ def test_all_of_it_may_stand_in_the_first_move_instruction(bench, if1):
 
 
 def test_parameters_may_follow_the_distance(bench, if1):
-    """Appendix 3, sample 7: the acceleration stands last, before `$`."""
+    """Appendix 3, sample 7: the acceleration is the last parameter before `$`."""
     command(bench, if1, "X1000@1000^20$", seconds=5)
     assert since_start(if1.axes["X"]) == pulse_times_of(ramped(1000, 400, 1000, 100, 20_000))
 
@@ -188,12 +190,17 @@ def test_the_calculation_may_take_less(bench, seconds):
     assert if1.serial.read() == b"C\r"
 
 
-def test_it_will_act_on_any_commands_after_calculating_the_new_ramp(bench, if1):
-    """Acceleration: "it will still accept any characters sent to it, and will act on any commands after"."""
-    command(bench, if1, "^20", "S1$", "X5$", "I", seconds=0.95)
-    assert if1.serial.read() == b"" and not if1.pins["output1"].level and if1.axes["X"].position == 0
-    bench.run(0.15)
-    assert if1.serial.read() == b"200\r" and if1.pins["output1"].level and if1.axes["X"].position == 5
+@scripts(
+    {
+        'Acceleration: "it will still accept any characters sent to it, and will act on any commands after"':
+        "^20; S1$; X5$; I; 0.95 s; output1 is low; X at 0; 0.15 s; receives 200<CR>; output1 is high; X at 5",
+        "R8: ramp data do not change the run in progress":
+        "X@1000G$; 0.5 s; >4<40^500; 3 s; X runs at 1000; #; 3 s; K: 0; F: 0",
+        "R8, R10: speed data in motion are checked at the terminator": "XG$; @25001; 0.1 s; K: 131; F: 16",
+    }
+)  # fmt: skip
+def test_ramp_and_speed_data_at_any_time(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_a_move_with_new_ramp_data_begins_when_the_ramp_is_calculated(bench, if1):
@@ -237,27 +244,12 @@ def test_ramp_data_sent_while_moving_are_calculated_when_the_move_has_ended(benc
 
 
 def test_a_move_behind_new_ramp_data_waits_for_the_ramp(bench, if1):
-    """R8 and R9: first the move in hand, then the calculation, then the move that was held."""
+    """R8 and R9: first the move in progress, then the calculation, then the held move."""
     command(bench, if1, "X400$", "^20", "Y200@1000$", seconds=4)
     x, y = if1.axes["X"], if1.axes["Y"]
     x_ends = start_ns(x) + 1 * S
     assert x_ends + 1 * S <= start_ns(y) <= x_ends + 1 * S + 10 * MS
     assert since_start(y) == pulse_times_of(ramped(200, 400, 1000, 100, 20_000))
-
-
-def test_ramp_data_do_not_change_the_run_they_come_into(bench, if1):
-    """R8."""
-    command(bench, if1, "X@1000G$", seconds=0.5)
-    command(bench, if1, ">4<40^500", seconds=3)
-    assert if1.axes["X"].velocity == 1000
-    command(bench, if1, "#", seconds=3)
-    assert faults(bench, if1) == (b"0\r", b"0\r")
-
-
-def test_an_error_is_told_at_once_although_it_moves(bench, if1):
-    """R8: stored, but R10: at the terminator."""
-    command(bench, if1, "XG$", "@25001", seconds=0.1)
-    assert faults(bench, if1) == (b"131\r", b"16\r")
 
 
 # Properties

@@ -1,4 +1,4 @@
-"""What one can look into without asking: the answers of the report-back commands, at any moment."""
+"""Registers: the values of the report-back commands, read at any time without a command."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def test_a_register_that_is_a_text_says_so(bench, if1):
 
 
 def test_what_changes_while_nothing_happens_says_so(bench, if1):
-    """Quick status, position: they follow from the motion, in the middle of a ramp, a run, a deceleration."""
+    """Quick status, position: they change during a ramp, a run and a deceleration."""
     write(if1, "X@20000G$")
     seen = []
     for seconds in (0.01, 0.5, 3):

@@ -12,7 +12,9 @@ from .talking import (
     edges,
     moves,
     number,
+    play,
     positions,
+    scripts,
     status,
     status_word,
     times,
@@ -57,11 +59,20 @@ def test_255_repeats_perform_a_move_256_times(bench, if1):
     assert moves(if1.axes["X"]) == [3] * 256
 
 
-def test_256_repeats_are_out_of_range(bench, if1):
-    """Repeating: up to 255; R35 for what lies outside."""
-    command(bench, if1, ":X3@400:=256,1:$", seconds=1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert (status_word(bench, if1), number(bench, if1, "F")) == (128, 16)
+@scripts(
+    {
+        "Repeating: up to 255; R35: 256 is out of range": ":X3@400:=256,1:$; 1 s; at 0 0 0; K: 128; F: 16",
+        "Repeating: each pass of the second repeat begins the first repeat again":
+        ":X1@400:=2,1:=3,1:$; idle; at 12 0 0",
+        "Repeating, format: high levels, low levels, repeat data":
+        "input1 low; input3 high; :X10@400:H1L3=1,1:$; 0.5 s; input3 low; 0.5 s; at 10 0 0; input1 high; "
+        "0.5 s; at 20 0 0; E: C",
+        'Programming a sequence: "the whole sequence can be repeated"':
+        ":X2@400:=4,1:$; idle; at 10 0 0; :$; idle; at 20 0 0; :$; idle; at 30 0 0; :$; idle",
+    }
+)  # fmt: skip
+def test_repeated_steps(bench, if1, script):
+    play(bench, if1, script)
 
 
 @pytest.mark.parametrize("step", ["=1,0", "=1,64", "=1,3", "=0,9"])
@@ -78,13 +89,6 @@ def test_an_inner_repeat_starts_afresh_on_every_outer_pass(bench, if1):
     until_idle(bench, if1)
     # per Z: two Y; per Y: three X.  Four Z.
     assert positions(if1) == (4 * 2 * 3, 4 * 2, 4)
-
-
-def test_two_repeats_of_the_same_steps_multiply(bench, if1):
-    """Repeating: the second one's passes each begin the first one again."""
-    write(if1, ":X1@400:=2,1:=3,1:$")
-    until_idle(bench, if1)
-    assert positions(if1) == (12, 0, 0)
 
 
 def test_overlapping_repeats(bench, if1):
@@ -160,25 +164,12 @@ def test_a_repeat_can_wait_for_an_input_at_each_repetition(bench, if1):
     assert (positions(if1), status(bench, if1, "E")) == ((110, 4, 11), "C")
 
 
-def test_a_repeat_that_waits_for_a_high_and_a_low(bench, if1):
-    """Repeating, format: high levels, low levels, repeat data."""
-    if1.pins["input1"].drive(False)
-    if1.pins["input3"].drive(True)
-    command(bench, if1, ":X10@400:H1L3=1,1:$", seconds=0.5)
-    if1.pins["input3"].drive(False)
-    bench.run(0.5)
-    assert positions(if1) == (10, 0, 0)
-    if1.pins["input1"].drive(True)
-    bench.run(0.5)
-    assert (positions(if1), status(bench, if1, "E")) == ((20, 0, 0), "C")
-
-
 @pytest.mark.parametrize(
     "text", [":=0,1:$", ":S1:=0,1:$", ":X0:=0,1:$", ":X:Y:=0,1:$", ":=255,1:=255,1:=255,1:=0,1:$", ":B+5:R1:=0,2:$",
              ":H1:L2:=0,1:$", ":A:=0,1:$"],
 )  # fmt: skip
 def test_repeating_nothing_for_ever_lets_time_pass_and_can_be_cancelled(bench, if1, text):
-    """Repeating for ever what takes no time: the interface stays alive and the cancel code ends it."""
+    """Repeating an empty step for ever takes time, and the cancel code ends it."""
     if1.pins["input1"].drive(True)
     if1.pins["input2"].drive(False)
     command(bench, if1, text, seconds=2.0)
@@ -188,16 +179,6 @@ def test_repeating_nothing_for_ever_lets_time_pass_and_can_be_cancelled(bench, i
     write(if1, "X5@400$")
     until_idle(bench, if1)
     assert positions(if1) == (5, 0, 0)
-
-
-def test_the_rerun_of_a_finished_sequence_counts_its_repeats_afresh(bench, if1):
-    """Programming a sequence: "the whole sequence can be repeated"."""
-    write(if1, ":X2@400:=4,1:$")
-    for runs in (1, 2, 3):
-        until_idle(bench, if1)
-        assert positions(if1) == (10 * runs, 0, 0)
-        write(if1, ":$")
-    until_idle(bench, if1)
 
 
 def test_the_rerun_of_a_cancelled_sequence_counts_its_repeats_afresh(bench, if1):

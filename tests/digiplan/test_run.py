@@ -12,8 +12,10 @@ from .talking import (
     faults,
     moves,
     moving,
+    play,
     pulse_times_of,
     ramped,
+    scripts,
     since_start,
     start_ns,
     write,
@@ -94,10 +96,15 @@ def test_after_a_run_the_index_length_is_zero(bench, if1):
     assert if1.axes["X"].position == stopped + 70
 
 
-def test_it_is_busy_and_in_motion_while_it_runs(bench, if1):
-    """Busy status and motion status: running at speed is 1 + 2."""
-    command(bench, if1, "XG$", seconds=0.1)
-    assert (ask(bench, if1, "E"), ask(bench, if1, "K")) == (b"E\r", b"3\r")
+@scripts(
+    {
+        "Busy status and motion status: running at speed is 1 + 2": "XG$; 0.1 s; E: E; K: 3",
+        'Run mode: "the axis to be moved is selected as before", and then comes G; digest: "after axis/speed"':
+        "GX$; 0.2 s; still; K: 128; F: 8",
+    }
+)  # fmt: skip
+def test_run_mode(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_a_run_can_be_followed_by_one_in_the_other_direction(bench, if1):
@@ -116,13 +123,6 @@ def test_go_without_an_axis_is_a_data_fault(bench, if1):
         command(bench, if1, message)
         assert not moving(if1), message
         assert faults(bench, if1) == (b"128\r", b"8\r"), message
-
-
-def test_go_before_the_axis_is_a_data_fault(bench, if1):
-    """Run mode: "the axis to be moved is selected as before", and then comes G; digest: "after axis/speed"."""
-    command(bench, if1, "GX$")
-    assert not moving(if1)
-    assert faults(bench, if1) == (b"128\r", b"8\r")
 
 
 def test_a_run_at_the_lowest_speed(bench, if1):

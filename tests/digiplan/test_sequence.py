@@ -13,8 +13,10 @@ from .talking import (
     gaps,
     moves,
     number,
+    play,
     positions,
     ready,
+    scripts,
     send,
     status,
     status_word,
@@ -137,17 +139,26 @@ def test_a_wider_variety_of_instructions(bench, if1):
     assert y[0] == z[-1] + 500 * MS + 5 * MS
 
 
-def test_a_low_to_high_transition_takes_two_steps(bench, if1):
-    """Combining inputs: "a low-to-high transition ... can be performed using the Sequence Mode"."""
-    if1.pins["input2"].drive(True)
-    command(bench, if1, ":L2:H2X10@200:$", seconds=1.0)
-    assert positions(if1) == (0, 0, 0)
-    if1.pins["input2"].drive(False)
-    bench.run(1.0)
-    assert positions(if1) == (0, 0, 0)
-    if1.pins["input2"].drive(True)
-    bench.run(1.0)
-    assert positions(if1) == (10, 0, 0)
+@scripts(
+    {
+        'Combining inputs: "a low-to-high transition ... can be performed using the Sequence Mode"':
+        "input2 high; :L2:H2X10@200:$; 1 s; at 0 0 0; input2 low; 1 s; at 0 0 0; input2 high; 1 s; at 10 0 0",
+        'Speed: "If a speed is requested which is above the maximum for that range, ... a range error fault"':
+        ":X10@200:Y@25001:$; 2 s; F: 16",
+        'Programming a sequence: "terminate the incorrect sequence by sending ": $ # <CR>""':
+        ":X1000@200:Y50:X-77: $ #; 1 s; at 0 0 0; E: C; F: 0; :X100@200:Y50:$; idle; at 100 50 0",
+        'Programming a sequence: a mistake; "The sequence may then be re-entered"':
+        ":X1000@200:Q?W9:$#; 0.1 s; :X100@200:Y50:$; idle; at 100 50 0",
+        'Sequence status: "The command "O" (letter O, not the number zero)"': "0; 0.2 s; F: 8",
+        "Digest 12: repeats, `%`, backlash and waits are steps too":
+        "input1 low; :B-5:S1:X1@400:=1,3:P0,1:H1:Y3:$; 1 s; O: 6; input1 high; 0.5 s; O: 7; at 2 3 0",
+        'Busy status: "also encompasses "motionless" activities such as waiting for inputs and pulsing outputs"':
+        "input1 low; :H1:P1,50:X100@200:$; 0.1 s; E: E; K: 0; input1 high; 0.1 s; E: E; K: 0; 0.5 s; E: E; "
+        "K: 3; 1 s; E: C; K: 0",
+    }
+)  # fmt: skip
+def test_sequences_from_start_to_end(bench, if1, script):
+    play(bench, if1, script)
 
 
 def test_63_operations_are_possible(bench, if1):
@@ -185,30 +196,6 @@ def test_a_step_in_the_wrong_order_is_a_data_fault(bench, if1, step):
     command(bench, if1, f":Y5@200:{step}:Y6:$", seconds=2.0)
     assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 128)
     assert number(bench, if1, "F") in (8, 16)  # a number out of its range is the one, everything else the other
-
-
-def test_speed_asked_for_above_the_range_in_a_step_is_out_of_range(bench, if1):
-    """Speed: "If a speed is requested which is above the maximum for that range, ... a range error fault"."""
-    command(bench, if1, ":X10@200:Y@25001:$", seconds=2.0)
-    assert number(bench, if1, "F") == 16
-
-
-def test_a_mistake_is_put_right_by_ending_and_cancelling_the_sequence(bench, if1):
-    """Programming a sequence: "terminate the incorrect sequence by sending ": $ # <CR>""."""
-    command(bench, if1, ":X1000@200:Y50:X-77: $ #", seconds=1.0)
-    assert (positions(if1), status(bench, if1, "E"), number(bench, if1, "F")) == ((0, 0, 0), "C", 0)
-
-    write(if1, ":X100@200:Y50:$")
-    until_idle(bench, if1)
-    assert positions(if1) == (100, 50, 0)
-
-
-def test_a_mistake_with_wrong_characters_is_put_right_the_same_way(bench, if1):
-    """Programming a sequence: a mistake; "The sequence may then be re-entered"."""
-    command(bench, if1, ":X1000@200:Q?W9:$#", seconds=0.1)
-    write(if1, ":X100@200:Y50:$")
-    until_idle(bench, if1)
-    assert positions(if1) == (100, 50, 0)
 
 
 def test_a_carriage_return_inside_an_unfinished_sequence_drops_it(bench, if1):
@@ -268,21 +255,6 @@ def test_sequence_status_counts_the_steps(bench, if1):
     write(if1, "Z100$")
     until_idle(bench, if1)
     assert number(bench, if1, "O") == 4
-
-
-def test_the_figure_zero_is_no_status_command(bench, if1):
-    """Sequence status: "The command "O" (letter O, not the number zero)"."""
-    assert (ask(bench, if1, "0"), number(bench, if1, "F")) == (b"", 8)
-
-
-def test_every_kind_of_step_is_counted(bench, if1):
-    """Digest 12: repeats, `%`, backlash and waits are steps too."""
-    if1.pins["input1"].drive(False)
-    command(bench, if1, ":B-5:S1:X1@400:=1,3:P0,1:H1:Y3:$", seconds=1.0)
-    assert number(bench, if1, "O") == 6
-    if1.pins["input1"].drive(True)
-    bench.run(0.5)
-    assert (number(bench, if1, "O"), positions(if1)) == (7, (2, 3, 0))
 
 
 def test_the_backlash_correction_can_be_changed_from_step_to_step(bench, if1):
@@ -350,20 +322,6 @@ def test_pulses_and_switching_together_need_two_steps(bench, if1):
     end_ns = times(if1.axes["X"])[-1]
     assert one == [(end_ns, True)]
     assert two == [(end_ns, True), (end_ns + 50 * MS, False)]
-
-
-def test_a_busy_sequence_answers_e_and_a_finished_one_c(bench, if1):
-    """Busy status: "also encompasses "motionless" activities such as waiting for inputs and pulsing outputs"."""
-    if1.pins["input1"].drive(False)
-    command(bench, if1, ":H1:P1,50:X100@200:$", seconds=0.1)
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("E", 0)
-    if1.pins["input1"].drive(True)
-    bench.run(0.1)
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("E", 0)
-    bench.run(0.5)
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("E", 3)
-    bench.run(1.0)
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
 
 
 def test_a_sequence_moves_several_axes_at_once(bench, if1):

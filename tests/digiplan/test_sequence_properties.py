@@ -18,7 +18,7 @@ MOST_STEPS_DONE = 150
 
 @dataclass(frozen=True)
 class Move:
-    """An index, perhaps with output switching or a pulse at its end."""
+    """An index, optionally with output switching or a pulse at its end."""
 
     directions: dict[str, int]
     distance: int | None
@@ -60,7 +60,7 @@ class Repeat:
 
 @dataclass
 class Expansion:
-    """Step by step, by the text of the manual: no clock, no ramp."""
+    """Carries out a sequence step by step, by the text of the manual, without a clock or a ramp."""
 
     distance: int = 0
     backlash: int = 0
@@ -179,7 +179,7 @@ PINS = ("input1", "input2", "input3", "estop", "limit_plus", "limit_minus", "x_f
 
 @dataclass(frozen=True)
 class Act:
-    """Something that happens to a controller, and how long nothing happens afterwards."""
+    """An action on a controller, and the time until the next action."""
 
     data: bytes = b""
     pin: str = ""
@@ -205,7 +205,7 @@ acts = st.lists(
 
 
 def story(script: list[Act], model: str, form: str) -> tuple[object, ...]:
-    """Play it; everything that could be seen from outside."""
+    """Carry out the actions, and return everything observable from outside."""
     bench = Bench()
     controller = ready(bench, form, model)
     controller.serial.read()
@@ -223,7 +223,7 @@ def story(script: list[Act], model: str, form: str) -> tuple[object, ...]:
 @given(script=acts, model=st.sampled_from(("if1", "if2")), form=st.sampled_from(("U61", "U62", "V61")))
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_any_bytes_and_levels_at_any_time_neither_raise_nor_hang_and_twice_is_the_same(script, model, form):
-    """Every input does what the real device does, mostly: it is ignored and a flag is set; and afterwards it lives."""
+    """Wrong input is ignored and sets a flag; afterwards the interface still works."""
     bench, controller, *seen = story(script, model, form)
     assert seen == list(story(script, model, form)[2:])
     for name in PINS:
@@ -259,7 +259,7 @@ def test_any_bytes_and_levels_at_any_time_neither_raise_nor_hang_and_twice_is_th
 @example(line="9600 7O1", data=b"G\r%\r")
 @settings(max_examples=60, deadline=None)
 def test_characters_of_any_frame_before_initialisation(line, data):
-    """Initialisation: whatever a host in another format sends first, the right one finds its `U` later on."""
+    """Initialisation: after any characters in another format, a host in the right format gets its `U`."""
     bench = Bench()
     if1 = bench.add("if1", line=line)
     bench.run(1.5)

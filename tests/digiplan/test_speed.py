@@ -15,7 +15,7 @@ MAXIMUM = {1: 25_000, 2: 50_000, 3: 99_999, 4: 4_000}
 
 
 def nearest(speed: int, resolution: Fraction) -> Fraction:
-    """The multiple of the resolution nearest to a speed, and at least one."""
+    """Return the multiple of the resolution that is nearest to a speed, but not 0."""
     return resolution * max(1, (2 * speed + resolution) // (2 * resolution))
 
 

@@ -40,7 +40,7 @@ def test_the_position_too(bench, if1):
 
 
 def test_requests_between_waiting_messages_do_not_change_their_order(bench, if1):
-    """Report-back: what waits keeps its order: Y runs at 400, and Z at the 200 steps/s that were sent before it."""
+    """Report-back: held messages keep their order: Y runs at 400, and Z at 200 steps/s, which was sent before Z."""
     for message in WAITING:
         write(if1, message, "E")
     bench.run(0.06)
@@ -102,7 +102,7 @@ def test_cancel_throws_away_what_waits_and_not_what_was_answered(bench, if1):
 
 
 def test_a_request_makes_room_in_the_buffer(bench, if1):
-    """Control of data transfer: DTR is set again below 20 %; what is answered is no longer in the buffer."""
+    """Control of data transfer: DTR is set again below 20 %; an answered request leaves the buffer."""
     for message in ("XG$", "Y20$", "@200"):
         write(if1, message)
     for _ in range(30):

@@ -21,11 +21,11 @@ from .talking import command, detect, positions, ready, send, status, until_idle
 
 
 class Crash(BaseException):
-    """The process ends here."""
+    """Raised in place of a system call at which the process ends."""
 
 
 def store(directory: Path, steps: int, name: str = "if2") -> Controller:
-    """Put a sequence that moves X so many steps into a locked IF2 that keeps its memory there; its bench is dropped."""
+    """Store a sequence that moves X by `steps` in a locked IF2 with this state directory."""
     bench = Bench()
     if2 = bench.add("if2", name, state=directory)
     if if2.serial.host.dtr:
@@ -39,7 +39,7 @@ def store(directory: Path, steps: int, name: str = "if2") -> Controller:
 
 
 def stored_steps(directory: Path, name: str = "if2") -> int | None:
-    """What a new process finds: how far the stored sequence moves X; None: nothing is locked."""
+    """Return the steps of X in the sequence that a new process finds; None if nothing is locked."""
     bench = Bench()
     if2 = bench.add("if2", name, state=directory, wiring="3-wire")
     if2.pins["input1"].drive(True)
@@ -59,7 +59,7 @@ def test_another_bench_finds_what_was_locked(tmp_path):
 
 
 def test_without_a_state_directory_nothing_is_left_behind(tmp_path, monkeypatch):
-    """`state=None`: kept as long as the bench."""
+    """`state=None`: the memory exists as long as the bench."""
     monkeypatch.chdir(tmp_path)
     bench = Bench()
     if2 = ready(bench, model="if2")
@@ -130,7 +130,7 @@ def crash_at(monkeypatch: pytest.MonkeyPatch, moment: int) -> list[str]:
 
 
 def lock_anew(if2: Controller, bench: Bench, steps: int) -> None:
-    """Unlock, another sequence, lock: three messages."""
+    """Unlock, send another sequence, and lock: three messages."""
     for text in ("]", "#", f":H1:X{steps}@400:$", "["):
         command(bench, if2, text, seconds=0.1)
 
@@ -251,7 +251,7 @@ for hook, points in ((killed_after_bytes, (0, 1, 2, 50, 100, 200, 300, 10**6)), 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that can be killed in the middle of a write")
 def test_a_killed_process_leaves_the_old_or_the_new_contents(tmp_path):
-    """The same with real processes, killed by the system after so many bytes or at so many calls."""
+    """The same with real processes, killed after a number of bytes or system calls."""
     store(tmp_path, 1)
     gc.collect()
     done = subprocess.run(
@@ -274,7 +274,7 @@ def test_a_killed_process_leaves_the_old_or_the_new_contents(tmp_path):
 
 
 def complaint(directory: Path) -> str | None:
-    """What is said to the user about the file; None: it is taken as it is."""
+    """Return the error message about the file; None if the file is accepted."""
     try:
         stored_steps(directory)
     except AxistwinError as error:
@@ -283,7 +283,7 @@ def complaint(directory: Path) -> str | None:
 
 
 def test_a_state_directory_that_is_a_file_is_told_in_one_line(tmp_path):
-    """A mistake of the user: place and remedy, no traceback."""
+    """The error names place and remedy, without a traceback."""
     (tmp_path / "file").write_text("")
     with pytest.raises(AxistwinError) as told:
         Bench().add("if2", state=tmp_path / "file")
@@ -296,7 +296,7 @@ def test_a_state_directory_that_is_a_file_is_told_in_one_line(tmp_path):
      b'{"locked": true, "baudrate": -5, "frame": {}, "parameters": {}, "sequence": 7}'],
 )  # fmt: skip
 def test_a_file_that_is_not_ours_is_told_in_one_line(tmp_path, contents):
-    """Somebody has edited the file: place and remedy, no traceback."""
+    """An edited file: the error names place and remedy, without a traceback."""
     store(tmp_path, 10)
     (file,) = tmp_path.glob("*.json")
     file.write_bytes(contents)
@@ -319,7 +319,7 @@ def test_a_file_that_is_not_ours_is_told_in_one_line(tmp_path, contents):
 )  # fmt: skip
 @pytest.mark.timeout(10)
 def test_a_wrong_value_in_the_file_is_told_in_one_line(tmp_path, old, new):
-    """Each value is looked at before it is believed: no traceback, nothing hangs."""
+    """Each value is checked before it is used: no traceback, no endless wait."""
     store(tmp_path, 10)
     (file,) = tmp_path.glob("*.json")
     text = file.read_text()
@@ -344,7 +344,6 @@ def test_an_image_that_does_not_tell_how_the_lock_command_came_is_unlocked_by_an
 
 
 def test_a_directory_in_the_place_of_the_file_is_told_in_one_line(tmp_path):
-    """A mistake of the user."""
     (tmp_path / "if2.json").mkdir()
     with pytest.raises(AxistwinError) as told:
         store(tmp_path, 10)

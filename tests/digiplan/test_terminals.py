@@ -57,7 +57,7 @@ def test_the_direction_is_there_before_the_first_pulse_and_turns_for_a_backlash_
 
 
 def test_the_clock_is_high_for_5_us_from_each_pulse_on(bench, if1):
-    """X clock: nothing is said about the width; 5 µs is half a period at the highest speed, 100,000 steps/s."""
+    """X clock: the manual gives no width; 5 µs is half a period at the highest speed, 100,000 steps/s."""
     write(if1, "X3Z3@400$")
     bench.run_until(lambda: if1.axes["X"].moving, 1)
     began_ns, clock = bench.now, bench.clock
@@ -82,7 +82,6 @@ def test_the_minor_axis_has_a_slower_clock(bench, if1):
 
 
 def test_a_clock_output_can_be_forced_and_is_low_without_power(bench, if1):
-    """A test lead on the terminal."""
     if1.pins["x_clock"].drive(True)
     assert if1.pins["x_clock"].level
     if1.pins["x_clock"].release()
@@ -234,7 +233,7 @@ def hints(bench, if1):
 
 
 def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
-    """Initialisation: a host that sends commands at once is not heard; it is told once."""
+    """Initialisation: commands sent before `(` are dropped, and a hint is given once."""
     if1 = bench.add("if1")
     told = hints(bench, if1)
     bench.run(1.5)
@@ -264,8 +263,8 @@ def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
     assert if1.hint == "" and len(told) == 1
 
 
-def test_who_listens_to_hints_no_longer_is_told_none(bench):
-    """A subscription ends once."""
+def test_unsubscribing_from_hints(bench):
+    """After unsubscribing, no hint is received."""
     if1, told = bench.add("if1"), []
     end = if1.subscribe_hint(told.append)
     end()
@@ -275,6 +274,6 @@ def test_who_listens_to_hints_no_longer_is_told_none(bench):
 
 
 def test_a_board_has_no_hints_of_its_own(bench):
-    """`subscribe_hint` is there for every controller."""
+    """Every controller has `subscribe_hint`."""
     board = bench.add("1811")
     board.subscribe_hint(print)()

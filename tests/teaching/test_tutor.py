@@ -43,7 +43,7 @@ class Learner:
     [
         ("if1", "x100", "refused: unknown character 'x'"),
         ("if1", "X100", "nothing moves without $"),
-        ("if1", "S2", "note: without $ at its end this message begins nothing"),
+        ("if1", "S2", "note: without $ at its end this message starts nothing"),
         ("1811", "33 00 00 61 A8", "refused: ignored: 31"),
         ("smartmotor", "FOO", "refused: unknown command FOO"),
     ],

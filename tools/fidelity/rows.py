@@ -148,12 +148,22 @@ def printed() -> Iterator[Row]:
 
 
 def sentences() -> Iterator[Row]:
-    """Yield each test that quotes a sentence of a manual with its section."""
+    """Yield each sentence of a manual that a test quotes with its section in a docstring or a table of scripts."""
     for family, name, node in _tests():
-        words = " ".join((ast.get_docstring(node) or "").split())
-        if '"' in words and ":" in words and not any(argument.arg == "printed" for argument in node.args.args):
-            evidence = Evidence.EXAMPLE if re.search(r"\bexample", words) else Evidence.TEXT
-            yield Row(f"sentence/{family}/{name}", "sentence", family, words.split(":")[0], words, evidence, (name,))
+        if any(argument.arg == "printed" for argument in node.args.args):
+            continue
+        for key, text in [(name, ast.get_docstring(node) or ""), *((f"{name}[{text}]", text) for text in _keys(node))]:
+            words = " ".join(text.split())
+            if '"' in words and ":" in words:
+                evidence = Evidence.EXAMPLE if re.search(r"\bexample", words) else Evidence.TEXT
+                yield Row(f"sentence/{family}/{key}", "sentence", family, words.split(":")[0], words, evidence, (name,))
+
+
+def _keys(node: ast.FunctionDef) -> Iterator[str]:
+    """Yield the keys of the table that `@scripts({...})` gives to a test."""
+    for decorator in node.decorator_list:
+        if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) == "scripts":
+            yield from ast.literal_eval(decorator.args[0])
 
 
 def _tests() -> Iterator[tuple[str, str, ast.FunctionDef]]:

@@ -1,4 +1,4 @@
-"""The card: its terminals and its plug, with and without power (chapter Installation)."""
+"""The installed interface card: terminals, RS232 plug and power switch (chapter Installation)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -34,18 +34,18 @@ INPUTS = ("input1", "input2", "input3")
 
 
 class NoBattery:
-    """Memory of the IF1, which is lost without power."""
+    """Memory of an IF1, which has no battery."""
 
     def load(self) -> bytes | None:
-        """Return None: nothing is kept."""
+        """Return None: nothing is stored."""
         return None
 
     def save(self, contents: bytes) -> None:
-        """Do nothing: an IF1 has no battery."""
+        """Store nothing."""
 
 
 class Card:
-    """An IF1 or IF2 on the bench."""
+    """An IF1 or IF2 with its pins, its serial line and its axes."""
 
     def __init__(self, clock: Clock, axes: Mapping[str, StepperAxis], options: Options, store: Store) -> None:
         self.clock, self.axes, self.options, self.store = clock, axes, options, store
@@ -101,7 +101,7 @@ class Card:
             self._hardware.outputs.reset()
 
     def hint(self) -> str:
-        """Return why commands are dropped while the baud rate or the data format is unknown; otherwise ""."""
+        """Return the reason for dropping commands while the baud rate or the data format is unknown; otherwise ""."""
         return "" if self._interface is None else self._interface.hint
 
     def subscribe_hint(self, callback: Callable[[str], None]) -> Callable[[], None]:
@@ -117,9 +117,9 @@ class Card:
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
 
     def registers(self) -> Mapping[str, Register]:
-        """Return faults and status, named after the commands that report them; K without the motion bits, Q with them.
+        """Return status registers, named after the commands that report them: K without the motion bits, Q with them.
 
-        E is empty until the data format is set, as the command is not answered before.
+        E is empty until the data format is set, because the interface answers no command before.
         `step` is the step of the sequence in progress, 0 if no sequence runs; O keeps the last step.
         """
 
@@ -143,10 +143,10 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Return the control lines at the interface: DSR and CTS depend on the cable."""
+    """Return the interface's control lines; the cable determines the sources of DSR and CTS."""
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return DSR or CTS as connected: to the plug, to an output of the interface, or to nothing (reset)."""
+        """Return DSR or CTS, connected to the host, to an output of the interface, or to nothing (then reset)."""
         if source == "host":
             return pin
         line = Pin(pin.clock, pin.name)
@@ -161,7 +161,7 @@ ORDERS = (
     Order("start :$", b":$\r\n", "Carry out the stored sequence from its first step"),
     Order("cancel #", b"#\r\n", "Cancel: stop every axis with deceleration, end the sequence"),
 )
-"""With the terminators of both data formats: in V, LF ends a message and CR is optional; in U, LF is ignored."""
+"""CR LF ends a message in both data formats: U ignores LF; in V, LF ends the message and CR is optional."""
 
 
 def _product(model: str, title: str, battery: bool) -> Product:

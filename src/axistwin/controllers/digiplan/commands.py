@@ -1,4 +1,4 @@
-"""Command set of the IF1 and IF2, in the order of the manual's appendix 1.  One line, one character."""
+"""Command set of the IF1 and IF2, in the order of the manual's appendix 1, one character per line."""
 
 from functools import partial
 
@@ -9,7 +9,7 @@ from axistwin.controllers.digiplan.chapters.speed import setting
 from axistwin.controllers.digiplan.language import Accept, Direction, Instruction, Lines, Order, Written, written
 from axistwin.controllers.digiplan.step import RANGES
 
-# Where a command is allowed
+# Places in which a command is allowed
 PART, SETUP, DIRECT, STEP = Accept.WRITTEN, Accept.SETUP, Accept.DIRECT, Accept.STEP
 MOVE, ALONE, UNLOCK = DIRECT | STEP, DIRECT | Accept.ALONE, DIRECT | Accept.ALONE | Accept.LOCKED
 ASK = UNLOCK | Accept.REQUEST
@@ -27,7 +27,7 @@ STATUS, INPUT_STATUS, SEQ_STATUS = "Motion status", "Input status", "Sequence st
 QUICK_STATUS, BUSY, POSITION = "Quick status", "Busy status", "Position report-back"
 BREAKING_IN = "Breaking into a locked interface"
 
-# Parameters
+# Parameters of commands
 START = Written("start/stop speed", "x 100 steps/s", *RANGES["start_stop"])
 RANGE = Written("range", "", *RANGES["speed_range"])
 RATE = Written("speed", "steps/s", *RANGES["speed"])
@@ -44,7 +44,7 @@ LENGTH = Written("length", "x 10 ms", *RANGES["pulse_length"], optional=True, pa
 TIMES = Written("times", "", 0, 255)
 FIRST = Written("first step", "", 1, 63, pattern=r",(\d+)")
 
-I = Instruction  # noqa: E741  # a table is read by its columns
+I = Instruction  # noqa: E741  # short, for the columns of the table
 
 # fmt: off
 COMMANDS = CommandSet(

@@ -14,10 +14,10 @@ STATES = {stage.value: stage.value for stage in Stage} | {OFF: "no power"}
 BUSY = {"[": "locked", "F": "fault", "E": "busy", "C": "clear for new commands", "": "no answer yet", OFF: "off"}
 CONFIGURING, INSTALLATION, LINES = "Configuring the interface", "Installation", "The RS232C control lines"
 CLOSED = "Normally closed: it must be held at +24 V."
-STOP = f"{CLOSED}  K or Q clears the fault when current flows again; while locked, only the power does."
-LIMIT = f"{CLOSED}  K or Q clears the fault, the switch open or not; the lamp goes out when current flows again."
+STOP = f"{CLOSED}  K or Q clears the fault when current flows again; while locked, only switching the power off does."
+LIMIT = f"{CLOSED}  K or Q clears the fault, even while the switch is open; the lamp goes out when current flows again."
 DRIVE = "The axis stops without deceleration."
-SUPPLY = "Without it no output can be on: from the drives through links 1 and 2, or an external one."
+SUPPLY = "All outputs are off without this supply, from the drives through links 1 and 2 or from outside."
 
 
 def _lamp(label: str, name: str, pin: str, doc: str = "", *, lit: bool = True, tone: Tone = Tone.PLAIN) -> Lamp:
@@ -27,8 +27,8 @@ def _lamp(label: str, name: str, pin: str, doc: str = "", *, lit: bool = True, t
 FRONT = (
     Group("Interface", CONFIGURING, (
         Lamp("LED", "fault lamp", "led", tone=Tone.FAULT, doc=(
-            "On for about a second after power-up; flashes twice per second until the data format is received; then on "
-            "while there is a fault, a limit or an emergency stop, until K or Q has been read and the cause is gone.")),
+            "On for about a second after power-up, then flashes twice per second until the data format is received.  "
+            "After that, on from a fault, limit or emergency stop until K or Q has been read and the cause is gone.")),
         Word("", "state", "state", STATES, unpowered="no power"),
         Word("E", "busy status", "E", BUSY, {"F": Tone.FAULT, "[": Tone.WARNING}, doc="Answer to the command E."),
         Reading("O", "step of the sequence", "O", doc="Answer to the command O: 1 to 63; 0 before the first step."),
@@ -36,7 +36,7 @@ FRONT = (
     )),
     Group("Outputs", f"{INSTALLATION}: Using the optically-isolated outputs", (
         *(_lamp(f"{n}", f"output {n}", f"output{n}") for n in range(1, 5)),
-        _lamp("5", "output 5", "output5", "With link 3 of the card in position b it follows the LED."),
+        _lamp("5", "output 5", "output5", "Follows the LED if link 3 of the card is in position b."),
         _lamp("24 V", "supply of the outputs", "supply", SUPPLY),
     ), row=True),
     Group("Lines", LINES, (
@@ -47,8 +47,8 @@ FRONT = (
     ), row=True),
     Group("Stops and limits", f"{INSTALLATION}: Emergency stop and limit inputs", (
         _lamp("STOP", "emergency stop", "estop", STOP, lit=False, tone=Tone.FAULT),
-        _lamp("+", "plus limit", "limit_plus", f"{LIMIT}  Then minus moves may begin.", lit=False, tone=Tone.FAULT),
-        _lamp("−", "minus limit", "limit_minus", f"{LIMIT}  Then plus moves may begin.", lit=False, tone=Tone.FAULT),
+        _lamp("+", "plus limit", "limit_plus", f"{LIMIT}  Then minus moves are allowed.", lit=False, tone=Tone.FAULT),
+        _lamp("−", "minus limit", "limit_minus", f"{LIMIT}  Then plus moves are allowed.", lit=False, tone=Tone.FAULT),
         _lamp("X", "drive fault of X", "x_fault", DRIVE, lit=False, tone=Tone.FAULT),
         _lamp("Y", "drive fault of Y", "y_fault", DRIVE, lit=False, tone=Tone.FAULT),
     ), row=True),
@@ -66,7 +66,7 @@ FRONT = (
         Lamp("16", "drive fault", "Q", 4, tone=Tone.FAULT, doc="K or Q clears it when the cause is gone."),
         Lamp("32", "emergency stop", "Q", 5, tone=Tone.FAULT, doc="K or Q clears it when the cause is gone."),
         Lamp("64", "limit", "Q", 6, tone=Tone.FAULT, doc="K or Q clears it; then the axis can leave the limit."),
-        Lamp("128", "communication fault", "Q", 7, tone=Tone.WARNING, doc="F reports which fault, and clears it."),
+        Lamp("128", "communication fault", "Q", 7, tone=Tone.WARNING, doc="F reports the fault and clears it."),
     ), row=True),
     Group("Communication status F", "Report-back functions: Motion status", (
         Lamp("1", "parity fault", "F", 0, tone=Tone.WARNING),
@@ -74,6 +74,6 @@ FRONT = (
         Lamp("4", "framing fault", "F", 2, tone=Tone.WARNING),
         Lamp("8", "data fault", "F", 3, tone=Tone.WARNING, doc="A wrong message, or the buffer overflowed."),
         Lamp("16", "out of range", "F", 4, tone=Tone.WARNING),
-        Lamp("32", "locked", "F", 5, doc="By [, until ]; it is no fault."),
+        Lamp("32", "locked", "F", 5, doc="From [ until ]; not a fault."),
     ), row=True),
 )  # fmt: skip

@@ -1,7 +1,7 @@
-"""The interface card with its power on: characters, input edges and time in; characters, outputs and pulses out.
+"""The interface card while it has power: obeys messages, and controls outputs and axes.
 
-Three procedures run side by side: `_live` reads the input buffer character by character and obeys messages; `work`
-carries out a move, a run or a sequence; the `RampGenerator` gives pulses to the axes by itself.
+Three procedures run concurrently: `_live` reads the input buffer character by character and obeys messages; `work`
+carries out a move, a run or a sequence; the `RampGenerator` sends pulses to the axes.
 """
 
 from functools import lru_cache
@@ -22,18 +22,18 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # of a message; 63 of the longest steps fit
+MOST_CHARACTERS = 2048  # longest message: enough for 63 steps of the greatest length
 LINE_FAULTS = {Fault.DATA: LineFault.DATA, Fault.RANGE: LineFault.RANGE}
 
 
 @lru_cache(maxsize=512)
 def read(text: str) -> Message:
-    """Return a message of the host, parsed once however often it is sent."""
+    """Return a parsed message of the host; results are cached."""
     return parse(text, COMMANDS)
 
 
 def _is_request(text: str) -> bool:
-    """True if this message is a status request and nothing else."""
+    """True if the text is a single valid status request."""
     message = read(text)
     return message.alone is not None and not message.problems and Accept.REQUEST in message.alone.accepted
 
@@ -48,13 +48,13 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._eighth: list[bool] = []  # bit 8 of each character of the text
+        self._eighth: list[bool] = []  # bit 8 of each character of the message
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
         self._live_process = self.clock.process(self._live())
 
     def power_off(self) -> None:
-        """Stop everything at once; an IF2 that is locked keeps its memory."""
+        """Stop all procedures and axes at once; a locked IF2 stores its memory."""
         kill(self._live_process)
         self.work.stop()
         self.transmitter.stop()
@@ -85,10 +85,10 @@ class Interface(State):
         self.stage, self.hint = Stage.READY, ""
         self._break_in.enable(self.locked)
         self.faults.show()
-        self._begin_sequence()  # the sequence that the lock has kept
+        self._begin_sequence()  # the sequence kept by a locked IF2
 
     def _obey_until_broken_in(self) -> Procedure:
-        """Obey until a `(` begins the initialisation again."""
+        """Obey messages until a `(` begins the initialisation again."""
         while True:
             yield from self.until_unmuted()
             character = self.buffer.take()
@@ -98,7 +98,7 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # the work ends before the next character
+                yield self.clock.timeout(0)  # the work must end before the next character is read
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
@@ -116,12 +116,12 @@ class Interface(State):
             self.transmitter.delay = self.parameters.character_delay
 
     def save(self) -> None:
-        """Keep the memory if locked; a power cut during initialisation leaves the memory unchanged."""
+        """Store the memory if the interface is locked; during initialisation, leave the stored memory unchanged."""
         if self.locked and self.stage is Stage.READY:
             Retained(True, self.baudrate, self.frame, self.parameters, self.sequence, self.lock).save(self.store)
 
     def set_locked(self, locked: bool) -> None:
-        """Commands [ and ]."""
+        """Lock or unlock communication, and update the stored memory (commands [ and ])."""
         self.locked, self.lock = locked, self.message_format if locked else None
         self._break_in.enable(locked)
         if locked:
@@ -137,7 +137,7 @@ class Interface(State):
 
     @property
     def kept_sequence(self) -> str:
-        """The sequence in the memory, also during the self-test; empty: no sequence is stored."""
+        """The stored sequence, available during the self-test too; empty if no sequence is stored."""
         return self._kept.sequence if self.stage is Stage.RESET else self.sequence
 
     def _process(self, character: int) -> Procedure | None:
@@ -164,7 +164,7 @@ class Interface(State):
         return None
 
     def _report_full(self, full: bool) -> None:
-        """Signal that the buffer is 80 % full, or below 20 % again."""
+        """Stop the host when the buffer is 80 % full, and let the host continue at 20 %: by DTR, or X-off and X-on."""
         self.lines.dtr.set(not full)
         if self.stage is Stage.READY and self.frame.x_on_x_off:
             self.transmitter.send_flow_control(stop=full)
@@ -182,7 +182,7 @@ class Interface(State):
             return None
         message = read(text)
         command = message.alone
-        if self.locked:  # all but status requests and `]` is ignored without a fault
+        if self.locked:  # other messages than status requests and `]` are ignored
             heeded = command is not None and not message.problems and Accept.LOCKED in command.accepted
             return self._answer(command) if command is not None and heeded else None
         if command is not None and command.code == "#":
@@ -191,7 +191,7 @@ class Interface(State):
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
         if command is not None and Accept.REQUEST in command.accepted:
-            return self._answer(command)  # at any time
+            return self._answer(command)  # requests are answered even while a message is held
         return self._carry_out_later(message) if self.work.held is not None else self._carry_out(message)
 
     def _answer(self, command: Command) -> Procedure | None:
@@ -206,15 +206,15 @@ class Interface(State):
             return self.work.when_free(self._give_control_back())
         if not message.start:
             if self._in_range(message.steps[0]):
-                self.set_parameters(message.steps[0])  # the parameters are kept for the next move
+                self.set_parameters(message.steps[0])  # without `$`, only keep the parameters
         elif not (self.work.busy and self.options.busy == "ignore"):
             return self.work.when_free(self._start(message))
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Carry out a message after the held one has begun, unless a `#` drops both.
+        """Carry out a message after the held message has begun; a `#` drops both messages.
 
-        Status requests after the message are answered meanwhile.
+        Until then, answer status requests that arrive after the message.
         """
         while self.work.held is not None:
             turn = self.work.turn = self.work.turn or self.clock.event()
@@ -227,13 +227,13 @@ class Interface(State):
         yield from self._carry_out(message) or ()
 
     def _answer_requests(self) -> Procedure:
-        """Process the status requests in the buffer, and keep the other messages there."""
+        """Process the status requests in the buffer, and leave other messages in the buffer."""
         while request := self.buffer.take_message(self.frame.ends_message, _is_request):
             for character in request:
                 yield from self._process(character) or ()
 
     def _in_range(self, step: Step, *, moving: bool = False) -> bool:
-        """Return True if these settings, or the move to begin, are possible; otherwise raise an out-of-range fault."""
+        """Return True if the settings, and the move if `moving`, are valid; otherwise set the range bit of F."""
         parameters = self.parameters.after(step)
         speed_is_wrong = "speed" in step.settings and too_fast(parameters)
         if speed_is_wrong or (moving and out_of_range(parameters, step)):
@@ -260,7 +260,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        if self.work.control is not None:  # the host may send moves, but no sequence
+        if self.work.control is not None:  # a host that has control may send moves, but not a sequence
             self.faults.raise_line(LineFault.DATA)
             return
         if any(not self._in_range(step) for step in message.steps):
@@ -283,5 +283,5 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event of the time at which the work has begun, so that the next status request reports the work."""
+        """Return an event after which the work has begun, so that the next status request reports busy."""
         return self.clock.timeout(0)

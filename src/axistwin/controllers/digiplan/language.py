@@ -1,7 +1,7 @@
-"""The command language: a message's text becomes steps, or problems with their places.
+"""Parser of the command language: converts the text of a message into steps, or into problems with their places.
 
-The interface turns a problem into a fault bit, the checker shows the problem to the user; both use this parser.
-Spaces are ignored everywhere; nothing is carried out before the whole message has been parsed.
+The interface sets a fault bit for a problem; the checker reports the problem to the user.  Both use this parser.
+Spaces are ignored.  A message is carried out only after all of it has been parsed.
 """
 
 import re
@@ -23,52 +23,52 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
 class Accept(Flag):
-    """Where a command is allowed, and when it is obeyed."""
+    """Kinds of message and states in which a command is allowed."""
 
-    DIRECT = auto()  # in a direct message
-    STEP = auto()  # in a step of a sequence
-    ALONE = auto()  # as the whole message
-    LOCKED = auto()  # also while locked
-    REQUEST = auto()  # a status request, which is answered also while a message is held
-    SETUP = auto()  # during initialisation only
-    WRITTEN = auto()  # part of the notation of other commands
+    DIRECT = auto()  # allowed in a direct message
+    STEP = auto()  # allowed in a step of a sequence
+    ALONE = auto()  # allowed as a message of its own
+    LOCKED = auto()  # obeyed even while the interface is locked
+    REQUEST = auto()  # a status request: answered even while a message is held
+    SETUP = auto()  # allowed during initialisation only
+    WRITTEN = auto()  # part of another command, e.g. the sign of a distance
 
 
 class Order(IntEnum):
-    """Order of the parts of a message or step (Combining inputs and outputs with move instructions)."""
+    """Order of commands in a message or step (chapter Combining inputs and outputs with move instructions)."""
 
-    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # MOVE: index and speed data, several
+    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # MOVE may be repeated
 
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A command character with its position in the format."""
+    """A command character, with its place in the order of commands."""
 
     order: Order = Order.ANY
     form: str = ""
-    """Notation, if it does not follow from the parameters."""
+    """Syntax, if it cannot be derived from the parameters."""
 
     @property
     def syntax(self) -> str:
-        """Notation; parts in brackets are optional."""
+        """Syntax as printed in help texts; parts in brackets are optional."""
         parts = "".join(part.form for part in self.parameters)
         return self.form or f"{self.code}{' ' if parts[:1].isalpha() else ''}{parts}"
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
-        """Pattern of the parameters that follow the character."""
+        """Regular expression of the parameters that follow the character."""
         return re.compile("".join(part.pattern for part in self.parameters if isinstance(part, Written)))
 
 
 @dataclass(frozen=True)
 class Written(Field):
-    """A parameter as characters: a pattern with one group."""
+    """A parameter written as text; `pattern` is a regular expression with one group."""
 
     pattern: str = r"(\d+)"
 
     @property
     def form(self) -> str:
-        """The parameter in a syntax line, after its comma if it has one."""
+        """Syntax of the parameter, with the comma before it if there is one."""
         text = f"{',' if ',' in self.pattern else ''}{self.name}"
         return f"[{text}]" if self.optional else text
 
@@ -85,13 +85,13 @@ class Written(Field):
 
 @dataclass(frozen=True)
 class Direction(Written):
-    """`+` or `-`; without a sign `+`."""
+    """A direction, `+` or `-`; no sign means `+`."""
 
     pattern: str = r"([+-]?)"
 
     @property
     def form(self) -> str:
-        """An optional sign."""
+        """Syntax of an optional sign."""
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
@@ -101,7 +101,7 @@ class Direction(Written):
 
 @dataclass(frozen=True)
 class Lines(Written):
-    """One or more inputs or outputs, a digit each."""
+    """The numbers of one or more inputs or outputs, one digit each."""
 
     def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
         """Return the numbers of the lines, and True if all are within the range."""
@@ -135,7 +135,7 @@ class _Reader:
         self.text = text.replace(" ", "")
         self.places = [place for place, character in enumerate(text) if character != " "] + [len(text)]
         self.at = 0
-        self.begins: list[int] = []  # of the steps, in the text without spaces
+        self.begins: list[int] = []  # index of each step in the text without spaces
 
     def read(self) -> Message:
         self.at = self.text.rfind(CANCEL) if CANCEL in self.text else 0
@@ -150,11 +150,11 @@ class _Reader:
             self._read_step(end)
             step = self.message.steps[0]
             if (step.high or step.low) and not step.major:
-                self._wrong(rules.WAITS, "an input can only be waited for together with a move", 0)
+                self._wrong(rules.WAITS, "H and L need a move in the same message, e.g. H1X100$", 0)
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
-        """Add a problem from `at` (default: here) up to but without `end`."""
+        """Add a problem in the text from `at` (default: the next character) up to, but not including, `end`."""
         begin = min(self.at if at is None else at, len(self.places) - 1)
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
         behind = self.places[end - 1] + 1 if end > begin else 0
@@ -171,15 +171,15 @@ class _Reader:
         return True
 
     def _read_sequence(self, end: int) -> None:
-        """Read `:step:step: ... :$`.  Without any step: the stored sequence again."""
+        """Read a sequence `:step:step: … :$`; `:$` without a step runs the stored sequence again."""
         if not self.message.start or not self.text[:end].endswith(":"):
             self._wrong(rules.SEQUENCE_END, "a sequence ends in :$", len(self.text))
         while self.at < end:
-            self.at += 1  # the colon
+            self.at += 1  # skip the colon
             colon = self.text.find(":", self.at, end)
             stop = end if colon < 0 else colon
             if stop == self.at and stop >= end - 1:
-                break  # `:$`, also written `::$`
+                break  # the end of the sequence: `:$` or `::$`
             self._read_step(stop)
             self.at = stop
             self._check_sequence_step()
@@ -192,7 +192,7 @@ class _Reader:
         if step == Step() and begin == self.at:
             self._wrong(rules.STEP_MISSING, "a step is missing between two colons", begin)
         if step.repeat and step.repeat[1] > number:
-            message = f"repeat from step {step.repeat[1]}: there is none yet, this is step {number}"
+            message = f"repeat from step {step.repeat[1]}: expected a step from 1 to {number}"
             self._wrong(rules.REPEAT, message, begin, self.at)
 
     def _read_step(self, end: int) -> None:
@@ -215,7 +215,7 @@ class _Reader:
             self._check_step(step)
 
     def _read_unknown(self, begin: int, end: int) -> None:
-        """Read unknown characters, with the number after them; or a number without a command."""
+        """Report a number without a command, or unknown characters; skip the number after the characters."""
         if self.text[begin] in NUMBER:
             self._skip_number(end)
             self._wrong(rules.LOST_NUMBER, self._lost_number(begin), begin, self.at)
@@ -237,7 +237,7 @@ class _Reader:
         return f"{message}: {before.code} ({before.name}) takes {takes}"
 
     def _skip_number(self, end: int) -> None:
-        """Skip the number of a wrong command, so that the number is not a second problem."""
+        """Skip the number after a wrong command, so that only one problem is reported."""
         while self.at < end and self.text[self.at] in NUMBER | SIGNS:
             self.at += 1
 
@@ -252,7 +252,7 @@ class _Reader:
         elif alone:
             self._must_be_alone(command, at)
         elif Accept.WRITTEN in command.accepted:
-            self._wrong(rules.MISPLACED, f"{name} cannot stand here", at, chapter=command.chapter)
+            self._wrong(rules.MISPLACED, f"{name} is not valid here", at, chapter=command.chapter)
         else:
             where = "in a sequence" if self.message.sequence else "in a direct message"
             self._wrong(rules.NOT_IN_THIS_KIND, f"{name} is not allowed {where}", at, chapter=command.chapter)
@@ -292,7 +292,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # this command takes another number; the next call reports the problem
+            return  # the number is too long or has another form: the next character is reported
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -306,8 +306,8 @@ class _Reader:
         if step.corrected and (step.interpolated or step.run):
             self._wrong(rules.CORRECTION, "B corrects an index on its own axis only", begin, self.at)
         if step.hand_over and step != Step(hand_over=True):
-            self._wrong(rules.CONTROL_ALONE, "% stands alone in its step", begin, self.at)
+            self._wrong(rules.CONTROL_ALONE, "% must be the only command in its step", begin, self.at)
 
 
 def written(step: Step) -> None:
-    """Part of the notation of other commands, which the parser reads together."""
+    """Do nothing: the character is read together with another command."""

@@ -9,7 +9,7 @@ from axistwin.controllers.digiplan.step import Step
 
 SEQUENCE = "sequence"
 RAMP = {"speed_range": ">", "start_stop": "<", "acceleration": "^", "character_delay": "D"}
-"""Commands of the parameters that are not allowed in a sequence."""
+"""Commands that set parameters, but are not allowed in a sequence."""
 
 
 @lru_cache(maxsize=64)
@@ -19,10 +19,7 @@ def listed(sequence: str) -> tuple[str, ...]:
 
 
 def typed(step: Step) -> str:
-    """Return the text of a step in the manual's order: H L A, or H L, parameters, axes and speed, S R or P; repeat.
-
-    Parsed again, the text gives the same step.
-    """
+    """Return the text of a step, with its commands in the manual's order; parsing the text gives the same step."""
     pulse, length = step.pulse, step.settings.get("pulse_length")
     parts = (
         _lines("H", step.high),
@@ -46,7 +43,7 @@ def _lines(command: str, numbers: Iterable[int]) -> str:
 
 
 def _move(step: Step) -> str:
-    """Return axes with their distance after the last of them, speed, G, correction."""
+    """Return the text of a move: axes, distance, minor axes after `/`, speed, `G` or `B`."""
     settings = step.settings
     minor = f"/{_axes(step.minor, settings.get('minor_distance'))}" if step.interpolated else ""
     speed = f"@{settings['speed']}" if "speed" in settings else ""

@@ -28,17 +28,17 @@ class Options:
     fault_output: bool = False
     """Link 3 in position b: output 5 follows the LED and cannot be programmed."""
     busy: Busy = "hold"
-    """Treatment of a message with `$` during a move or sequence."""
+    """A message with `$` during a move or sequence is held until the work has finished, or ignored."""
     limits: Limits = "any motion"
     """Motion that a limit switch stops: any motion except away from the switch, or only motion towards the switch."""
     unlock: Unlock = "lock format"
     """Format of `]`: baud rate, number of bits and parity of `[`, or any format that is set at that time."""
     self_test_s: float = 1.0
-    """The LED comes on "for approximately 1 second"."""
+    """Duration of the self-test: the LED comes on "for approximately 1 second"."""
     recalculation_s: float = 1.0
-    """A new ramp "takes up to 1 second"."""
+    """Time to calculate a new ramp, which "takes up to 1 second"."""
     strobe_ms: float = 1.0
-    """From the UART to the input buffer "at approximately 1mS intervals"."""
+    """Interval of transfers from the UART to the input buffer, "at approximately 1mS intervals"."""
     strict_format: bool = False
     """True: characters within 5 ms of the data format message are lost."""
 

@@ -1,6 +1,6 @@
 """Table of the diagnostic codes of the IF1 and IF2.
 
-1xx a message and its commands, 2xx sequences, 3xx values that do not go together, 4xx the session.
+DP1xx: messages and commands.  DP2xx: sequences.  DP3xx: conflicting values.  DP4xx: initialisation, lock, message ends.
 """
 
 from axistwin.controllers.diagnostics import Rule, Severity
@@ -21,7 +21,7 @@ RULES = (
         "upper case; in a file of command lines `;` begins a comment.",
         "x1000$"),
     LOST_NUMBER := Rule("DP102", "a number without a command", E, ALL,
-        "The preceding command takes no number, or another number.  The message is refused.",
+        "The preceding command takes no number, or a number of another form.  The message is refused.",
         "B20"),
     ALONE := Rule("DP103", "must be sent alone", E, ALL,
         "Status requests, `#`, `[` and `]` are messages by themselves, each with its own <CR>.",
@@ -47,11 +47,11 @@ RULES = (
     RANGE := Rule("DP109", "a parameter is out of range", E, ALL,
         "The value is refused and the range fault is flagged; nothing of the message is kept.",
         ">5"),
-    TWICE := Rule("DP110", "an axis, / or G that does not fit the text before", E, ALL,
+    TWICE := Rule("DP110", "an axis, / or G that does not fit the preceding text", E, ALL,
         "An axis, `/` or `G` is repeated in a message, or `/`, `G` or `B` has no axis before.",
         "X1X2$"),
     WAITS := Rule("DP111", "waiting for an input without a move", E, COMBINING,
-        "H and L hold a move back.  To wait and then only switch an output, use a step of a sequence.",
+        "H and L delay a move.  To wait for an input and then only switch an output, use a sequence.",
         "H1$"),
     MINOR := Rule("DP112", "the minor axis is missing", E, INTERPOLATION,
         "`/` is followed by the axis with the shorter distance, or by two axes.",
@@ -66,7 +66,7 @@ RULES = (
         "A message that begins with `:` is a sequence, and ends in `:$`.",
         ":X100"),
     STEP_MISSING := Rule("DP202", "an empty step", E, SEQUENCE,
-        "A step between two colons is empty.  Repeats count the steps from 1.",
+        "A step between two colons is empty.  The steps are numbered from 1.",
         ":X100::Y:$"),
     TOO_MANY := Rule("DP203", "too many steps", E, SEQUENCE,
         "A sequence has 63 steps at most.  The previously stored sequence is kept.",
@@ -117,6 +117,6 @@ RULES = (
         "A message is obeyed when its terminator is received: <CR>, or <LF> if the data format was V.",
         "> (U61\\r\n> X100$", ".talk"),
     LOCKED := Rule("DP405", "sent while the interface is locked", W, LOCKOUT,
-        "After `[` only status requests and `]` are obeyed, and `(` while DSR is held; everything else is ignored.",
+        "After `[` only status requests and `]` are obeyed, and `(` while DSR is active; the rest is ignored.",
         "[\nX100$\n]"),
 )  # fmt: skip

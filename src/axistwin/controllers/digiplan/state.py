@@ -1,4 +1,4 @@
-"""State of an interface with power: the fields and primitives that the chapters use."""
+"""State of an interface with power: the fields and operations that the commands use."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -32,7 +32,7 @@ class Stage(Enum):
 
 @dataclass(frozen=True)
 class Hardware:
-    """The parts of a card that exist with and without power."""
+    """The parts of a card that exist even without power."""
 
     clock: Clock
     uart: Uart
@@ -45,7 +45,7 @@ class Hardware:
 
 
 class State(ABC):
-    """Parts, settings and status of an interface."""
+    """Components, settings and status of an interface that has power."""
 
     def __init__(self, card: Hardware) -> None:
         clock, uart, lines, pins, options = card.clock, card.uart, card.lines, card.pins, card.options
@@ -57,7 +57,7 @@ class State(ABC):
         self.eighth: tuple[bool, ...] = ()
         """Bit 8 of each character of the message in progress, terminator included."""
         self.ignored: tuple[int, ...] = ()
-        """Characters that are ignored as the next character."""
+        """Characters that are ignored if received next."""
         self.parameters = Parameters()
         self.sequence = ""
         self.step_number = 0
@@ -69,7 +69,7 @@ class State(ABC):
         """Before READY: reason for dropping the host's characters, and the remedy."""
         self.on_hint: Callable[[str], None] = lambda hint: None
         self._ramp_before: Parameters | None = None
-        """While a new ramp is still to be calculated: the parameters before the new ramp data."""
+        """Parameters before the new ramp data, until the new ramp is calculated; otherwise None."""
         self._muted_until_ns = 0
         self.motion = RampGenerator(clock, card.axes, pins)
         self.faults = Faults(pins, self._show_fault)
@@ -81,20 +81,20 @@ class State(ABC):
 
     @abstractmethod
     def set_locked(self, locked: bool) -> None:
-        """Lock or unlock communication, and keep that in the memory."""
+        """Lock or unlock communication, and update the stored memory."""
 
     @abstractmethod
     def erase(self) -> None:
         """Erase parameters, sequence and lock."""
 
     def drop(self, hint: str) -> None:
-        """Drop a character of the host; report the reason, once for each reason."""
+        """Report the reason for dropping characters of the host, unless that reason was reported last."""
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)
 
     def transmit(self, data: bytes) -> Procedure:
-        """Send, and wait until the last character is being sent."""
+        """Send `data`, and wait until transmission of its last character begins."""
         yield from self.transmitter.send(data) or ()
 
     @property
@@ -119,16 +119,14 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Return the parameters of a move that begins now: without ramp data whose ramp is still being calculated."""
+        """Parameters of a move that begins now; new ramp data apply only once the ramp has been calculated."""
         before = self._ramp_before
         if before is None:
             return self.parameters
         return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def calculate_ramp(self) -> None:
-        """Calculate a ramp: for up to a second no character is processed, answered or echoed; the buffer keeps the
-        characters.
-        """
+        """Calculate a ramp: for up to a second, characters stay in the buffer and none is processed or echoed."""
         self._ramp_before = None
         self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 

@@ -6,7 +6,7 @@ from enum import Enum
 from axistwin.controllers.diagnostics import Rule
 
 
-class EndOfWork(Exception):  # noqa: N818  # no error of the program
+class EndOfWork(Exception):  # noqa: N818  # not a programming error
     """Raised to end the work in progress: a move is refused, or a parameter is out of range."""
 
 
@@ -29,18 +29,18 @@ class Problem:
     about: tuple[str, ...] = ()
     """Names of the `Parameters` that conflict."""
     end: int = 0
-    """Index after the last character concerned; 0: only the character at `position` is."""
+    """Index after the last character of the problem; 0: the problem is the one character at `position`."""
 
 
 @dataclass
 class Step:
-    """One direct message, or one step of a sequence, in the order in which it is carried out.
+    """One direct message, or one step of a sequence; its fields are in the order of execution.
 
-    Directions are +1 and -1.  None and empty: not stated.
+    Directions are +1 and -1.  A field that was not stated is None, False or empty.
     """
 
     settings: dict[str, int] = field(default_factory=dict)
-    """Values of `Parameters`, which are kept."""
+    """New values of `Parameters`, by name."""
     high: tuple[int, ...] = ()
     low: tuple[int, ...] = ()
     abort: bool = False
@@ -55,7 +55,7 @@ class Step:
     repeat: tuple[int, int] | None = None
     hand_over: bool = False
     places: dict[str, int] = field(default_factory=dict, compare=False)
-    """Index in the text of each of the settings."""
+    """Index of each setting in the text, by name."""
 
 
 RANGES: dict[str, tuple[int, int]] = {
@@ -81,7 +81,7 @@ class Parameters:
     speed: int = 400  # steps/s
     start_stop: int = 4  # x 100 steps/s
     acceleration: int = 10  # x 1000 steps/s²
-    distance: int = 0  # steps; the distance of the major axis too
+    distance: int = 0  # steps; in linear interpolation, of the major axis
     minor_distance: int = 0
     backlash: int = 0  # steps, signed
     pulse_length: int = 10  # x 10 ms
@@ -96,5 +96,5 @@ class Parameters:
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return the parameters after the step has begun its move."""
+        """Return the parameters after the step has begun; a run sets the index length to zero."""
         return self.after(step).without_index() if step.run else self.after(step)

@@ -1,4 +1,4 @@
-"""The work in progress, a move, a run or a sequence, and the message that is held until the work has finished."""
+"""The work in progress (a move, run or sequence), and the message that is held until the work has finished."""
 
 from collections.abc import Callable
 from functools import partial
@@ -11,7 +11,7 @@ from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill
 
 
 class Work:
-    """Runs one procedure at a time; a sequence may give control to the host meanwhile."""
+    """Carries out one move, run or sequence at a time; a sequence can give control to the host."""
 
     def __init__(self, clock: Clock, motion: RampGenerator, on_free: Callable[[], None]) -> None:
         self.clock, self.motion, self._on_free = clock, motion, on_free
@@ -20,7 +20,7 @@ class Work:
         """While the host has control: the event that continues the sequence."""
         self.held: Process | None = None
         self.turn: Event | None = None
-        """Event that ends the wait of the message after the held one; True: that message was cancelled."""
+        """Event that the message after the held message waits for; its value is True if both are cancelled."""
         self._freed: Event | None = None
 
     @property
@@ -34,7 +34,7 @@ class Work:
         return self.occupied or self.held is not None
 
     def begin(self, procedure: Procedure) -> None:
-        """Start a procedure."""
+        """Start a move, run or sequence."""
         self.process = self.clock.process(self._run(procedure))
 
     def _run(self, procedure: Procedure) -> Procedure:
@@ -62,30 +62,30 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            if self.process is self.clock.active_process:  # an output that the step switches is wired to a fault input
+            if self.process is self.clock.active_process:  # a step switched an output that is wired to a fault input
                 self.clock.soon(partial(interrupt, self.process))
             else:
                 interrupt(self.process)
 
     def stop(self) -> None:
-        """End everything at once, as a power cut does."""
+        """End the work and the held message at once: the power is off."""
         for process in (self.held, self.process):
             if process is not None:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Give control to the host; the event's value is a step to carry out, or None when control is given back."""
+        """Give control to the host.  The returned event gets the host's next step, or None to continue the sequence."""
         self.control = self.clock.event()
         self._free()
         return self.control
 
     def take_control(self) -> Event | None:
-        """Return the event that continues the sequence, if the host has control."""
+        """End the host's control; return the event that continues the sequence, or None without such control."""
         control, self.control = self.control, None
         return control
 
     def when_free(self, begin: Procedure) -> Procedure | None:
-        """Return `begin` if nothing is in progress; otherwise hold it until then."""
+        """Return `begin` if no work is in progress; otherwise hold it until the work has finished, and return None."""
         if not self.occupied:
             return begin
         self.held = self.clock.process(self._hold(begin))

@@ -15,7 +15,7 @@ from axistwin.storage import excerpt
 
 @dataclass(frozen=True)
 class Retained:
-    """Data that the battery keeps while the interface is locked.  Unlocked, nothing is kept."""
+    """Data that the battery keeps if the interface is locked; an unlocked interface keeps no data."""
 
     locked: bool = False
     baudrate: int = 9600
@@ -23,7 +23,7 @@ class Retained:
     parameters: Parameters = field(default_factory=Parameters)
     sequence: str = ""
     lock: MessageFormat | None = None
-    """Format of the lock command; None: any."""
+    """Format of the lock command, in which it must be unlocked; None: any format."""
 
     def save(self, store: Store) -> None:
         """Store the data as JSON text."""
@@ -31,7 +31,7 @@ class Retained:
 
     @classmethod
     def recall(cls, store: Store) -> "Retained":
-        """Return the stored data, or the defaults.  Raises UsageError if the file is damaged."""
+        """Return the stored data, or the defaults.  Raise UsageError if the file is damaged."""
         contents = store.load()
         if contents is None:
             return cls()
@@ -50,10 +50,10 @@ class Retained:
         """Raise ValueError if no interface can have stored these data."""
         for name, holds in self._checks():
             if not holds:
-                raise ValueError(f"{name} is wrong")
+                raise ValueError(f"invalid value of {name}")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
-        """Yield what must hold, with the name of the data concerned."""
+        """Yield the name of each datum, and True if its value is valid."""
         for name, (low, high) in RANGES.items():
             value = getattr(self.parameters, name)
             yield name, type(value) is int and low <= value <= high

@@ -14,8 +14,8 @@ class BreakIn:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._offered: UartFormat | None = None  # format in which the present character is read
-        self._detected: UartFormat | None = None  # format of a `(` that has come in
+        self._offered: UartFormat | None = None  # format for reading the present character
+        self._detected: UartFormat | None = None  # format of the `(` that was received
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
@@ -31,7 +31,7 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the default format at the baud rate of this character, if it is a `(` in a format of another shape."""
+        """Return the default format at the measured baud rate if the character is a `(` in it, and its shape is new."""
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None
         if rate is not None:
@@ -42,7 +42,7 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """Return True if a character was read in another format; a `(` makes that the interface's format."""
+        """True if a character was read in another format; a `(` sets the UART to that format."""
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:
             self._state.uart.format = self._detected = other

@@ -47,7 +47,7 @@ class Frame:
     def raw(self, byte: int) -> int:
         """Return a byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits bit 8 does not exist.
 
-        The quick status needs all eight bits: where bit 8 is fixed at 1, the byte is sent unchanged.
+        The quick status needs all eight bits, so the byte is unchanged if the format fixes bit 8 at 1.
         """
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
@@ -79,5 +79,5 @@ def read_format(text: str, terminator: int) -> Frame | None:
 
 
 def uart_format(baudrate: int, frame: Frame) -> UartFormat:
-    """Return the setting of the UART."""
+    """Return the UART setting for a baud rate and a data format."""
     return UartFormat(baudrate, *frame.uart)

@@ -25,7 +25,7 @@ DELAY_UNIT_NS = 10 * MS
 
 
 class InputBuffer:
-    """The receiver register of the UART and the buffer of 64 characters after it."""
+    """The UART's receive register and the input buffer of 64 characters."""
 
     def __init__(self, clock: Clock, uart: Uart, strobe_ns: int) -> None:
         self.clock, self.uart, self.strobe_ns = clock, uart, strobe_ns
@@ -46,17 +46,17 @@ class InputBuffer:
         self._arrived: Event | None = None
 
     def begin_with(self, byte: int) -> None:
-        """Clear the buffer, and begin with this character."""
+        """Replace the contents of the buffer with this character."""
         self.characters.clear()
         self._register = None
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Start or stop accepting characters with errors.  Meanwhile the UART resynchronises from 7 bits to 8."""
+        """Start or stop accepting characters with errors; while on, the UART resynchronises from 7 bits to 8."""
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
-        """Begin to receive."""
+        """Start receiving."""
         self.uart.on_receive = self._receive
         self.uart.has_room = lambda: not self.full
         self.uart.pump_peer()
@@ -77,7 +77,7 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the first wanted message with its terminator; empty if none is in the buffer."""
+        """Remove and return the first message whose text is `wanted`, with its terminator; empty if there is none."""
         begin = 0
         for end, character in enumerate(self.characters, 1):
             if character & 0x7F != ends_message:
@@ -198,7 +198,7 @@ class Transmitter:
             self._transmit(bytes([byte]))
 
     def _until_clear(self) -> Procedure:
-        """Wait for DSR and CTS; a cancelled character is not sent."""
+        """Wait until DSR and CTS are set, or until the character is cancelled."""
         self._held_back += 1
         try:
             while not self._clear_to_send:
@@ -228,7 +228,7 @@ class Transmitter:
         self.urgent = None
 
     def stop(self) -> None:
-        """Send nothing more: the power is off."""
+        """Stop sending: the power is off."""
         if self.urgent is not None:
             kill(self.urgent)
         self.uart.queue.clear()

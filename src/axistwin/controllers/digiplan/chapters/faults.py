@@ -1,6 +1,6 @@
 """Chapter Clearing fault conditions: a fault is stored until the host has requested the status.
 
-`MotionFault` are bits of the motion status K, `LineFault` those of the communication status F, `InputBit` those of I.
+The bits of `MotionFault` are reported by K, those of `LineFault` by F, and those of `INPUT_BITS` by I.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ class MotionFault(IntFlag):
 
 
 class LineFault(IntFlag):
-    """Bits of F."""
+    """Bits of the communication status F."""
 
     NONE = 0
     PARITY = 1
@@ -35,7 +35,7 @@ class LineFault(IntFlag):
 
 INPUTS = ("estop", "x_fault", "y_fault", "input1", "limit_plus", "limit_minus", "input2", "input3")
 INPUT_BITS = {name: 1 << bit for bit, name in enumerate(INPUTS)}
-"""Bits of I: 1 while no current flows in the input's opto-isolator."""
+"""Bits of the input status I: 1 while no current flows in the input's opto-isolator."""
 
 DRIVES = {"x_fault": "X", "y_fault": "Y"}
 LIMITS = {"limit_plus": +1, "limit_minus": -1}
@@ -57,7 +57,7 @@ class Faults:
         self._inputs = [(pins[name], bit) for name, bit in INPUT_BITS.items()]
         self.motion, self.line = MotionFault.NONE, LineFault.NONE
         self.on_fault: Callable[[str], None] = lambda name: None
-        """Called with the name of each fault, in small letters, when the fault is raised."""
+        """Called with the name of each fault, in small letters, when the fault occurs."""
         for name in CLOSED:
             if not pins[name].level:
                 self.motion |= FAULTS[name]
@@ -82,10 +82,9 @@ class Faults:
         self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
-        """Clear the bits after an answer to K or Q if their cause is gone; LIMIT always, so that the axis can leave
-        the limit switch.
+        """Clear the fault bits whose cause is gone, after an answer to K or Q.
 
-        While locked, EMERGENCY_STOP stays until the power is removed.
+        LIMIT is always cleared, so that the axis can leave the switch.  While locked, EMERGENCY_STOP stays set.
         """
         self.motion &= ~MotionFault.LIMIT
         if all(self.pins[name].level for name in DRIVES):
@@ -95,7 +94,7 @@ class Faults:
         self.show()
 
     def show(self) -> None:
-        """Set the lamp: on until the bits are cleared and the inputs are normal."""
+        """Switch the lamp on if a fault bit is set or a stop input is open, otherwise off."""
         self._show(bool(self.motion) or not all(self.pins[name].level for name in CLOSED))
 
     def blocked(self, directions: Mapping[str, int]) -> bool:
@@ -115,18 +114,15 @@ class StopInputs:
     def __init__(self, faults: Faults, motion: RampGenerator, cancel: Callable[[], None], limits: Limits) -> None:
         self._pins, self._faults, self._motion, self._cancel, self._limits = faults.pins, faults, motion, cancel, limits
         self._leaving: frozenset[str] = frozenset()
-        self._unwatch = [self._pins[name].subscribe(self._changed) for name in CLOSED]
+        self._unsubscribe = [self._pins[name].subscribe(self._changed) for name in CLOSED]
 
     def close(self) -> None:
         """Unsubscribe from the inputs."""
-        for unwatch in self._unwatch:
-            unwatch()
+        for unsubscribe in self._unsubscribe:
+            unsubscribe()
 
     def may_move(self, directions: Mapping[str, int]) -> bool:
-        """False if a fault or an open limit switch in one of these directions inhibits the motion.
-
-        An open limit switch does not inhibit a motion away from the switch.
-        """
+        """True unless a fault, or an open limit switch in one of these directions, inhibits the motion."""
         self._leaving = frozenset(name for name in LIMITS if not self._pins[name].level)
         return not self._faults.blocked(directions)
 
@@ -136,12 +132,12 @@ class StopInputs:
             return
         self._faults.raise_motion(FAULTS[pin.name])
         if pin.name in DRIVES:
-            self._motion.drop(DRIVES[pin.name])  # without deceleration
+            self._motion.drop(DRIVES[pin.name])  # stop this axis without deceleration
         if pin.name not in LIMITS or self._limit_stops(pin.name):
             self._cancel()
 
     def _limit_stops(self, name: str) -> bool:
-        """True if the limit switch stops this motion: unless the motion leads away from the limit."""
+        """True if this limit switch stops the present motion; never if the motion leads away from the switch."""
         ahead = LIMITS[name] in self._motion.directions.values()
         behind = self._limits == "any motion" and name not in self._leaving
         return self._motion.running and (ahead or behind)

@@ -26,8 +26,7 @@ def axis(name: str, step: Step, direction: int, distance: int | None) -> str | N
 
 
 def backlash(step: Step, distance: int | None) -> str | None:
-    """Command B: with a sign and 0 to 255 steps, store the backlash distance; alone, apply the correction to this
-    index.
+    """Command B: with a sign and 0 to 255 steps, store the backlash distance; without them, correct this index.
 
     Chapter Backlash correction.
     """
@@ -39,12 +38,12 @@ def backlash(step: Step, distance: int | None) -> str | None:
 
 
 def index(state: State, step: Step) -> Procedure:
-    """Run all axes of the step by the distance, up and down the ramp; return when they are at rest.
+    """Move all axes of the step by the distance, up and down the ramp; return when the axes are at rest.
 
     With correction, a move against the backlash direction overshoots by the backlash distance and returns at the
     start/stop speed, so that every index ends in the same direction.  The return is left out towards an open limit
-    switch.  The direction is the same for all axes: with different directions, some axes end in a wrong place, as
-    the manual warns.
+    switch.  The backlash direction is the same for all axes: if they move in different directions, some end in a
+    wrong place, as the manual warns.
     """
     parameters, generator = state.in_force, state.motion
     table = ramp(parameters)

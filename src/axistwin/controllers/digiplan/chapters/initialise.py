@@ -9,21 +9,21 @@ from axistwin.sim.clock import Procedure
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
-LOW_BITS = 4  # of "(": start bit and three zeros
+LOW_BITS = 4  # "(" begins with four low bits: the start bit and three zeros
 TOLERANCE = 10  # a baud rate is recognised within ±10 %
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # sample 4 sends back the answer of the interface
+ECHOED = "U"  # the manual's sample program 4 sends the interface's answer back
 FALSE_CHARACTER = 0x7F
-"""The character in which an 8-bit receiver without parity reads a parity bit of 0 that follows a bit 8 of 1."""
-FLASH_NS = 250 * MS  # "flashes twice per second"
-REINITIALISE_NS = 5 * MS  # of the UART, after the data format
+"""Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
+FLASH_NS = 250 * MS  # the lamp "flashes twice per second"
+REINITIALISE_NS = 5 * MS  # time to set up the UART after the data format message
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
     """Return the baud rate at which `(` holds the line low for this time."""
-    low, per = low_ns.numerator, low_ns.denominator  # in integers, which are faster
+    low, per = low_ns.numerator, low_ns.denominator  # integers, because fractions are slow
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)
@@ -79,7 +79,7 @@ def set_data_format(state: State) -> Procedure:
 
 
 def _data_format(state: State) -> Procedure:
-    """Wait for a valid `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`; returns the Frame.
+    """Wait for a valid `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`, and return its Frame.
 
     Characters with framing errors are accepted, so that a host can use its own format from the beginning.  Each `(`
     is answered `U <CR>`; `*` erases the memory and gets the same answer.  A wrong message is dropped without an
@@ -106,9 +106,9 @@ class FormatReader:
 
     def __init__(self) -> None:
         self.text = ""
-        """Characters received so far; a wrong message is dropped."""
+        """Characters of the message in progress."""
         self.dropped = False
-        """True: the last character ended a wrong message."""
+        """True if the last character ended a wrong message."""
 
     def take(self, character: int) -> Frame | None:
         """Return the data format if this character ends a valid message."""
@@ -127,7 +127,7 @@ class FormatReader:
 def only_at_initialisation(_: Step) -> str:
     """Commands ( * U V: baud rate detection, erasing, data format.  Obeyed during initialisation.
 
-    Afterwards they are a data fault.  While the interface is locked, `(` begins the initialisation again if DSR is
-    held and nothing moves.  Chapters Initialisation, Breaking into a locked state.
+    After initialisation they are a data fault.  While the interface is locked, `(` begins the initialisation again if
+    DSR is active and nothing moves.  Chapters Initialisation, Breaking into a locked state.
     """
     return "for initialisation only"

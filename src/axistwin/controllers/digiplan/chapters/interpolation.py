@@ -1,4 +1,4 @@
-"""Chapter Linear interpolation mode: a long and a short index that begin and end together."""
+"""Chapter Linear interpolation mode: two indexes of different length that begin and end together."""
 
 from fractions import Fraction
 
@@ -10,7 +10,7 @@ from axistwin.sim.clock import Procedure
 
 MOST_SPEED = 10_000  # steps/s
 LEAST_ACCELERATION = 5  # x 1000 steps/s²
-MOST_DISTANCE = 65_535  # steps of the major axis
+MOST_DISTANCE = 65_535  # steps, for the major axis
 ONLY_RANGE = 1
 
 
@@ -22,7 +22,7 @@ def minor_axis(step: Step) -> str | None:
     Chapter Linear interpolation mode.
     """
     if step.interpolated:
-        return "/ stands twice"
+        return "/ is repeated"
     if not step.major:
         return "the major axis is missing before /"
     step.interpolated = True
@@ -30,7 +30,7 @@ def minor_axis(step: Step) -> str | None:
 
 
 def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
-    """Return the constraint that an interpolated move with these parameters breaks."""
+    """Return the problem of an interpolated move that breaks a constraint of the manual; otherwise None."""
     p = parameters
     if p.speed > MOST_SPEED:
         about, text = "speed", f"speed {p.speed} is above {MOST_SPEED} steps/s"
@@ -50,14 +50,12 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
 
 
 def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
-    """Return a description if a move is out of range, by its speed or a constraint of linear interpolation;
-    otherwise None.
-    """
+    """Return the problem of a move that is too fast or breaks a constraint of interpolation; otherwise None."""
     return too_fast(parameters) or (constraint(parameters, step.run) if step.interpolated else None)
 
 
 def interpolate(state: State, step: Step) -> Procedure:
-    """Run major and minor axes by their distances; return when all are at rest."""
+    """Move the major and minor axes by their distances; return when all axes are at rest."""
     parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
     ratio = Fraction(parameters.minor_distance, parameters.distance) if parameters.distance else Fraction(0)

@@ -4,9 +4,9 @@ from axistwin.controllers.digiplan.state import State
 
 
 def lock(state: State) -> None:
-    """Command [: from now on only status requests and `]` are obeyed; communication is not checked.
+    """Command [: from now on only status requests and `]` are obeyed, and communication errors are not flagged.
 
-    In an IF2 parameters, sequence, baud rate and data format now survive power-off.
+    In an IF2 parameters, sequence, baud rate and data format are now kept without power.
     Chapters Communication lockout commands, Storing a sequence in the IF2.
     """
     state.set_locked(True)

@@ -1,6 +1,6 @@
 """The ramp generator: axes that move together share clock, speed and ramp; each axis has its own direction.
 
-A rate multiplier makes a second, slower clock for the minor axes of a linear interpolation.
+A rate multiplier generates a second, slower clock for the minor axes of a linear interpolation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -72,7 +72,7 @@ class RampGenerator:
 
     @property
     def running(self) -> bool:
-        """True if pulses are still to come."""
+        """True until the velocity profile has ended."""
         return not self.profile.over(self._elapsed_ns)
 
     @property
@@ -82,12 +82,12 @@ class RampGenerator:
 
     @property
     def trend(self) -> int:
-        """+1 accelerating, -1 decelerating, 0 neither."""
+        """Sign of the acceleration: +1, -1, or 0 at a constant speed."""
         return self.profile.trend(self._elapsed_ns)
 
     @property
     def levels(self) -> Sequence[Fraction]:
-        """The rates of the ramp, from the start/stop speed upwards; empty up to the start/stop speed."""
+        """The rates of the ramp, from the start/stop speed upwards; empty if the motion has no ramp."""
         return () if self.ramp is None else self.ramp.levels
 
     @property
@@ -118,7 +118,7 @@ class RampGenerator:
         self._plan_end()
 
     def drop(self, axis: str) -> None:
-        """Stop an axis without deceleration; the last axis stops the ramp generator."""
+        """Stop an axis without deceleration, and the ramp generator if this was the last axis."""
         if self.directions.pop(axis, None) is None or not self.running:
             return
         self.axes[axis].halt()

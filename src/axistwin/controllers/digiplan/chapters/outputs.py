@@ -27,7 +27,7 @@ class Outputs:
             pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
-        """True if this output is turned on, with or without the supply; output 0 never is."""
+        """True if this output is programmed on, even without the supply; always False for output 0."""
         return self._on.get(number, False)
 
     def switch(self, number: int, on: bool) -> None:
@@ -50,12 +50,12 @@ class Outputs:
 
 
 def wait_high(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command H with inputs 1 to 3: begin when all of them are high.  Chapter Combining inputs and outputs."""
+    """Command H with inputs 1 to 3: wait until all of them are high.  Chapter Combining inputs and outputs."""
     step.high = inputs
 
 
 def wait_low(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command L with inputs 1 to 3: then wait until all of them are low.  Chapter Combining inputs and outputs."""
+    """Command L with inputs 1 to 3: after H, wait until all of them are low.  Chapter Combining inputs and outputs."""
     step.low = inputs
 
 
@@ -80,7 +80,7 @@ def pulse_output(step: Step, output: int, length: int | None) -> None:
 
 
 def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
-    """Wait until all inputs of H are high at once, then until all inputs of L are low."""
+    """Wait until all inputs of H are high at the same time, then until all inputs of L are low."""
     for inputs, wanted in ((step.high, True), (step.low, False)):
         listed = [pins[f"input{number}"] for number in inputs]
         while waiting := [pin for pin in listed if pin.level is not wanted]:

@@ -1,4 +1,4 @@
-"""Chapter Report-back functions: answers to status requests.  They do not disturb a motion."""
+"""Chapter Report-back functions: answers to status requests, which do not disturb motion."""
 
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.digiplan.state import State
@@ -6,11 +6,11 @@ from axistwin.controllers.digiplan.state import State
 IN_MOTION, AT_SPEED, ACCELERATING, DECELERATING = 1, 2, 4, 8
 COUNTER = 1 << 32
 SHORT_COUNTER = 1 << 16
-COARSE = 256  # steps: resolution of the position above the start/stop speed
+COARSE = 256  # resolution of the position above the start/stop speed, in steps
 
 
 def motion_bits(state: State) -> int:
-    """Return the bits of K and Q."""
+    """Return the motion status, as K and Q report it."""
     motion = state.motion
     status = int(state.faults.status())
     if motion.running:
@@ -40,7 +40,7 @@ def motion_status(state: State) -> bytes:
 def quick_status(state: State) -> bytes:
     """Command Q: the motion status as one raw byte without a terminator; Q clears the same bits as K.
 
-    Meaningful with 8 data bits and bit 8 = data or 1; otherwise bit 7 is lost.  Chapter Quick status.
+    Complete only with 8 data bits and bit 8 = data or 1; otherwise the highest bit is lost.  Chapter Quick status.
     """
     status = motion_bits(state)
     state.faults.motion_has_been_read(state.locked)
@@ -50,7 +50,7 @@ def quick_status(state: State) -> bytes:
 def communication_status(state: State) -> bytes:
     """Command F: 1 parity, 2 overrun, 4 framing, 8 data fault or buffer overflow, 16 out of range, 32 locked.
 
-    Clears all bits but the last.  Chapter Motion status.
+    Clears all bits except 32.  Chapter Motion status.
     """
     status = communication_bits(state)
     state.faults.line = LineFault.NONE
@@ -58,7 +58,7 @@ def communication_status(state: State) -> bytes:
 
 
 def communication_bits(state: State) -> int:
-    """Return the bits of F."""
+    """Return the communication status, as F reports it."""
     return state.faults.line.value | (LineFault.LOCKED.value if state.locked else 0)
 
 
@@ -78,7 +78,7 @@ def busy_status(state: State) -> bytes:
 
 
 def busy_letter(state: State) -> str:
-    """Return the letter of E."""
+    """Return the busy status, as E reports it."""
     if state.locked:
         return "["
     if state.faults.status():
@@ -89,7 +89,7 @@ def busy_letter(state: State) -> str:
 def position(state: State) -> bytes:
     """Command N: steps since the last index or run began, modulo 2^32.
 
-    In motion above the start/stop speed the last 256 steps are not counted yet.  Above that speed an interpolated
+    In motion above the start/stop speed the count rises by 256 at a time.  Above that speed an interpolated
     run has a counter of 16 bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters
     Position report-back, Position report-back in linear interpolation mode.
     """
@@ -97,7 +97,7 @@ def position(state: State) -> bytes:
 
 
 def steps(state: State) -> int:
-    """Return the number of N."""
+    """Return the position, as N reports it."""
     motion = state.motion
     made, levels = motion.steps, motion.levels
     if motion.running and levels and motion.rate > levels[0]:

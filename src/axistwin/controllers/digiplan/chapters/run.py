@@ -11,7 +11,7 @@ from axistwin.sim.clock import Procedure
 def go(step: Step) -> str | None:
     """Command G: run the named axes until stopped; the distance becomes zero."""
     if step.run:
-        return "G stands twice"
+        return "G is repeated"
     if not step.major:
         return "the axis is missing before G"
     step.run = True
@@ -27,7 +27,7 @@ def abort(step: Step) -> None:
 
 
 def run(state: State, step: Step) -> None:
-    """Begin a run, which continues during the next steps of a sequence.  The index length is lost."""
+    """Begin a run, which continues during the next steps of a sequence; set the index length to 0."""
     parameters = state.in_force
     table = ramp(parameters)
     minor = None

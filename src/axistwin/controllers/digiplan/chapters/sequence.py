@@ -31,7 +31,7 @@ def hand_over(step: Step) -> None:
 
 
 def sequence(state: State, steps: Sequence[Step]) -> Procedure:
-    """Carry out the steps.  An inner repeat starts again on each pass of the outer one."""
+    """Carry out the steps.  An inner repeat starts again in each pass of the outer repeat."""
     left: dict[int, int] = {}
     number = 1
     try:

@@ -27,13 +27,13 @@ RANGES = {
 
 
 def actual_speed(speed_range: int, speed: int) -> Fraction:
-    """Return the nearest multiple of the range's resolution, at least 1: a speed of 503 in range 1 runs at 500."""
+    """Return the speed rounded to the resolution of the range, but not to 0: 503 in range 1 becomes 500."""
     resolution = RANGES[speed_range].resolution
     return resolution * max(1, round(speed / resolution))
 
 
 def actual_start_stop(speed_range: int, hundreds: int) -> Fraction:
-    """Return the next lower multiple of the range's ramp increment: 300 steps/s in range 4 runs at 288 steps/s."""
+    """Return the speed rounded down to the ramp increment of the range: 300 steps/s in range 4 become 288."""
     increment = RANGES[speed_range].increment
     return Fraction(increment * max(1, hundreds * 100 // increment))
 
@@ -55,7 +55,7 @@ def _ramp(speed_range: int, speed: int, start_stop: int, acceleration: int) -> R
 
 
 def too_fast(parameters: Parameters) -> Problem | None:
-    """Return the problem if the speed is above the maximum of the speed range."""
+    """Return the problem of a speed above the maximum of the speed range; otherwise None."""
     maximum = RANGES[parameters.speed_range].maximum
     if parameters.speed <= maximum:
         return None

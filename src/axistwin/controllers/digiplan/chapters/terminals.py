@@ -33,7 +33,7 @@ TERMINALS = {
 
 @dataclass(frozen=True)
 class Cable:
-    """The connection of the inputs DSR and CTS: `host`, the interface's own `dtr` or `rts`, or nothing (empty)."""
+    """A cable: the lines that drive DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
 
     dsr: str
     cts: str
@@ -47,7 +47,7 @@ CABLES = {
     "5-wire": FIVE_WIRE,
     "3-wire": THREE_WIRE,
     "3-wire DSR-DTR": Cable("dtr", "rts", "DSR linked to the interface's own DTR, CTS to its RTS"),
-    "3-wire unlinked": Cable("", "", "nothing on DSR and CTS: R14 and R15 hold them reset, nothing is transmitted"),
+    "3-wire unlinked": Cable("", "", "DSR and CTS open: R14 and R15 hold them reset, nothing is transmitted"),
     "NEC PC-8201A": THREE_WIRE,
     "Epson HX20 3-wire": THREE_WIRE,
     "Epson HX20 5-wire": FIVE_WIRE,

@@ -1,4 +1,4 @@
-"""Fixes of messages.  A fix is sure if the fixed message has fewer problems, or has the same effect."""
+"""Fixes for problems of messages.  A fix is sure if the fixed message has fewer problems, or has the same effect."""
 
 import re
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ _DISTANCE = re.compile(r"[XYZ] *[+-]? *(\d[\d ]*\d|\d)")
 
 
 def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
-    """Return a fix for this problem of a message; None: only the user can decide."""
+    """Return a fix for this problem of a message, or None if no fix is known."""
     if problem.rule is rules.UNKNOWN:
         return _upper_case(text, message, problem)
     if problem.rule is rules.SEQUENCE_END:
@@ -22,16 +22,16 @@ def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
 
 
 def start(text: Sequence[Sent]) -> Fix | None:
-    """Return a fix with `$` at the end; not sure, because a message that only sets parameters is valid too."""
+    """Return a fix that adds `$`; it is not sure, because a message that only sets parameters is valid too."""
     return fixing("end the message with $", put_behind(text[-1], "$"), sure=False)
 
 
 def without_distance(text: Sequence[Sent], message: Message, at: int) -> Fix | None:
-    """Return a fix without the distance of an axis, which a run does not use."""
+    """Return a fix that removes the distance of an axis, which a run does not use."""
     found = _DISTANCE.match(message.text, at)
     if found is None:
         return None
-    return fixing("leave the distance out", replaced(text[found.start(1) : found.end(1)], ""))
+    return fixing("remove the distance", replaced(text[found.start(1) : found.end(1)], ""))
 
 
 def _upper_case(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
@@ -44,7 +44,7 @@ def _upper_case(text: Sequence[Sent], message: Message, problem: Problem) -> Fix
 
 
 def _sequence_end(text: Sequence[Sent], message: Message) -> Fix | None:
-    """Return a fix with `$`, the colon before it, or both."""
+    """Return a fix that adds the missing part of `:$` at the end of a sequence."""
     bare = message.text.rstrip(" ")
     last = text[len(bare) - 1]
     missing = ":" if bare.endswith("$") else "$" if bare.endswith(":") else ":$"

@@ -1,7 +1,6 @@
 """Checks a program for an IF1 or IF2 without running it, line by line, with the parser of the interface.
 
-`check` follows the host from power-on to power-off: initialisation, messages, the lock, and parameters that are kept
-until they are overwritten.
+`check` tracks the initialisation, the messages, the lock and the parameters from power-on to power-off.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,11 +19,11 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
-LONGEST = 4000  # characters of a message that are checked; an interface keeps fewer
+LONGEST = 4000  # characters of a message that are checked; an interface accepts fewer
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
-    """Return all problems of the messages to an IF1, or to an IF2, which has a `battery`; in order of place."""
+    """Return all problems of the messages to an IF1 or, with `battery`, to an IF2; sorted by place."""
     checker = _Checker(battery)
     for session in sessions:
         checker.follow(session)
@@ -50,7 +49,7 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR may be active, and nothing is in motion
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR is assumed active, and nothing moving
                 self._data_format(sent, rest)
                 text = []
             elif self.frame is not None and sent.byte == self.frame.ends_message:
@@ -74,7 +73,7 @@ class _Checker:
         self.parameters, self.set_in, self.sequence, self.locked_in = Parameters(), {}, None, None
 
     def _initialise(self, rest: Iterator[Sent]) -> None:
-        """Take characters up to and including a valid data format message."""
+        """Consume characters up to and including a valid data format message."""
         first = next((sent for sent in rest if sent.byte not in (CR, LF, ord(" "))), None)
         if first is not None and first.byte != BAUD_DETECT:
             self._say(rules.TOO_EARLY, [first], "characters before ( are ignored, because the baud rate is unknown")
@@ -95,8 +94,8 @@ class _Checker:
                 self.frame = frame
                 return
             elif before and not reader.text:
-                message = f"no data format {before!r}: U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>"
-                self._say(rules.FORMAT, [begin], message)
+                note = f"invalid data format {before!r}: U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>"
+                self._say(rules.FORMAT, [begin], note)
         if reader.text:
             self._say(rules.FORMAT_UNENDED, [begin], "the data format message has no end")
 
@@ -129,12 +128,13 @@ class _Checker:
 
     def _hand_back(self, text: Sequence[Sent]) -> None:
         if self.sequence is None or not any(step.hand_over for step in self.sequence.steps):
-            self._say(rules.NO_INTERVENTION, text, "% gives control back to a sequence, but none has handed it over")
+            note = "% gives control back to a sequence, but no sequence has given control to the host"
+            self._say(rules.NO_INTERVENTION, text, note)
 
     def _direct(self, text: Sequence[Sent], message: Message) -> None:
         step = message.steps[0]
         if not message.start and _needs_start(step):
-            note = "without $ at its end this message begins nothing"
+            note = "without $ at its end this message starts nothing"
             self._say(rules.NO_START, text[-1:], note, fix=fixes.start(text))
         problem = self._refused(step, starts=message.start)
         if problem is not None:
@@ -177,7 +177,7 @@ class _Checker:
             self._keep(text, step)
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
-        """Report a finding at its step; a sequence that is run again has no steps in this message."""
+        """Report a finding at its step, or with the number of the step if the message is `:$`, which has no steps."""
         assert self.sequence is not None
         number, problem = finding.number, finding.problem
         if message.steps:
@@ -191,9 +191,7 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report values that do not fit together, at the value in this message, with the lines of values not in
-        `known`.
-        """
+        """Report conflicting values at the one in this message; add the lines of the others unless `known`."""
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
         at = here[0] if here else problem.position
@@ -217,5 +215,5 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if a message without `$` contains something that needs a start."""
+    """True if the message has a run or an output command, or sets no parameter: it needs a `$`."""
     return bool(step.set or step.reset or step.run) or step.pulse is not None or not step.settings

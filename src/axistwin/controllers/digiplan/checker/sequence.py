@@ -11,7 +11,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 
 @dataclass(frozen=True)
 class Finding:
-    """A problem of a step, numbered from 1."""
+    """A problem, and the number of the step that has it; the first step is 1."""
 
     number: int
     problem: Problem
@@ -27,7 +27,7 @@ class _Arrival:
 
 
 def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
-    """Yield the problems of all passes through the steps: a value from a later step is in force in the next pass."""
+    """Yield the problems of all passes through the steps: a value set in a later step applies to the next pass."""
     yield from _never_reached(steps)
     todo, seen = [_Arrival(1, parameters, 0)], set[_Arrival]()
     while todo:
@@ -43,14 +43,14 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
             if finding is not None:
                 yield finding
                 if finding.problem.rule.severity is Severity.ERROR or running:
-                    continue  # the sequence ends here
+                    continue  # the sequence cannot continue after this step
             running = arrival.number if step.run else running
         todo += [_Arrival(number, arrival.parameters.left_by(step), running) for number in _next(step, arrival.number)]
 
 
 def _move(step: Step, number: int, parameters: Parameters, running: int) -> Finding | None:
     if running:
-        message = f"the run of step {running} goes on, and the move of this step waits for its end: A stops it"
+        message = f"the run of step {running} continues, and the move of this step waits for its end: A stops the run"
         return Finding(number, Problem(RUN_CONTINUES, Fault.DATA, 0, message, RUN_CONTINUES.chapter))
     problem = out_of_range(parameters, step)
     if problem is not None:

@@ -15,7 +15,7 @@ def in_odd_parity(if1):
 
 
 def half_as_fast(if1):
-    """Nine bits of 0 last for 18 of the receiver's, where its stop bit should be."""
+    """Send a 0 byte at half the baud rate: the receiver finds no stop bit."""
     if1.serial.host.baudrate //= 2
     if1.serial.write(b"\0")
 
