@@ -251,7 +251,7 @@ def test_a_person_at_a_terminal(person: Callable[..., Person]):
     me.see("> ")
     me.type("E\n")
     me.see("< C\x1b[2m<CR>\x1b[0m\r\n> ")
-    me.type("X250$\n:axes\n")
+    me.type("X250$\n:wait 2\n:axes\n")
     me.see("X  250  at rest")
     me.type("\x04")
     assert me.leave() == 0

@@ -413,6 +413,23 @@ def test_a_source_is_loaded_into_a_motor_in_the_middle_of_a_motion_and_run():
     drive(main())
 
 
+def test_an_act_that_fails_half_way_leaves_the_pacer_awake(monkeypatch):
+    async def main():
+        session = Session(motor, None)
+        session.run()
+
+        def fail() -> None:
+            session.bench.clock.call_later(MS, lambda: None)
+            raise UsageError("half-way")
+
+        monkeypatch.setattr(session.input.runner, "prepare", lambda act: fail)
+        with pytest.raises(UsageError, match="half-way"):
+            session.do("motor", "load", "long.sms")
+        await until(lambda: session.bench.clock.quiet)
+
+    drive(main())
+
+
 def test_command_lines_are_sent_by_a_host_and_what_is_wrong_is_told_with_its_place():
     async def main():
         session = await ready()

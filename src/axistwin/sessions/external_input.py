@@ -118,8 +118,10 @@ class ExternalInput:
             if isinstance(act, Do) and act.target == LOAD:
                 self._record(act)  # a load that fails half-way must fail in a replay, too
             raise
-        self._record(act)
-        self.pacer.work()
+        else:
+            self._record(act)
+        finally:
+            self.pacer.work()  # also after an error: the act may have scheduled events before it failed
 
     def replay(self, act: Act) -> None:
         """Perform a recorded act again; an error is logged."""
