@@ -5,6 +5,7 @@ Any other exception is a bug and must surface.
 """
 
 import re
+from importlib.util import find_spec
 from typing import Self
 
 MOST_WORD, MOST_MESSAGE = 240, 480
@@ -40,6 +41,17 @@ class MissingExtraError(UsageError):
 
     def __init__(self, library: str, extra: str) -> None:
         super().__init__(f"needs {library}: {installation(extra, library)}")
+
+
+def installed(library: str) -> bool:
+    """True if a library can be imported."""
+    return find_spec(library.lower()) is not None
+
+
+def require(library: str, extra: str) -> None:
+    """Raise MissingExtraError if the library of an extra is not installed."""
+    if not installed(library):
+        raise MissingExtraError(library, extra)
 
 
 def installation(extra: str, library: str) -> str:

@@ -9,15 +9,14 @@ Unicorn is an optional extra: `pip install ".[x86]"` in a clone, or `pip install
 from collections.abc import Mapping
 
 from axistwin.bench import Bench, Controller
-from axistwin.errors import MissingExtraError
+from axistwin.errors import require
 from axistwin.sim.registers import NOBODY_DRIVES, RegisterPort
 from axistwin.units import US, to_ns
 
-try:
-    from unicorn import UC_ARCH_X86, UC_HOOK_CODE, UC_HOOK_INSN, UC_HOOK_INTR, UC_MODE_16, Uc
-    from unicorn import x86_const as x86
-except ImportError:  # the error names the extra to install
-    raise MissingExtraError("unicorn", "x86") from None
+require("unicorn", "x86")
+
+from unicorn import UC_ARCH_X86, UC_HOOK_CODE, UC_HOOK_INSN, UC_HOOK_INTR, UC_MODE_16, Uc  # noqa: E402  # after the check
+from unicorn import x86_const as x86  # noqa: E402  # after the check
 
 MEMORY = 0x10_0000
 """Address space of an 8086 in bytes."""

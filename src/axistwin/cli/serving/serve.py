@@ -6,7 +6,7 @@ import json
 import logging
 import shlex
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
@@ -21,7 +21,7 @@ from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.served import Ports
 from axistwin.cli.serving.sparing import Sparing
-from axistwin.errors import MissingExtraError, UsageError
+from axistwin.errors import UsageError, require
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
@@ -112,18 +112,9 @@ def serve(
     axistwin serve if2 --panel 0.0.0.0:8080         for other machines; the token is printed
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
-    given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
-    given += [parse(text) for text in ports["port"]]
-    second = [parse_as("tcp", text) for text in ports["rs485"]]
     times = read_speed(speed)
-    headers = None
-    if what.endswith(".toml"):
-        if state or line or options or second:
-            raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set these in the scene")
-        served = what_is.scene(what, given, alone=panel is not None)
-    else:
-        served = what_is.model(what, given, second, {"state": state, "line": line, **read_options(options)})
-        headers = {"model": what, "options": shlex.join(options), "line": line or ""}
+    served = _served(what, ports, {"state": state, "line": line}, options, with_panel=panel is not None)
+    headers = {"model": what, "options": shlex.join(options), "line": line or ""} if served.scene is None else None
     _log_to_stderr()
     with _Files() as files:
         shown = _panel(served, times, panel, panel_token)
@@ -144,19 +135,35 @@ def serve(
         return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), files))
 
 
+def _served(
+    what: str,
+    ports: Mapping[str, tuple[str, ...]],
+    state_and_line: Mapping[str, str | None],
+    options: tuple[str, ...],
+    *,
+    with_panel: bool,
+) -> what_is.Served:
+    """Return the model or scene with its ports.  Raises UsageError, e.g. for an option with a scene."""
+    given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
+    given += [parse(text) for text in ports["port"]]
+    second = [parse_as("tcp", text) for text in ports["rs485"]]
+    if not what.endswith(".toml"):
+        return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
+    if second or options or any(state_and_line.values()):
+        raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set these in the scene")
+    return what_is.scene(what, given, alone=with_panel)
+
+
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
     """Return the panel if the user requested a panel.  Raises UsageError."""
     if panel is None:
         if token is not None:
             raise UsageError("--panel-token needs a panel: expected also --panel, e.g. --panel 8080")
         return None
-    try:
-        from axistwin.panel.web import Address, Panel  # lazy import: an extra
-        from axistwin.sessions.session import Session
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("nicegui", "fastapi", "starlette", "uvicorn"):
-            raise
-        raise MissingExtraError("NiceGUI", "panel") from None
+    require("NiceGUI", "panel")
+    from axistwin.panel.web import Address, Panel  # lazy import: an extra
+    from axistwin.sessions.session import Session
+
     session = Session(served.build, speed, scene=served.scene, served=True)
     return Panel(served.title, session, Address.read(panel, token))
 
