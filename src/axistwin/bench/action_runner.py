@@ -11,7 +11,7 @@ from axistwin.bench.actions import BUS_ACTS, act_at
 from axistwin.bench.acts import Do, Say
 from axistwin.bench.bench import Bench
 from axistwin.errors import UsageError
-from axistwin.sim.by_hand import by_itself
+from axistwin.sim.manual_actions import by_itself
 
 LOAD = "load"
 Load = Callable[[str, str], Callable[[], object]]

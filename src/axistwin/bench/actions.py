@@ -18,8 +18,8 @@ from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shorte
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.sim.by_hand import MOST_COUNTS
 from axistwin.sim.frames import UartFormat
+from axistwin.sim.manual_actions import MOST_COUNTS
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import (

@@ -12,7 +12,7 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.sim.by_hand import ByHand
+from axistwin.sim.manual_actions import ManualAct, ManualActions
 from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
@@ -36,7 +36,7 @@ class Controller:
         self.bench: Bench | None = None
         self._device, self._plug = device, plug
         self._clock = next(iter(self.pins.values())).clock
-        self.by_hand = ByHand(self._clock)
+        self.manual_actions = ManualActions(self._clock)
         """Reports a person's actions: `power`."""
         self.powered = False
         self._turns: deque[bool] = deque()  # turns of the power switch in progress, in order
@@ -188,7 +188,7 @@ class Controller:
         If one of the controller's own procedures switches the power (by an edge that has subscribers), the power
         changes when the procedure next yields, in the same nanosecond.
         """
-        self.by_hand.report("power", on)
+        self.manual_actions.report(ManualAct.POWER, on)
         clock = self._clock
         if clock.active_process in self._abilities.procedures():
             clock.soon(partial(self._switch, on))

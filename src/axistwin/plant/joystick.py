@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from axistwin.errors import UsageError
-from axistwin.sim.by_hand import ByHand
 from axistwin.sim.clock import Clock, Procedure
+from axistwin.sim.manual_actions import ManualAct, ManualActions
 from axistwin.sim.pins import Pin
 from axistwin.units import MS, S
 
@@ -38,7 +38,7 @@ class Joystick:
         self._at_zero, self._step, self._direction = (
             pins[name] for name in (inputs.at_zero, inputs.step, inputs.direction)
         )
-        self.by_hand = ByHand(clock)
+        self.manual_actions = ManualActions(clock)
         """Reports a person's use of the stick: `joystick`."""
         self.rate = 0
         """Pulses per second, negative: counter-clockwise; 0: the stick is at rest."""
@@ -48,7 +48,7 @@ class Joystick:
         """Deflect the stick for `rate` pulses per second; 0: release the stick.  Raises UsageError."""
         if abs(rate) > FASTEST:
             raise UsageError(f"joystick {rate}: expected pulses per second, from {-FASTEST} to {FASTEST}")
-        self.by_hand.report("joystick", rate)
+        self.manual_actions.report(ManualAct.JOYSTICK, rate)
         if not self._plugged_in:
             self._plug_in()
         self.rate = rate

@@ -8,8 +8,8 @@ from typing import Protocol
 
 from axistwin.errors import UsageError
 from axistwin.numbers import shortened
-from axistwin.sim.by_hand import ByHand, check_counts
 from axistwin.sim.clock import Clock
+from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts
 from axistwin.sim.signal import Signal
 from axistwin.units import to_ns
 
@@ -89,7 +89,7 @@ class Master:
         self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False
         """True from the first run on; before, pins A and B are open."""
-        self.by_hand = ByHand(clock)
+        self.manual_actions = ManualActions(clock)
         """Reports a person's moves of the encoder: `master`, counts and seconds; or its axis, and the ratio."""
         self.before_change: Signal[[]] = Signal()
         """Emitted before the motion changes, while `at` still returns the old one."""
@@ -140,7 +140,7 @@ class Master:
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"move({counts}, {seconds!r}): expected a time of 0 seconds or more")
         duration_ns = to_ns(seconds)
-        self.by_hand.report("master", counts, seconds)
+        self.manual_actions.report(ManualAct.MASTER, counts, seconds)
         count = self.count
         self._unsubscribe()
         self._unsubscribe = lambda: None
@@ -155,7 +155,7 @@ class Master:
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
             raise UsageError(f"invalid ratio {shortened(str(ratio))}: expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2")
         self._check_no_circle(axis)
-        self.by_hand.report("master", axis, Fraction(ratio))
+        self.manual_actions.report(ManualAct.MASTER, axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unsubscribe()
         self._ratio = Fraction(ratio)

@@ -14,8 +14,8 @@ from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.master import Followed, Master
 from axistwin.plant.overrides import Override
-from axistwin.sim.by_hand import ByHand, check_counts, check_torque
 from axistwin.sim.clock import Clock
+from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts, check_torque
 from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ class ServoAxis:
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self.on_supply: Signal[[]] = Signal()
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
-        self.by_hand = ByHand(clock)
+        self.manual_actions = ManualActions(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`, `ambient`."""
         self.master = Master(clock, self)
         """The device wired to pins A and B."""
@@ -289,7 +289,7 @@ class ServoAxis:
     def ambient(self, celsius: float) -> None:
         if not COLDEST <= celsius <= HOTTEST:
             raise UsageError(f"ambient={celsius!r}: expected a temperature from {COLDEST:g} to {HOTTEST:g} °C")
-        self.by_hand.report("ambient", celsius)
+        self.manual_actions.report(ManualAct.AMBIENT, celsius)
         self._ambient.set(float(celsius))
 
     def heat(self, celsius: float) -> Callable[[], None]:
@@ -309,7 +309,7 @@ class ServoAxis:
     def load(self, newton_metres: float) -> None:
         """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
-        self.by_hand.report("load", newton_metres)
+        self.manual_actions.report(ManualAct.LOAD, newton_metres)
         self._outside.set(float(newton_metres))
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -318,7 +318,7 @@ class ServoAxis:
 
     def jam(self, on: bool = True) -> None:
         """Block the shaft, or release it; the trajectory continues."""
-        self.by_hand.report("jam", bool(on))
+        self.manual_actions.report(ManualAct.JAM, bool(on))
         self._jams.set(bool(on))
 
     def seize(self) -> Callable[[], None]:
@@ -372,7 +372,7 @@ class ServoAxis:
 
     def push(self, counts: int) -> None:
         """Turn the shaft by `counts`, as a person would."""
-        self.by_hand.report("push", counts)
+        self.manual_actions.report(ManualAct.PUSH, counts)
         self._source.catch_up()
         self._source.push(counts)
         self.left_window()

@@ -14,8 +14,8 @@ from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.overrides import Override
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
-from axistwin.sim.by_hand import ByHand, check_counts, check_torque
 from axistwin.sim.clock import Clock
+from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts, check_torque
 from axistwin.sim.pins import SensedPin
 from axistwin.sim.signal import Signal
 
@@ -43,7 +43,7 @@ class EncoderView:
     def displace(self, counts: int) -> None:
         """Push the load by `counts`; it stays there until the motor moves it back."""
         check_counts(counts, "displace")
-        self._axis.by_hand.report("push", counts)
+        self._axis.manual_actions.report(ManualAct.PUSH, counts)
         self._encoder.displace(counts)
         self._axis.on_push.emit()
 
@@ -115,7 +115,7 @@ class StepperAxis:
         self.on_motion: Signal[[]] = Signal()
         """Emitted when a move begins or changes its profile."""
         self.on_push: Signal[[]] = Signal()
-        self.by_hand = ByHand(clock)
+        self.manual_actions = ManualActions(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
@@ -319,7 +319,7 @@ class StepperAxis:
     def load(self, newton_metres: float) -> None:
         """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
-        self.by_hand.report("load", newton_metres)
+        self.manual_actions.report(ManualAct.LOAD, newton_metres)
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -328,7 +328,7 @@ class StepperAxis:
 
     def jam(self, on: bool = True) -> None:
         """Block the shaft, or release it; pulses continue."""
-        self.by_hand.report("jam", on)
+        self.manual_actions.report(ManualAct.JAM, on)
         self._jams.set(on)
 
     def seize(self) -> Callable[[], None]:
