@@ -1,7 +1,7 @@
-"""Errors of a *user of axistwin*: one line each, with place and remedy, printed by the command line.
+"""Errors of a *user of axistwin*: each message is one line with place and remedy; the command line prints it.
 
 Errors of a *host* raise no exception: the device ignores the data, sets a flag, or lights its LED.
-Any other exception is a bug and must surface.
+Any other exception is a bug and is not caught.
 """
 
 import re
@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import Self
 
 MOST_WORD, MOST_MESSAGE = 240, 480
-"""Maximum number of characters in a word, and in a whole message, whatever a user's file contains."""
+"""Maximum number of characters in a word of a message, and in a whole message; longer ones are shortened."""
 _BEGIN = 60
 _long_word = re.compile(rf"\S{{{MOST_WORD + 1},}}")
 
@@ -60,7 +60,7 @@ def installation(extra: str, library: str) -> str:
 
     try:
         wanted = requires("axistwin") or []
-    except PackageNotFoundError:  # run from the sources
+    except PackageNotFoundError:  # not installed: run from the source directory
         wanted = []
     markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
     parts = [one.partition(";") for one in wanted]

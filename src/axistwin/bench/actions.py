@@ -1,5 +1,5 @@
-"""Actions on a controller, and queries of its values, by the names of conversations.  Actions and queries concern
-pins, axes and the host's end of a line, which one controller or several motors use.  A SmartMotor also has voltages,
+"""Actions on a controller, and queries of its values, by the names of conversations.  They apply to pins, axes and the
+host's end of a serial line.  A SmartMotor also has voltages,
 an ambient temperature and an external encoder (`master`).
 """
 
@@ -155,7 +155,7 @@ def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, st
 
 
 def _exact(value: float) -> str:
-    """Return a number without an exponent."""
+    """Return a number as exact text without an exponent."""
     return f"{Decimal(repr(value)):f}"
 
 
@@ -231,7 +231,7 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """Return the action `master on table.X times 3/2`: the encoder is mounted on an axis."""
+    """Return the action that mounts the external encoder on an axis: `master on table.X times 3/2`."""
     assert controller.bench is not None, "a controller that is talked to stands on a bench"
     name, _, axis = sits["axis"].rpartition(".")
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
@@ -341,7 +341,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # more digits than any value
+    with localcontext(prec=3 * MOST_CHARACTERS):  # has more digits than any real value
         return round(Decimal(value), _decimals(number)) == number
 
 

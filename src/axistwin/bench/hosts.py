@@ -1,4 +1,4 @@
-"""A host at the other end of a controller's port, of either kind: it sends data and receives data.
+"""A host at a controller's serial port or bus: it sends and receives data.
 
 To observe the data of other hosts, use `bench/events.py`.
 """

@@ -88,7 +88,7 @@ class Computer:
 
     @property
     def stopped(self) -> bool:
-        """True if the processor has halted with interrupts disabled, which nothing can end."""
+        """True if the processor has halted for ever, with interrupts disabled."""
         return self._halted and not self.interruptible
 
     # Running
@@ -118,7 +118,7 @@ class Computer:
         if self._requested:
             self._stop_ns = self._time_ns + 1
         begin = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
-        self._uc.emu_start(begin, MEMORY)  # the hooks stop the processor
+        self._uc.emu_start(begin, MEMORY)  # a hook stops the processor
         self._halted = self._has_just_halted()
         self._catch_up()
 
@@ -128,7 +128,7 @@ class Computer:
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 
     def _sleep(self, end_ns: int) -> None:
-        """Advance to the next event while the processor is halted."""
+        """Advance virtual time to the next event: the processor is halted."""
         due_ns = self.bench.clock.next_event_ns()
         self._time_ns = end_ns if due_ns is None else min(end_ns, max(due_ns, self._time_ns))
         self._catch_up()

@@ -1,7 +1,8 @@
 """One axis of a joystick with pulse output, such as a Compumotor 852 at an 1810 or 1811.
 
 A spring centres the stick: at rest the joystick outputs AT ZERO.  A deflected joystick outputs pulses at a rate, and
-their direction.  The direction changes only while AT ZERO is active, long enough before and after.
+their direction.  The direction changes only while AT ZERO is active, `settle_ns` after it becomes active and before it
+ends.
 """
 
 from collections.abc import Mapping
@@ -14,7 +15,7 @@ from axistwin.sim.pins import Pin
 from axistwin.units import MS, S
 
 FASTEST = 2_000_000
-"""Pulses per second."""
+"""Maximum rate of the joystick, in pulses per second."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class JoystickInputs:
     step: str
     direction: str
     settle_ns: int = 4 * MS
-    """Time at zero before and after a change of direction."""
+    """Time for which AT ZERO is active before and after a change of direction."""
     usual: int = 5000
-    """Pulses per second at full deflection, by default."""
+    """Default rate at full deflection, in pulses per second."""
 
 
 class Joystick:
@@ -76,7 +77,7 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """Set the direction, with the specified time at zero before and after."""
+        """Set the direction, with `settle_ns` at zero before and after the change."""
         if self._direction.level is not clockwise:
             yield self.clock.timeout(self.inputs.settle_ns)
             self._direction.set(clockwise)

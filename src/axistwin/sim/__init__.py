@@ -1,4 +1,4 @@
-"""Ring 1: time and signals.  No wall clock, no threads, no sockets, no sleeping."""
+"""Virtual time, pins and lines.  This package uses no wall clock, no threads and no sockets."""
 
 from axistwin.sim.clock import Clock, Procedure, Process, interrupt, kill
 from axistwin.sim.frames import FASTEST_BAUD, Break, LineError, Parity, UartFormat

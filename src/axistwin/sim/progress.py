@@ -20,11 +20,11 @@ class Progress:
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """The lines that have subscribers; None: all lines."""
+        """Lines with subscribers; None if subscribers requested all lines."""
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Report that this line begins now."""
+        """Report to the subscribers that this line begins now."""
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:

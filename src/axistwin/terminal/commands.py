@@ -47,13 +47,13 @@ MEANINGS = {
 
 
 class End(Protocol):
-    """The far end of the cable."""
+    """The other end of the cable: a virtual controller or a port."""
 
     def send(self, data: bytes) -> None:
         """Transmit."""
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller is idle, as far as this end can detect."""
+        """Wait until the controller appears to be idle."""
 
     async def wait(self, seconds: float) -> None:
         """Wait for that duration at the controller's end."""
@@ -67,7 +67,9 @@ class LocalCommands:
         self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
-        """Return True for the terminal's own commands.  An IF1 sequence also begins with a colon, but is upper case."""
+        """True for one of the terminal's own commands.  A sequence of an IF1 also begins with a colon, but is upper
+        case.
+        """
         return _COMMAND.fullmatch(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
@@ -155,7 +157,7 @@ class LocalCommands:
         return self._virtual_end().tutor
 
     async def _initialise(self, end: VirtualEnd) -> None:
-        """Perform the acts that make the controller ready, in its own time."""
+        """Perform the acts that initialise the controller, in virtual time."""
         acts = 0
         steps = end.tutor.initialisation()
         while (act := end.inspect(lambda: next(steps, None))) is not None:

@@ -20,7 +20,7 @@ PATIENCE_NS = 60 * S
 
 
 class VirtualEnd(ABC):
-    """The only controller of a session."""
+    """The only controller of a session, at the other end of a terminal."""
 
     def __init__(self, session: Session) -> None:
         self.session, self.bench = session, session.bench

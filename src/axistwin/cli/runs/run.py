@@ -31,7 +31,7 @@ SECONDS = Number(min=0)
 @click.command()
 @click.argument("target", metavar="MODEL|SCENE.toml", shell_complete=complete_target)
 @click.argument("program", type=FILE, required=False, shell_complete=complete_program)
-@click.option("--for", "seconds", type=SECONDS, help="Total virtual time, from switching on.")
+@click.option("--for", "seconds", type=SECONDS, help="Total virtual time in seconds, from power-up.")
 @click.option(
     "--trace", "traces", type=FILE, multiple=True, help="Write a trace: FILE.csv, .vcd (GTKWave) or .parquet."
 )
@@ -67,7 +67,7 @@ def run(
     command lines the initialisation is done.  A line is sent when the previous line has ended; `;` starts a comment,
     `+2.5` waits, `! input1 high` drives a pin.  `!` and a code mark each line that the controller refuses.
 
-    Ctrl-C ends the run: what was done so far is printed and drawn.
+    Ctrl-C ends the run; the results up to then are printed and drawn.
 
     Exit code 1: the controller differs from the conversation, or with --strict refuses a line.
 
@@ -206,7 +206,7 @@ class _Progress:
         self._began_s = monotonic()
 
     def __rich__(self) -> str:
-        """Return the line for the present moment."""
+        """Return the line for the present virtual time."""
         now_s = self._bench.seconds
         parts = [f"running {self._what}: {now_s:.1f} s"]
         if self._seconds:

@@ -43,7 +43,7 @@ CATCH_UP_S = 0.1
 @click.option("--serial", multiple=True, metavar="DEV", help="A real serial device, at the baud rate of --line.")
 @click.option("--bus", multiple=True, metavar="H:P", help="The registers of a board on a bus, for an 1810 or 1811.")
 @click.option("--rs485", multiple=True, metavar="H:P", help="Raw TCP to the second channel of a SmartMotor.")
-@click.option("--port", multiple=True, metavar="URL", help="Any of these, such as serial:///dev/ttyUSB0?baud=9600.")
+@click.option("--port", multiple=True, metavar="URL", help="A port as a URL, e.g. serial:///dev/ttyUSB0?baud=9600.")
 @click.option(
     "--speed",
     default="1",
@@ -68,7 +68,7 @@ CATCH_UP_S = 0.1
 )
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
 @click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
-@click.option("--show-hosts", is_flag=True, help="Show the lines to paste into pyserial, PyVISA and EPICS asyn.")
+@click.option("--show-hosts", is_flag=True, help="Print connection lines for pyserial, PyVISA and EPICS asyn.")
 @click.option(
     "--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model, as in Bench.add."
 )
@@ -182,12 +182,12 @@ class _Files:
         self.close()
 
     def close(self) -> None:
-        """Write the rest and close the files."""
+        """Write pending data and close the files."""
         self._catch_up.clear()
         self._stack.close()
 
     def write(self, *writers: AbstractContextManager[Callable[[], None] | None]) -> None:
-        """Open these files."""
+        """Open the files of these writers."""
         begun = (self._stack.enter_context(writer) for writer in writers)
         self._catch_up = [catch_up for catch_up in begun if catch_up is not None]
 
@@ -197,12 +197,12 @@ class _Files:
         return bool(self._catch_up)
 
     def catch_up(self) -> None:
-        """Write everything up to now."""
+        """Write all data up to now to the files."""
         for catch_up in self._catch_up:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the files when the session goes back in time, that is on a new bench."""
+        """Return a function that closes the files when the session goes back in time and so has a new bench."""
 
         def end(another: Bench) -> None:
             if another is not bench and self.open:
@@ -215,7 +215,7 @@ class _Files:
 
 @contextmanager
 def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Callable[[], None] | None]:
-    """Trace within this context; yield a function that writes everything up to now, or None."""
+    """Trace within this context; yield a function that writes pending data to the file, or None without a file."""
     if path is None:
         yield None
         return
@@ -228,7 +228,7 @@ def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Ca
 
 @contextmanager
 def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[Callable[[], None] | None]:
-    """Record within this context; yield a function that writes everything up to now, or None."""
+    """Record within this context; yield a function that writes pending data to the file, or None without a file."""
     if path is None:
         yield None
         return
@@ -239,7 +239,7 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
 
 
 def _prepare(bench: Bench, speed: float | None) -> None:
-    """Compile in advance so that no host has to wait, and log notes for the user."""
+    """Compile the controllers' code in advance, and log notes for the user."""
     products = Counter(controller.product.model for controller in bench.controllers.values())
     for model, number in products.items():
         made = product(model)
@@ -267,7 +267,7 @@ Show = Callable[[str | None], None]
 
 async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Show, files: _Files) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # clean up also if an error occurs while the panel advances time
+    server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances virtual time
     try:
         for name, url in wanted:
             await server.open(name, url)

@@ -66,7 +66,7 @@ class Pacer(Advancer):
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Pace this clock, from its present time.  Not allowed while the bench is being advanced."""
+        """Pace this clock instead of the present clock.  Not allowed while the bench is being advanced."""
         clock.patient = self.clock.patient
         self.clock = clock
         if self.running:
@@ -119,7 +119,7 @@ class Pacer(Advancer):
         return self.delays.report()
 
     def _restart(self) -> None:
-        """Pace from the present virtual time on."""
+        """Pace virtual time by the wall clock or at full speed, from its present value."""
         assert self._loop is not None
         self._cancel()
         if self._speed is None:
