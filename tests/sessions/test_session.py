@@ -1,4 +1,4 @@
-"""A session is driven: run, paused, stepped, stopped by breaks, taken back in time and into another future."""
+"""A session is run, paused, stepped, stopped by breakpoints, taken back in time and continued differently."""
 
 import asyncio
 import json
@@ -30,7 +30,7 @@ def motor() -> Bench:
 
 
 async def ready() -> Session:
-    """One with an IF1 that hears more."""
+    """Return a session with an initialised IF1."""
     session = Session(if1, 1.0)
     session.run()
     await asyncio.sleep(1.5)
@@ -171,7 +171,7 @@ def test_who_is_on_the_way_may_give_up_and_stands_where_he_has_come_to(monkeypat
         monkeypatch.undo()
         await session.go_to(end_s)
         assert (session.seconds, position(session)) == (end_s, 0)
-        session.give_up()  # there is nothing to give up
+        session.give_up()  # no step or go_to is active
         assert await session.step("event") is False
 
     drive(main())
