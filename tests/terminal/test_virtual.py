@@ -1,4 +1,4 @@
-"""A virtual controller at a terminal, in an event loop whose time passes at once."""
+"""A virtual controller at a terminal, in an event loop with a fake clock."""
 
 import asyncio
 import io
