@@ -24,5 +24,5 @@ def codec_at(bench: Bench, name: str) -> Codec:
 
 
 def several(bench: Bench) -> bool:
-    """True if the bench has several endpoints, so that an endpoint must be named."""
+    """True if the bench has several endpoints; conversations must then name the endpoint."""
     return len(names(bench)) > 1 or len(bench.controllers) > 1

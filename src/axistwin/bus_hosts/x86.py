@@ -139,7 +139,7 @@ class Computer:
             self.bench.clock.run_to(self._time_ns)
 
     def _interrupt(self, number: int) -> None:
-        """Take an interrupt: push flags, CS and IP, disable interrupts, and load CS and IP from the vector."""
+        """Execute an interrupt: push flags, CS and IP, disable interrupts, and load CS and IP from the vector."""
         flags = self._uc.reg_read(x86.UC_X86_REG_EFLAGS) & 0xFFFF
         for value in (flags, self._uc.reg_read(x86.UC_X86_REG_CS), self._uc.reg_read(x86.UC_X86_REG_IP)):
             self._push(value)

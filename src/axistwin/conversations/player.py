@@ -178,7 +178,7 @@ class Player:
         return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
 
     def unclaimed_reply(self) -> Difference | None:
-        """Return a difference if characters were received that no `<` has claimed."""
+        """Return a difference if characters were received that belong to no `<` line; otherwise None."""
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
         found = next((bytes(received) for received in self.received.values() if received), None)
         return None if found is None else self._difference(last, "unexpected reply", b"", found)

@@ -136,7 +136,8 @@ class ManualClock(ServedClock):
             return bool(condition())
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Advance until a host has finished.  Returns the result of the host's function, or raises the exception.
+        """Advance virtual time until a host has finished.  Return the result of the host's function, or raise its
+        exception.
 
         Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds.
         """

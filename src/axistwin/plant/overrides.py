@@ -26,7 +26,7 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The setting and all overriding values."""
+        """The setting, then the values of all present defects."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:

@@ -117,7 +117,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing: without a processor, no count exists."""
+        """Do nothing: without power, the motor has no encoder count."""
 
 
 class EncoderView:

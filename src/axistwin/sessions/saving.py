@@ -34,7 +34,7 @@ def files(
         found.texts.update(scene.programs)  # files that the scene's script may load keep their names
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # number of sessions saved in these conversations, one after another
+    before = max(map(rank_of, headers), default=0)  # number of earlier sessions in the scene's conversations
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]

@@ -92,7 +92,7 @@ class LocalCommands:
         return self.lesson.over
 
     async def obey(self, line: str) -> bool:
-        """Execute a command; return False to leave.  An error is shown on the screen."""
+        """Execute a command, and show an error on the screen.  Return False for `:quit`, otherwise True."""
         found = _COMMAND.fullmatch(line)
         assert found is not None
         try:

@@ -126,7 +126,7 @@ class SerialEnd(VirtualEnd):
             self._aside(*self.tutor.received(data))
 
     def send(self, data: bytes) -> None:
-        """Transmit, as fast as the line and the controller's DTR allow."""
+        """Transmit a typed line, as fast as the serial line and the controller's DTR allow."""
         self.session.say(self.controller.name, data)
 
 

@@ -26,7 +26,7 @@ def lsp() -> int:
       args = ["lsp"]
     """
     require("pygls", "lsp")
-    from axistwin.editor.server import make  # lazy import: an extra
+    from axistwin.editor.server import make  # lazy import: the extra may be missing
 
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()

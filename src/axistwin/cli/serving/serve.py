@@ -161,7 +161,7 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
             raise UsageError("--panel-token needs a panel: expected also --panel, e.g. --panel 8080")
         return None
     require("NiceGUI", "panel")
-    from axistwin.panel.web import Address, Panel  # lazy import: an extra
+    from axistwin.panel.web import Address, Panel  # lazy import: the extra may be missing
     from axistwin.sessions.session import Session
 
     session = Session(served.build, speed, scene=served.scene, served=True)

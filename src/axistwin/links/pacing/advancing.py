@@ -55,7 +55,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # repeat after a failed act
+        while not found:  # after a failed act, advance again
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
