@@ -42,7 +42,7 @@ def _at_port(port: SerialPort) -> Host:
 
 @contextmanager
 def host_of(controller: Controller) -> Iterator[Host]:
-    """Yield a host for this controller, for use in a `with` block.  On a bus, the host serves the registers meanwhile."""
+    """Yield a host for this controller, for use in a `with` block.  On a bus, the host serves the registers."""
     attend = controller.product.attend
     if attend is None:
         yield _at_port(controller.serial)

@@ -122,7 +122,7 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                agrees(read_value(), act.value)  # raises if the expected value is impossible
+                agrees(read_value(), act.value)  # raises ProgramError for an impossible expected value
                 return lambda: self._expect(act, read_value())
         raise AssertionError(act)
 

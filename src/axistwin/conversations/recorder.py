@@ -204,7 +204,7 @@ class Recorder:
             self._add(self._line_act(name, "line", str(present)))
 
     def _record_silence(self, until_ns: int) -> None:
-        """Record most of a long silence as a wait, because a player's patience is limited."""
+        """Record most of a long silence as a `+` line, because a player waits only for a limited time."""
         whole_ns = (until_ns - self._recorded_ns - PAUSE_NS) // S * S
         if whole_ns > 0:
             self._wait_until(self._recorded_ns + whole_ns)

@@ -44,7 +44,7 @@ class Gate:
 
     @property
     def closed(self) -> bool:
-        """True while clients are neither read nor admitted."""
+        """True while the gate is closed: nothing is read from clients, and new clients are refused."""
         return self.reason != ""
 
     def close(self, reason: str) -> None:

@@ -83,7 +83,7 @@ class EncoderView:
 
     def miscount(self, of: int, out_of: int) -> None:
         """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
-        _ = self.count  # bring the encoder up to date first
+        _ = self.count  # first update the encoder to the present position
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -306,7 +306,7 @@ class StepperAxis:
 
     @property
     def strength(self) -> float:
-        """Remaining fraction of the motor's torque, 0 to 1; the worst of several defects wins."""
+        """Remaining fraction of the motor's torque, 0 to 1; with several defects, the smallest fraction."""
         return min(self._torque_left.values)
 
     def weaken(self, left: float) -> Callable[[], None]:

@@ -41,7 +41,7 @@ class ExternalInput:
         self._server: Server | None = None
 
     def attach(self, bench: Bench) -> None:
-        """Use this bench as the present bench.  Clients stay connected, and the bench's ports are not changed.
+        """Connect the session's ports to this bench.  Clients stay connected, and the bench's ports are not changed.
 
         Raises UsageError, without any change, if the bench has no port of a name that is in use.  Not allowed while the
         bench is being advanced.

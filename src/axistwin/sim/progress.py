@@ -11,7 +11,7 @@ Line = tuple[str, int]
 
 
 class Progress:
-    """Subscribers to program lines.  `attend()` is called whenever the set of requested lines may have changed."""
+    """Subscribers to program lines.  `attend()` is called whenever lines are added to or removed from `wanted`."""
 
     def __init__(self, attend: Callable[[], None] = lambda: None) -> None:
         self._attend = attend

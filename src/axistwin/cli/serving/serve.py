@@ -298,7 +298,7 @@ def _start(server: Server, shown: "Panel | None") -> None:
 
 
 def _freeze_objects() -> None:
-    """Exclude existing objects from garbage collection, for shorter pauses."""
+    """Exclude all present objects from garbage collection, to shorten its pauses."""
     gc.collect()
     gc.freeze()
 
