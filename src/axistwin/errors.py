@@ -1,14 +1,15 @@
-"""Errors of a *user of axistwin*: one line each, with place and remedy, printed by the command line.
+"""Errors of a *user of axistwin*: each message is one line with place and remedy; the command line prints it.
 
 Errors of a *host* raise no exception: the device ignores the data, sets a flag, or lights its LED.
-Any other exception is a bug and must surface.
+Any other exception is a bug and is not caught.
 """
 
 import re
+from importlib.util import find_spec
 from typing import Self
 
 MOST_WORD, MOST_MESSAGE = 240, 480
-"""Maximum number of characters in a word, and in a whole message, whatever a user's file contains."""
+"""Maximum number of characters in a word of a message, and in a whole message; longer ones are shortened."""
 _BEGIN = 60
 _long_word = re.compile(rf"\S{{{MOST_WORD + 1},}}")
 
@@ -42,13 +43,24 @@ class MissingExtraError(UsageError):
         super().__init__(f"needs {library}: {installation(extra, library)}")
 
 
+def installed(library: str) -> bool:
+    """True if a library can be imported."""
+    return find_spec(library.lower()) is not None
+
+
+def require(library: str, extra: str) -> None:
+    """Raise MissingExtraError if the library of an extra is not installed."""
+    if not installed(library):
+        raise MissingExtraError(library, extra)
+
+
 def installation(extra: str, library: str) -> str:
     """Return the commands that install an extra: the libraries by name, and the extra itself in a clone."""
     from importlib.metadata import PackageNotFoundError, requires  # lazy import: slow
 
     try:
         wanted = requires("axistwin") or []
-    except PackageNotFoundError:  # run from the sources
+    except PackageNotFoundError:  # not installed: run from the source directory
         wanted = []
     markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
     parts = [one.partition(";") for one in wanted]

@@ -1,7 +1,7 @@
-"""Numbers in texts: the one reader for scenes, conversations, programs, traces, fault sentences and the command line.
+"""Numbers in texts: functions that read numbers in scenes, conversations, programs, traces and on the command line.
 
-Python reads very long numbers slowly, and refuses thousands of digits with an error of its own.  Here a number has at
-most `MOST_CHARACTERS` characters, is plain ASCII, finite and within limits; otherwise NumberError gives the reason.
+Python reads very long numbers slowly, and raises its own error for thousands of digits.  These functions accept plain
+ASCII, finite numbers within limits, and at most `MOST_CHARACTERS` characters; otherwise they raise NumberError.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from decimal import Decimal, InvalidOperation
 from axistwin.errors import UsageError
 
 MOST_CHARACTERS = 100
-"""Enough for any number: 64 bits in binary have 64 characters, the longest float 24."""
+"""Maximum length of a number; a 64-bit number in binary has 64 characters, the longest float 24."""
 LOWEST, HIGHEST = -(1 << 63), (1 << 63) - 1
 """The range of whole numbers: 64 bits, as in TOML, in traces and in Parquet."""
 _SHOWN = 40
@@ -23,23 +23,23 @@ class NumberError(UsageError, ValueError):
     def __init__(self, message: str, path: Path = ()) -> None:
         super().__init__(message)
         self.path = path
-        """Keys and list indexes that lead to the number in a table."""
+        """Path of the number in a table: keys and list indexes."""
 
 
 def clipped(text: str) -> str:
-    """Return a text for a message; a long text is cut."""
+    """Return a text for a message; the end of a long text is cut off."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}… ({len(text)} characters)"
 
 
 def shortened(text: str) -> str:
-    """Return a text in quotes for a message; a long text is cut."""
+    """Return a text in quotes for a message; the end of a long text is cut off."""
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
 
 def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) -> int:
-    """Return a whole number in base 2, 10 or 16; base 0: `0x` and `0b` select it.
+    """Return a whole number in base 2, 10 or 16; with base 0, the prefix `0x` or `0b` selects the base.
 
-    Raises NumberError outside `low` to `high`.
+    Raises NumberError for a number outside the range `low` to `high`.
     """
     words = _bounded(text, "whole number")
     try:
@@ -80,7 +80,9 @@ def decimal(text: str) -> Decimal:
 
 
 def check_values(value: object, path: Path = ()) -> None:
-    """Check numbers that a library has read.  Raises NumberError with the `path` of a number out of range."""
+    """Check the numbers in a table that a library has read.  Raises NumberError with the `path` of a number out of
+    range.
+    """
     if isinstance(value, Mapping):
         for key, inner in value.items():
             check_values(inner, (*path, key))

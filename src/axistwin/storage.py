@@ -23,7 +23,7 @@ _log = getLogger("axistwin.state")
 
 
 class MemoryStore:
-    """Memory that lasts as long as the bench."""
+    """Non-volatile memory in RAM, which lasts as long as the bench."""
 
     def __init__(self) -> None:
         self._contents: bytes | None = None
@@ -41,7 +41,7 @@ class MemoryStore:
 
 
 class FileStore:
-    """Memory in a file.  After a crash the file holds the old or the new contents, never a mixture.
+    """Non-volatile memory in a file.  After a crash the file holds the old or the new contents, never a mixture.
 
     The directory belongs to this process while one of its controllers stores memory there.  If the file cannot be
     written, the contents stay in RAM until the power is off; the file keeps the last complete image.
@@ -64,13 +64,13 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """Return the contents of the last `save`; None: there was none."""
+        """Return the contents of the last `save`; None before the first `save`."""
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
-        """Write a new temporary file, flush it to disk, and rename it to the old one's name.
+        """Write a temporary file, flush the file to disk, and rename it to replace the old file.
 
-        If that fails, the contents stay in RAM; the first failure after each end is logged.
+        If writing fails, the contents stay in RAM; the first failure after each call of `end` is logged.
         """
         if self._given_up:
             return
@@ -110,7 +110,7 @@ class FileStore:
         self._image, self._unwritten = contents, None
 
     def put_back(self) -> None:
-        """Restore the file's first contents, and save nothing from now on.  Raises AxistwinError."""
+        """Restore the file's original contents, and ignore later calls of `save`.  Raises AxistwinError."""
         try:
             if self.found is not None:
                 write_whole(self.path, self.found)
@@ -188,13 +188,13 @@ def _readable_errors(path: Path) -> Iterator[None]:
 
 
 def _holder(path: Path) -> str:
-    """Return a description of a directory's holder, as far as it is known."""
+    """Return a description of the process that holds a directory, as far as known."""
     try:
         with (path / HOLDER).open("rb") as file:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal() or not _alive(int(number)):  # the file of the holder is from a killed process
+    if not number.isdecimal() or not _alive(int(number)):  # the process in the file has been killed
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 
@@ -213,7 +213,7 @@ def _alive(number: int) -> bool:
 
 
 def _program() -> str:
-    """Return a short description of this process, without options, which may be secret."""
+    """Return a short description of this process, without its options, which may contain secrets."""
     path, *arguments = [str(argument) for argument in getattr(sys, "argv", None) or [""]]
     name = Path(path).parent.name if Path(path).name == "__main__.py" else Path(path).name
     words = [name if name not in ("", "-c", "-m") else "python"]
@@ -225,7 +225,7 @@ def _program() -> str:
 
 
 def write_whole(path: Path, contents: bytes) -> None:
-    """Write a file through a temporary file with a unique name, which is renamed when it is on the disk.
+    """Write a file: write a temporary file with a unique name, flush it to disk, and rename it.
 
     Raises OSError; the file is then unchanged.
     """
@@ -265,7 +265,7 @@ def _sync(path: Path) -> None:
 
 
 def user_cache() -> Path:
-    """Return the directory for what can be made again.  Raises RuntimeError without a home directory."""
+    """Return the user's directory for files that can be made again.  Raises RuntimeError without a home directory."""
     if sys.platform == "win32":
         cache = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
     elif sys.platform == "darwin":
@@ -277,7 +277,7 @@ def user_cache() -> Path:
 
 
 def reason(error: OSError) -> str:
-    """Return the system's reason for an error."""
+    """Return the operating system's text for an error."""
     return (error.strerror or str(error)).lower()
 
 

@@ -20,7 +20,7 @@ def to_ns(seconds: float | Fraction) -> int:
 
 
 def to_seconds(ns: int) -> float:
-    """Return nanoseconds as seconds, for people and plots."""
+    """Return nanoseconds as seconds, for messages and plots."""
     return ns / S
 
 

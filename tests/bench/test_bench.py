@@ -1,4 +1,4 @@
-"""The public face: what outside programs are written against."""
+"""The public interface of a bench."""
 
 import pytest
 

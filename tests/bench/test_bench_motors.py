@@ -1,4 +1,4 @@
-"""The public face of a SmartMotor: its terminals, channels, external encoder, and lines that motors share."""
+"""The public interface of a SmartMotor: terminals, channels, external encoder, shared lines."""
 
 import pytest
 
@@ -20,7 +20,7 @@ def tell(bench, port, text, seconds=0.2):
 
 
 def chained(bench, count=2, **options):
-    """Motors in a chain that have been addressed as section 2 of the base language tells."""
+    """Return motors in a chain, addressed as in section 2 of the base language manual."""
     motors = [bench.add("smartmotor", f"m{number}", **options) for number in range(1, count + 1)]
     port = bench.chain(*motors)
     bench.run(0.3)
@@ -92,7 +92,7 @@ def test_what_others_have_not(bench):
 
 
 def test_a_chain_of_motors(bench):
-    """Each motor must echo, so that what one says reaches the host through the others."""
+    """Each motor must echo, so that the output of each motor reaches the host."""
     port, (first, second) = chained(bench)
     assert tell(bench, port, "\x81a=11 \x82a=22 ") == "\x81a=11 \x82a=22 "
     assert tell(bench, port, "\x82Ra ") == "\x82Ra 22\r"
@@ -126,7 +126,7 @@ def test_motors_on_an_rs485_line_hear_the_host_and_are_heard(bench):
 
 
 def test_two_motors_that_answer_at_once_garble_one_another(bench):
-    """`1` is 31h and `2` is 32h: what both leave high is 30h, `0`."""
+    """`1` is 31h and `2` is 32h: the common high bits are 30h, `0`."""
     motors = [bench.add("smartmotor", f"m{number}") for number in (1, 2)]
     bench.run(0.3)
     for number, motor in enumerate(motors, start=1):

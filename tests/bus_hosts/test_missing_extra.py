@@ -1,4 +1,4 @@
-"""An extra that is not installed is told in one line."""
+"""A missing extra is reported in one line."""
 
 import importlib
 import sys

@@ -1,7 +1,7 @@
 """An 8086 as the host: IN and OUT reach the board, and the board's interrupt is taken.
 
-The programs are our own, in the manner of the manual's interrupt tips: the interrupt enable bit of the control byte,
-which cannot be read back, is kept in STATE, and every write to the control byte is made with interrupts disabled.
+The programs follow the manual's advice on interrupts: STATE holds a copy of the control byte, which cannot be read
+back, and interrupts are disabled during each write to the control byte.
 """
 
 import pytest
@@ -18,7 +18,7 @@ HANDLER, COMMANDS = 0x0200, 0x0900
 
 
 def code(*lines):
-    """Machine code out of lines of hex and comment."""
+    """Return the machine code in lines of hex with comments."""
     return b"".join(bytes.fromhex(line.partition(";")[0]) for line in lines)
 
 
@@ -73,7 +73,7 @@ ON_INTERRUPT = code(  # at 0200: read a message into BUFFER + 16 * COUNT
 
 
 def commands(*strings):
-    """Command strings with their lengths, and the end."""
+    """Return command strings, each with its length before it, and the end mark."""
     data = [bytes.fromhex(string) for string in strings]
     return b"".join(bytes([len(each)]) + each for each in data) + b"\0"
 
@@ -88,7 +88,7 @@ def computer(bench, board, program, **options):
 
 
 def test_a_move_and_its_messages_by_interrupt(bench):
-    """Default velocity and acceleration, a message at the end of motion, a revolution, and where it ends."""
+    """Default velocity and acceleration, a message at the end of motion, one revolution, final position."""
     board = bench.add("1811")
     enable = code("BE 00 09 ; MOV SI,COMMANDS", "C6 06 00 08 FF ; MOV BYTE [STATE],0FFh")
     pc = computer(bench, board, enable + SEND + THEN_SLEEP)
@@ -113,7 +113,7 @@ def test_virtual_time_passes_with_the_instructions(bench):
 
 
 def test_an_interrupt_waits_until_it_is_let_in(bench):
-    """With interrupts disabled the line stays active; behind STI one instruction more is executed first."""
+    """With interrupts disabled the line stays active; after STI one more instruction is executed first."""
     board = bench.add("1811", interrupts=("input_ready",))
     program = code(
         "B0 40     ; MOV AL,40h       ; enable the board's interrupts",

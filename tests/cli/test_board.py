@@ -1,4 +1,4 @@
-"""The apps for a board on a bus: run, conversations, recordings, traces, plots, term, commands."""
+"""The commands for a board on a bus: run, recordings, traces, plots, term, commands."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The program `axistwin`: what it prints where, and how it exits."""
+"""The program `axistwin`: stdout, stderr and exit codes."""
 
 import re
 import subprocess

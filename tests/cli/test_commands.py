@@ -1,4 +1,4 @@
-"""`axistwin commands`: the table for people, for grep and for machines."""
+"""`axistwin commands`: a table, lines for grep, and JSON."""
 
 import json
 

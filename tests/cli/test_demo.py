@@ -1,4 +1,4 @@
-"""`axistwin demo`: what a newcomer sees first."""
+"""`axistwin demo`."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""What ends a program that serves, and what is only reported."""
+"""Errors that end a serving program, and errors that are only logged."""
 
 import asyncio
 import gc
@@ -14,21 +14,21 @@ from axistwin.panel import People
 
 
 def raised(what):
-    """The error that ends a program in whose loop `what(loop)` is called; None: it is served on."""
+    """Return the error that ends a program in whose loop `what(loop)` is called; None if the program continues."""
 
     async def served():
         ended = ending()
         what(asyncio.get_running_loop(), ended)
         for _ in range(5):
             await asyncio.sleep(0)
-            gc.collect()  # a task whose error nobody has fetched reports it at its end
+            gc.collect()  # a deleted task reports an error that was not retrieved
         return ended.exception() if ended.done() else None
 
     return asyncio.run(served())
 
 
 def broken_bench():
-    """A bench with a defect, which comes to light at 0 s."""
+    """Return a bench that raises an unexpected error at 0 s."""
     bench = Bench()
     bench.clock.call_later(0, lambda: {}["defect"])
     return bench
@@ -42,7 +42,7 @@ def test_a_defect_of_the_bench_ends_it_also_when_the_panel_has_let_time_pass():
     def advance(loop, ended):
         pacer = Pacer(broken_bench().clock, None)
         pacer.on_defect = lambda error: fail(ended, error)
-        with pytest.raises(KeyError):  # which the framework catches
+        with pytest.raises(KeyError):  # the web framework catches this error
             pacer.sync()
 
     assert isinstance(raised(advance), KeyError)

@@ -1,4 +1,4 @@
-"""The apps for SmartMotors: programs, conversations, recordings, traces, plots, scenes, ports, term."""
+"""The commands for SmartMotors: programs, conversations, recordings, traces, plots, scenes, ports, term."""
 
 import json
 import re
@@ -126,7 +126,7 @@ def test_a_conversation_with_the_second_channel():
 
 
 def test_a_conversation_with_a_chain():
-    """The first ECHO is for the first motor, the second one for the second; then words go through, and answers."""
+    """The first ECHO is for the first motor, the second for the second; then commands and answers pass through."""
     bench = Bench()
     bench.chain(bench.add("smartmotor", "left"), bench.add("smartmotor", "right"))
     talk = """\
@@ -253,7 +253,7 @@ def test_a_source_is_checked_in_whatever_code_its_comments_are(tmp_path):
 @pytest.mark.parametrize(
     "source",
     [
-        b"' wait\x85 A100\n' and\x1c LIMH\nRP\n",  # what Python takes for ends of lines, cp1252's dots among them
+        b"' wait\x85 A100\n' and\x1c LIMH\nRP\n",  # line ends in Python
         b"\xef\xbb\xbfRP ' gr\xc3\xbc\xc3\x9fe\r\n",
         "RP\r\nEND ' größer\r\n".encode("utf-16"),
         b"RP\r\nEND\r\n\x1a\x1aA100\r\n",
@@ -360,7 +360,7 @@ def test_a_plot_has_position_and_following_error(tmp_path):
 
 
 def record_of(*stretches):
-    """A record of an axis that was told (first ms, positions, commanded)."""
+    """Return a record of an axis from samples (first ms, positions, commanded)."""
     axis = ServoAxis(Clock(), "shaft")
     record = ServoMoves("motor", "shaft", axis)
     axis.subscribe(record.add_samples)
@@ -501,7 +501,7 @@ def answers(*arguments, sessions):
 
 
 def test_serve_gives_a_chain_one_port(tmp_path):
-    """Neither motor has an address: both answer, and the first one's answer is a command to the second."""
+    """Neither motor has an address: both answer, and the first motor's answer is a command to the second motor."""
     (tmp_path / "s.toml").write_text(SCENE)
     (answer,) = answers(tmp_path / "s.toml", sessions=[("chain", b"\x80ECHO \x80ECHO RCTR ", b"0\r")])
     assert answer.endswith(b"0\r")

@@ -1,4 +1,4 @@
-"""Windows and macOS, as far as Linux can show them: without POSIX modules, signal handlers and readers of a loop."""
+"""Windows and macOS, simulated on Linux: no POSIX modules, no signal handlers, no readers in the event loop."""
 
 import io
 import os
@@ -42,7 +42,7 @@ MAIN = "from axistwin.cli.main import main; main()"
 
 @pytest.fixture(params=[""])
 def elsewhere(request):
-    """The program in its own process, as on a system without the POSIX modules; the parameter: further imports."""
+    """Run the program in a process without the POSIX modules; the parameter: further missing imports."""
     with patch.object(command, "PROGRAM", (sys.executable, "-c", ELSEWHERE.replace("EXTRA", request.param) + MAIN)):
         yield
 

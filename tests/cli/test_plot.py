@@ -1,4 +1,4 @@
-"""The picture: exact curves, and what is on it."""
+"""The picture: exact curves, labels and lanes."""
 
 import errno
 import os
@@ -30,7 +30,7 @@ def draw(trace: Trace, path, title: str = "") -> None:
 
 
 def curves(trace: Trace) -> dict[str, Curve]:
-    """The curves of the whole run, by the first words of their labels."""
+    """Return the curves of the whole run, by the first words of their labels."""
     chart = of_trace(trace, from_ns=0, to_ns=20 * S)
     return {panel.label.partition("\n")[0].replace("  ", " "): panel.lines[0].curve for panel in chart.panels}
 

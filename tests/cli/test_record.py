@@ -1,4 +1,4 @@
-"""`axistwin record` with a twin in the place of the hardware, and `axistwin replay` of what it has written."""
+"""`axistwin record` with a virtual controller in place of the hardware, and `axistwin replay` of the recording."""
 
 import json
 import re
@@ -20,16 +20,16 @@ from ..links.serving import Served, ask, dial
 pytestmark = pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
 
 QUICK = {"self_test_s": 0.05, "recalculation_s": 0.05}
-"""Real time passes here, but not much of it."""
+"""Options that shorten the real time of these tests."""
 
 
 @contextmanager
 def hardware(url="tcp://127.0.0.1:0", **options):
-    """A twin that is the hardware, in real time; gives the URL that `record` takes and the port's URL."""
+    """A virtual controller as the hardware, in real time; yields the URL for `record` and the port's URL."""
     with Served(speed=1.0) as served:
         served.add(line=None, initialised=False, **QUICK, **options)
         found = served.open(served.bench["if1"], url)
-        served.do(lambda: served.bench.run(0.1))  # it has been switched on a while ago
+        served.do(lambda: served.bench.run(0.1))  # the controller was switched on earlier
         yield served, str(found).replace("tcp://", "socket://")
 
 
@@ -41,7 +41,7 @@ def recorder(*arguments):
 
 
 def line(host, text):
-    """Send something, and receive a line."""
+    """Send data, and receive a line."""
     host.sendall(text)
     answer = b""
     while not answer.endswith(b"\r") and (more := host.recv(1)):
@@ -181,7 +181,7 @@ def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
 
 
 def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
-    """A pty has no one and a half stop bits with five data bits and a parity that marks."""
+    """A pty supports neither 1.5 stop bits with 5 data bits nor mark parity."""
     device = tmp_path / "hardware"
     with (
         hardware(f"pty:{device}"),
@@ -204,7 +204,7 @@ def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
 
 
 def test_what_raw_tcp_cannot_pass_on_is_told_once_and_is_no_act(tmp_path):
-    """A twin would see a break that the hardware has not seen."""
+    """Otherwise the twin would receive a break that the hardware has not received."""
     path = tmp_path / "a.talk"
     with hardware() as (_, url), recorder("--serial", url, "--rfc2217", ":0", "-o", path) as (program, port):
         with serial.serial_for_url(str(port), 9600, stopbits=2, timeout=PATIENCE_S) as host:
@@ -225,7 +225,7 @@ def test_what_raw_tcp_cannot_pass_on_is_told_once_and_is_no_act(tmp_path):
 
 
 def test_hardware_that_does_not_answer_holds_up_neither_the_host_nor_the_recording(tmp_path):
-    """Each thing that it is asked for takes seconds; a host that negotiates with the recorder waits for none."""
+    """Each request to the hardware takes seconds; a host that negotiates with the recorder does not wait for them."""
     path, answers = tmp_path / "a.talk", threading.Event()
     with (
         hardware("rfc2217://127.0.0.1:0") as (served, url),

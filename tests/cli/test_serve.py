@@ -1,4 +1,4 @@
-"""`axistwin serve` as its users run it: a program, its output, its signals."""
+"""`axistwin serve` as a program: output and signals."""
 
 import re
 import signal
@@ -80,11 +80,11 @@ def test_a_session_is_recorded_and_can_be_played_again(tmp_path):
 
 
 def test_a_recording_is_written_while_it_goes_on(tmp_path):
-    """Nobody asks the server to end; it is killed."""
+    """The server is killed, so it cannot write the rest of the recording."""
     talk_file = tmp_path / "session.talk"
     with serving("if1", *AT_ONCE, "--record", talk_file) as (program, [(_, url)]):
         assert talk(url, b"(", b"U61\rE\r") == [b"U\r", b"C\r"]
-        while "< C" not in talk_file.read_text():  # the last answer, too, though nothing has followed it
+        while "< C" not in talk_file.read_text():  # the last answer, too, without a later event
             assert program.poll() is None
         program.kill()
         program.wait(PATIENCE_S)
@@ -152,7 +152,7 @@ def test_wrong_usage_is_one_line(arguments, words):
 
 
 def test_it_starts_without_what_only_others_need():
-    """`axistwin serve` is to answer soon."""
+    """`axistwin serve` must start fast."""
     check = """if True:
         import sys
         import axistwin.cli.main, axistwin.cli.serving.serve, axistwin.links.tcp

@@ -1,4 +1,4 @@
-"""`axistwin serve --trace`: the file is whole when the server is asked to end."""
+"""`axistwin serve --trace`: the file is complete after SIGTERM."""
 
 import signal
 

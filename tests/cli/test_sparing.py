@@ -1,4 +1,4 @@
-"""Errors that a bad client provokes again and again are reported in full ten times, and then counted."""
+"""Repeated errors of one client are logged in full ten times, and then only counted."""
 
 import logging
 
@@ -9,7 +9,7 @@ from axistwin.cli.serving.sparing import IN_FULL, Sparing
 
 @pytest.fixture
 def written():
-    """What has been logged, record by record, by loggers below `t`."""
+    """The records of loggers below `t`, in order."""
     records, handler, logger = [], logging.Handler(), logging.getLogger("t")
     handler.emit = lambda record: records.append((record.getMessage(), record.exc_info is not None))
     handler.addFilter(Sparing())

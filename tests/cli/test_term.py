@@ -194,7 +194,7 @@ def test_a_port_that_goes_away_is_told():
 
 
 class Person:
-    """Somebody at a terminal, which is a pty."""
+    """A user at a terminal, simulated by a pty."""
 
     def __init__(self, *arguments: str, columns: int = 120, **more: str) -> None:
         self.master, slave = pty.openpty()
@@ -216,7 +216,7 @@ class Person:
         os.write(self.master, text.encode())
 
     def see(self, text: str) -> str:
-        """Look until this is on the screen; returns everything up to it, and forgets that."""
+        """Wait until `text` is on the screen.  Return and discard the output up to its end."""
         while text not in self.seen:
             ready, _, _ = select.select([self.master], [], [], PATIENCE_S)
             assert ready, f"{text!r} is not in {self.seen!r}"
@@ -251,7 +251,7 @@ def test_a_person_at_a_terminal(person: Callable[..., Person]):
     me.see("> ")
     me.type("E\n")
     me.see("< C\x1b[2m<CR>\x1b[0m\r\n> ")
-    me.type("X250$\n:axes\n")
+    me.type("X250$\n:wait 2\n:axes\n")
     me.see("X  250  at rest")
     me.type("\x04")
     assert me.leave() == 0
@@ -284,7 +284,7 @@ def test_a_person_looks_at_the_commands_and_at_a_check(person: Callable[..., Per
 
 
 def shown(*heard: bytes, person: bool = False) -> str:
-    """What stands on a screen after these, one right after the other."""
+    """Return the text on a screen after these data."""
 
     async def show() -> None:
         screen = Screen(out, person=person, colours=False)

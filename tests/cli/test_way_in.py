@@ -1,4 +1,4 @@
-"""Wrong words, errors for machines, widths, ports for machines, and completion in shells."""
+"""Mistyped commands, errors and ports as JSON, terminal widths, and completion in shells."""
 
 import io
 import json
@@ -106,7 +106,7 @@ def test_the_ports_for_machines():
 
 
 def completed(shell, *words):
-    """Return the values that the script of a shell gets from the program."""
+    """Return the completions that a shell's script receives from the program."""
     asked = {"COMP_WORDS": " ".join(("axistwin", *words)), "COMP_CWORD": str(len(words))}
     with patch.dict(os.environ, asked | {"_AXISTWIN_COMPLETE": f"{shell}_complete"}):
         done = CliRunner().invoke(axistwin, prog_name="axistwin", catch_exceptions=False)

@@ -1,4 +1,4 @@
-"""A recording compared with a twin, to its end."""
+"""A recording compared with a twin, up to the end of the recording."""
 
 import json
 
@@ -157,7 +157,7 @@ def test_it_must_be_said_what_answers(replay):
         replay("> (\n")
 
 
-# What a recording can be
+# Kinds of recordings
 
 
 def test_a_line_that_was_so_all_the_time_is_right():
@@ -167,7 +167,7 @@ def test_a_line_that_was_so_all_the_time_is_right():
 
 
 def test_a_pulse_that_the_recording_has_missed_is_no_change_that_it_has_seen():
-    """RTS goes up while the interface transmits; a recording looks a hundred times a second."""
+    """RTS is on during transmission; a recording samples RTS 100 times per second."""
     text = READY + "> E\\r\n< C\\r\n= clock 2.71\n+0.1\n> N\\r\n+0.002\n= rts high\n< 0\\r\n= clock 2.83\n= rts low\n"
     comparison = compared(text)
     assert comparison.different == ()

@@ -1,4 +1,4 @@
-"""The examples in `docs/conversations.md` do what the page says."""
+"""The examples in `docs/conversations.md` have the documented results."""
 
 import re
 from pathlib import Path

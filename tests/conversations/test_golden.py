@@ -1,6 +1,6 @@
 """Golden conversations: `tests/conversations/*.talk`.  Each names its model, or a scene, in its first comments.
 
-With `--record-conversations` what differs is written into the files instead, to be reviewed as a difference.
+With `--record-conversations`, differences are written into the files instead, for a review with git.
 """
 
 from dataclasses import replace
@@ -19,7 +19,7 @@ MOST_CORRECTIONS = 1000
 
 
 def bench_of(conversation: Conversation, state: Path) -> Bench:
-    """A model with its options, or a scene that lies beside the conversation."""
+    """Return the bench of a conversation: a model with options, or a scene in the same folder."""
     model = conversation.headers["model"]
     if model.endswith(".toml"):
         return bench_for(str(Path(__file__).parent / model))
@@ -27,7 +27,7 @@ def bench_of(conversation: Conversation, state: Path) -> Bench:
 
 
 def corrected(conversation: Conversation, difference: Difference) -> Conversation:
-    """The conversation with what was got in the place of what was expected."""
+    """Return the conversation with the actual data in place of the expected data."""
     place = next(n for n, act in enumerate(conversation.acts) if act.line == difference.line)
     act = conversation.acts[place]
     got = CHARACTERS.read(difference.got) if not isinstance(act, Expect) else b""
@@ -36,7 +36,7 @@ def corrected(conversation: Conversation, difference: Difference) -> Conversatio
         acts = [replace(act, value=difference.got)]
     elif isinstance(act, Hear) and act.data:
         acts = [replace(act, data=message)] if message else []
-    else:  # something was said that the conversation does not have
+    else:  # data were received that are not in the conversation
         acts = [Hear(message), act] if isinstance(act, Hear) else [act, Hear(message)]
     changed = (*conversation.acts[:place], *acts, *conversation.acts[place + 1 :])
     return Conversation(tuple(replace(a, line=n) for n, a in enumerate(changed, start=1)), conversation.file)

@@ -1,4 +1,4 @@
-"""Playing conversations: when time passes, and what the first difference looks like."""
+"""Playing conversations: passing of time, and the text of the first difference."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from axistwin.errors import ProgramError
 
 
 def said(bench: Bench, text: str) -> str:
-    """The difference as it is shown; nothing if there is none."""
+    """Return the text of the difference; empty without a difference."""
     return str(play(parse(text, "a.talk"), bench) or "")
 
 

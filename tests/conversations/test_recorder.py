@@ -1,4 +1,4 @@
-"""What is recorded can be played, and is the same to the nanosecond."""
+"""A replay of a recording is identical to the nanosecond."""
 
 from fractions import Fraction
 
@@ -16,14 +16,14 @@ from axistwin.sim import Flow, by_itself
 
 
 def replayed(conversation: Conversation) -> object:
-    """Write it, read it, and play it on a new bench with the same controllers."""
+    """Write a recording, read it, and play it on a new bench with the same controllers."""
     bench = Bench()
     bench.add("if1")
     return play(parse(write(conversation.acts)), bench)
 
 
 def recorded(*doings) -> Conversation:
-    """What is recorded while these things are done with a bench and an IF1, half a second apart."""
+    """Return the recording of these actions on a bench with an IF1, half a second apart."""
     bench = Bench()
     if1 = bench.add("if1")
     with recording(bench) as recorder:
@@ -136,7 +136,7 @@ def test_whatever_a_host_says_can_be_replayed(messages):
 
 
 def of_a_machine(made, *doings):
-    """What is recorded while these things are done with `made(bench)`, half a second apart; it plays again."""
+    """Return the recording of these actions on `made(bench)`, half a second apart, after a successful replay."""
     bench, again = Bench(), Bench()
     controller = made(bench)
     made(again)
@@ -207,7 +207,7 @@ def test_a_joystick_is_recorded():
 
 
 def test_a_lead_that_changes_nothing_yet_is_recorded():
-    """Later it keeps the input where it is."""
+    """Later the test lead holds the level of the input."""
     acts, _bench, _again = of_a_machine(
         lambda bench: bench.add("if1"),
         lambda if1: if1.pins["input1"].drive(False),
@@ -244,11 +244,11 @@ def test_what_a_scene_does_by_itself_is_left_to_the_scene():
     assert again["if1"].axes["X"].encoder.count == 40
 
 
-# What is done to the host's end of a line, and to encoders
+# Actions at the host's end of a line, and at encoders
 
 
 def _again(recorder, models):
-    """Another bench, on which what has been recorded has been played."""
+    """Return a new bench on which the recording has been played."""
     bench = Bench()
     for name, model in models.items():
         bench.add(model, name)

@@ -1,9 +1,8 @@
-"""The two C programs of the manual's appendix D, read from the manual, and what makes a compiler take them.
+"""The two C programs of the manual's appendix D, read from the manual, with the changes that gcc needs.
 
-The listings themselves are not here: they are taken from the manual's text when a test asks for them.  Of each
-function the I/O mapped version is taken; the memory mapped one of the same name stands beside it.  Remarks are left
-out: scanning has torn their ends from their beginnings.  What else had to be changed is in the table, each with its
-reason.
+The listings are read from the manual's text when a test needs them.  Of the two versions of each function, the I/O
+mapped one is used.  Comments are left out, because scanning has damaged them.  A table lists all other changes with
+their reasons.
 """
 
 import re
@@ -13,11 +12,11 @@ from typing import NamedTuple
 MANUAL = Path(__file__).parents[3] / "shared" / "seeds" / "000_82164efb254bb5df.txt"
 
 PROGRAMS = {"1810U.C": ("SNDCMD", "RCVCMD", "STAT WAIT"), "FIFO.C": ("I FIFO", "O FIFO")}
-"""Which functions each program has."""
+"""Functions of each program."""
 
 
 class Change(NamedTuple):
-    """In this function (or in all) `found` becomes `wanted`; it must stand there."""
+    """In this function (or in all), replace `found`, which must occur, by `wanted`."""
 
     function: str
     found: str
@@ -64,13 +63,13 @@ CHANGES = (
 )  # fmt: skip
 
 FORWARD = "char stat_wait();\n"
-"""Put in front of 1810U.C: a function that is called before it is defined is an int, and this one is a char."""
+"""Declaration added to 1810U.C: without it, a function called before its definition returns an int, not a char."""
 COUNT = "-Dn=nbr_bytes"
-"""For FIFO.C: its loops count down n, which nothing declares or sets; nbr_bytes is what is meant."""
+"""Macro for FIFO.C: its loops count down n, which is not declared; nbr_bytes is meant."""
 
 
 def programs() -> dict[str, str]:
-    """The source of each program as the manual has it; `FORWARD` and `COUNT` are what makes gcc take it."""
+    """Return the source of each program as in the manual; gcc also needs `FORWARD` and `COUNT`."""
     text = MANUAL.read_text(encoding="utf-8")
     listing = text[text.index("Program #1: 1810U.C") : text.index("ADDENDUM TO 1810/11")]
     found = {name: "\n".join(_function(listing, function) for function in has) for name, has in PROGRAMS.items()}
@@ -90,7 +89,7 @@ def _section(listing: str, function: str) -> str:
 
 
 def _bare(text: str) -> str:
-    """Without remarks and what the printed pages have around them."""
+    """Return a listing without comments, page headers and page footers."""
     text = re.sub(r"/\*.*$|\*/|```", "", text, flags=re.MULTILINE)
     return re.sub(r"[ \t]+$\n?", "\n", text, flags=re.MULTILINE)
 

@@ -1,4 +1,4 @@
-"""A served bench."""
+"""Fixtures: a served bench."""
 
 from collections.abc import Iterator
 

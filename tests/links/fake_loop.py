@@ -1,8 +1,8 @@
-"""An event loop whose clock is told what time it is, for what is paced."""
+"""An event loop with a clock that the test sets, for tests of pacing."""
 
 
 class Handle:
-    """Something that a loop is going to do."""
+    """A scheduled callback of a loop."""
 
     def __init__(self, at_s, action):
         self.at_s, self.action, self.cancelled = at_s, action, False
@@ -12,7 +12,7 @@ class Handle:
 
 
 class Loop:
-    """An event loop whose clock stands still until it is moved; it counts how often it wakes up."""
+    """An event loop with a clock that only the test advances; `woken` counts the executed callbacks."""
 
     def __init__(self):
         self.now_s, self.handles, self.woken = 0.0, [], 0
@@ -28,7 +28,7 @@ class Loop:
         return self.call_at(self.now_s, action)
 
     def run_to(self, end_s):
-        """Wake up whoever wants to be woken until then, each at his time."""
+        """Execute all callbacks due by `end_s`, each at its time."""
         while due := [handle for handle in self.handles if not handle.cancelled and handle.at_s <= end_s]:
             handle = min(due, key=lambda handle: handle.at_s)
             self.handles.remove(handle)

@@ -1,4 +1,4 @@
-"""Controllers on real ports of this machine, served by an event loop in a thread of its own."""
+"""Controllers on real ports of this machine, served by an event loop in a thread."""
 
 import asyncio
 import socket
@@ -12,11 +12,11 @@ from axistwin.links import PortUrl, Server, parse
 from axistwin.sim import Flow
 
 HOST_TIMEOUT_S = 10
-"""A test that waits longer than this has failed."""
+"""Timeout in seconds after which a test fails."""
 
 
 class Served:
-    """A bench on real ports, as fast as it goes unless a speed is given.  A context manager."""
+    """A bench on real ports, at full speed unless a speed is given.  A context manager."""
 
     def __init__(self, *, speed: float | None = None, flow: Flow = Flow.DTR, reset: bool = False) -> None:
         self.bench = Bench()
@@ -40,7 +40,7 @@ class Served:
         assert self.problems == []
 
     def do(self, action: Callable[[], Any]) -> Any:
-        """Do something in the thread that the bench belongs to."""
+        """Call a function in the bench's thread, and return its result."""
 
         async def act() -> Any:
             return action()
@@ -48,11 +48,11 @@ class Served:
         return asyncio.run_coroutine_threadsafe(act(), self._loop).result(HOST_TIMEOUT_S)
 
     def later(self, action: Callable[[], object]) -> None:
-        """The same, without waiting for it."""
+        """Call a function in the bench's thread, without waiting for its result."""
         self._loop.call_soon_threadsafe(action)
 
     def act(self, action: Callable[[], object]) -> None:
-        """Do something to a controller, and let happen what comes of it."""
+        """Perform an action on a controller, and all events that it causes."""
 
         def act() -> None:
             action()
@@ -61,7 +61,7 @@ class Served:
         self.do(act)
 
     def add(self, *, line: str | None = "instant", initialised: bool = True, **options: Any) -> Controller:
-        """An IF1 on the bench, ready for instructions or just switched on."""
+        """Add an IF1 to the bench, initialised or just switched on."""
 
         def act() -> Controller:
             controller = self.bench.add("if1", line=line, **options)
@@ -70,20 +70,20 @@ class Served:
         return self.do(act)
 
     def add_board(self, **options: Any) -> Controller:
-        """An 1811 on the bench, just switched on."""
+        """Add an 1811 to the bench, just switched on."""
         return self.do(lambda: self.bench.add("1811", **options))
 
     def open(self, controller: Controller, url: str = "tcp://127.0.0.1:0") -> PortUrl:
-        """Open a port to it."""
+        """Open a port to a controller."""
         return self.open_name(controller.name, url)
 
     def open_name(self, name: str, url: str = "tcp://127.0.0.1:0") -> PortUrl:
-        """Open a port to whom a host reaches by this name."""
+        """Open a port to the endpoint of this name."""
         opening = self.server.open(name, parse(url))
         return asyncio.run_coroutine_threadsafe(opening, self._loop).result(HOST_TIMEOUT_S)
 
     def until(self, condition: Callable[[], object]) -> None:
-        """Wait until something is so; it is looked at whenever the bench has been advanced."""
+        """Wait until a condition is true; it is checked after each advance of the bench."""
         so = threading.Event()
 
         def look() -> None:
@@ -97,7 +97,7 @@ class Served:
 
 
 def initialise(bench: Bench, controller: Controller) -> Controller:
-    """What a host sends to an IF1 to be understood, as if it had been sent before the ports were opened."""
+    """Initialise an IF1 before the ports are opened."""
     bench.run(1.1)
     controller.serial.write(b"(")
     bench.run(0.1)
@@ -108,18 +108,18 @@ def initialise(bench: Bench, controller: Controller) -> Controller:
 
 
 def dial(url: PortUrl) -> socket.socket:
-    """A connection to a TCP port."""
+    """Return a connection to a TCP port."""
     return socket.create_connection((url.host, url.port), timeout=HOST_TIMEOUT_S)
 
 
 def ask(connection: socket.socket, text: bytes = b"E\r", answer: bytes = b"C\r") -> bytes:
-    """Send something, and receive as much as is expected."""
+    """Send data, and receive as many bytes as are expected."""
     connection.sendall(text)
     return receive(connection, len(answer))
 
 
 def receive(connection: socket.socket, count: int) -> bytes:
-    """Receive so many characters; fewer if the connection ends."""
+    """Receive a number of characters; fewer if the connection ends."""
     data = b""
     while len(data) < count and (more := connection.recv(count - len(data))):
         data += more

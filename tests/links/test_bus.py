@@ -1,4 +1,4 @@
-"""The bus socket: hosts that behave, and hosts that do not."""
+"""The bus socket: well-behaved and faulty hosts."""
 
 import socket
 import struct
@@ -15,7 +15,7 @@ READY, MESSAGE = 0x10, 0x08
 
 
 class Host:
-    """A client of the bus socket, line by line; the machine keeps `room` bytes for it, or as many as it likes."""
+    """A client of the bus socket, line by line; `room`: size of the system's receive buffer; None: the default."""
 
     def __init__(self, url, room=None):
         self.socket = socket.socket()
@@ -47,7 +47,7 @@ class Host:
         for _ in range(100_000):
             if int(self.ask("r 1"), 16) & bit:
                 return
-        raise AssertionError("it never became ready")
+        raise AssertionError("the bit is never set")
 
     def command(self, text, control="10"):
         self.wait(READY)
@@ -63,17 +63,17 @@ class Host:
 
 @pytest.fixture
 def port(served):
-    """A port of an 1811."""
+    """Return a port of an 1811."""
     return served.open(served.add_board(), "bus://:0")
 
 
 def hold_little(transport):
-    """The machine keeps little of what is written there."""
+    """Make the system's send buffers small."""
     transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
 
 
 def flood(connection, data):
-    """Send it again and again until it is not taken; returns how many bytes were."""
+    """Send data repeatedly until the connection is blocked.  Return the number of bytes sent."""
     sent = 0
     while sent < 10_000_000:
         try:
@@ -84,7 +84,7 @@ def flood(connection, data):
 
 
 def vanish(host):
-    """As when a program is killed: the connection is reset."""
+    """Reset the connection, as when a program is killed."""
     host.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     host.__exit__()
 
@@ -140,7 +140,7 @@ def test_the_interrupt_line_is_told_as_it_changes(served, port):
         assert host.ask("s 0") == "ok"
         host.command("01 08", control="50")
         host.wait(MESSAGE)
-        assert host.ask("i") == "1"  # and nothing is told
+        assert host.ask("i") == "1"  # no change is reported
 
 
 def test_an_answer_comes_before_the_change_it_causes(served, port):
@@ -233,7 +233,7 @@ def test_many_requests_at_once_are_answered_in_order(port):
 
 
 def test_a_host_that_does_not_read_is_not_read_from(served, port):
-    """What waits for it is bounded, and nothing is lost."""
+    """The pending answers are bounded, and no answer is lost."""
     with Host(port, room=4096) as host:
         host.wait(READY)
         host.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
@@ -269,7 +269,7 @@ def test_hosts_that_vanish(served, port):
 
 
 def test_reset_on_connect():
-    """The first host leaves a message behind that the second does not find."""
+    """The first host leaves a message, which the second host does not receive."""
     with Served(reset=True) as served:
         port = served.open(served.add_board(), "bus://:0")
         for _ in range(2):

@@ -1,4 +1,4 @@
-"""C programs on the bus: those of the manual's appendix D, and the rest of `axistwin_bus.h`."""
+"""C programs on the bus: those of the manual's appendix D, and all functions of `axistwin_bus.h`."""
 
 import os
 import re
@@ -92,7 +92,7 @@ def served():
 
 
 def compiled(directory, options, **sources):
-    """A program made of these and of the file that the package ships."""
+    """Return a program compiled from these sources and the package's C file."""
     files = []
     for name, text in sources.items():
         files.append(directory / f"{name}.c")
@@ -105,7 +105,7 @@ def compiled(directory, options, **sources):
 
 
 def translated(file, text, *options):
-    """What gcc says of a listing; in files that end in .C it expects C++ unless it is told otherwise."""
+    """Return gcc's messages for a listing, compiled as C (by default, gcc takes .C for C++)."""
     file.write_text(text)
     words = ["gcc", "-std=gnu89", *options, "-x", "c", "-c", file, "-o", file.with_suffix(".o")]
     return subprocess.run(
@@ -143,7 +143,7 @@ def test_the_programs_of_appendix_d_drive_a_move(served, bus, tmp_path):
     ],
 )
 def test_appendix_d_needs_a_declaration_and_a_macro(tmp_path, name, complaint, front, option):
-    """The page on the bus tells both, with this command."""
+    """docs/bus.md names both, with this command."""
     listing = appendix_d.programs()[name]
     unchanged = translated(tmp_path / name, listing)
     assert unchanged.returncode != 0

@@ -14,13 +14,13 @@ USUAL = UartFormat(9600, 8, "N", 2)
 
 
 def sub(code, value=b""):
-    """A command or an answer as it is sent."""
+    """Return a command or an answer as bytes on the connection."""
     return b"\xff\xfa\x2c" + bytes((code,)) + value.replace(b"\xff", b"\xff\xff") + b"\xff\xf0"
 
 
 @pytest.fixture
 def port():
-    """A port whose client has agreed to speak RFC 2217."""
+    """Return a port whose client has negotiated RFC 2217."""
     port = ComPort(USUAL, "axistwin if1")
     port.set_modem_state(dsr=True, cts=False)
     port.receive(WILL + COM_PORT)
@@ -29,7 +29,7 @@ def port():
 
 
 def say(port, data):
-    """What the client wants, and what it is answered."""
+    """Return the events for the client's bytes, and the answers."""
     return port.receive(data), port.take_replies()
 
 
@@ -60,7 +60,7 @@ def test_an_option_is_answered_when_it_changes(asked, answer):
 
 @pytest.mark.parametrize(("asked", "answer"), [(WILL, DO), (DO, WILL)])
 def test_whoever_agrees_on_com_port_control_is_told_the_control_lines(asked, answer):
-    """Also a client that says DO without having been asked."""
+    """Valid also for a client that sends DO first."""
     port = ComPort(USUAL, "")
     port.set_modem_state(dsr=True, cts=True)
     assert port.take_replies() == b""
@@ -85,7 +85,7 @@ def test_data_to_the_client_has_its_iac_doubled():
     assert escape(b"a\xffb") == b"a\xff\xffb"
 
 
-# Commands: what is sent, what it means, what is answered
+# Commands: bytes sent, event, answer
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_a_longer_talk_is_obeyed_in_order(port):
     ]
 
 
-# What the server tells by itself
+# Notifications of the server
 
 
 def test_a_change_of_a_control_line_is_told_with_its_delta(port):

@@ -1,4 +1,4 @@
-"""Another bench in the place of the one that was served: clients stay, wait while a run is repeated, and go on."""
+"""A new bench replaces the served one: clients stay connected, are blocked during a replay, and continue."""
 
 import logging
 
@@ -48,7 +48,7 @@ class Client:
         return False
 
     def drop(self):
-        raise AssertionError("nobody wants to be rid of it")
+        raise AssertionError("the client must not be dropped")
 
     def pause(self):
         self.reading = False
@@ -58,7 +58,7 @@ class Client:
 
 
 class Device:
-    """Something that talks, with control lines, on a line that takes no time; `port` is the host's end."""
+    """A device with control lines on an instant line; `port` is the host's end."""
 
     def __init__(self):
         self.clock = Clock()
@@ -68,7 +68,7 @@ class Device:
 
 
 class Place:
-    """A device with a plug, whose time is in the hands of the test, and a client."""
+    """A device with a plug and a client; the test advances the time."""
 
     def __init__(self):
         self.device, self.acts = Device(), []
@@ -82,7 +82,7 @@ class Place:
         self.device.clock.run_to(round(seconds * S))
 
     def again(self, seconds=0.0):
-        """Another device like this one takes its place, at this time."""
+        """Replace the device by an equal one, at this time."""
         self.mute()
         self.device = Device()
         self.run(seconds)
@@ -99,12 +99,12 @@ class Place:
         self.gate.open()
 
     def told(self):
-        """From now on what is done from the host's side."""
+        """Return a list that receives the host's acts from now on."""
         self.acts.clear()
         return self.acts
 
     def say(self, data):
-        """The controller says this."""
+        """Transmit data from the controller."""
         self.device.uart.send(data)
         self.pacer.work()
 
@@ -256,7 +256,7 @@ def test_a_break_that_was_begun_later_goes_on_and_ends(place):
     assert place.port.held is False
 
 
-# Lines that somebody watches
+# Lines with subscribers
 
 
 def test_whoever_watches_a_line_watches_it_on_the_bench_that_has_come(place):
@@ -289,7 +289,7 @@ def test_while_it_is_deaf_a_line_may_go_up_and_down_and_how_it_stands_is_told_af
 
 
 class Exchanged(Served):
-    """A served bench whose external input is recorded, and which another bench can replace."""
+    """A served bench with recorded external input, which another bench can replace."""
 
     def __init__(self):
         super().__init__()
@@ -299,7 +299,7 @@ class Exchanged(Served):
         self.input.serve(self.server)
 
     def replace(self, bench):
-        """Replace the bench; clients are blocked meanwhile, and before if they were."""
+        """Replace the bench; clients are blocked meanwhile."""
         muted = self.server.gate.closed
         self.input.mute()
         try:
@@ -321,7 +321,7 @@ def served():
 
 
 def another(served, **options):
-    """A bench like the one that is served, an instant IF1 that has been initialised."""
+    """Return a bench equal to the served one: an initialised IF1 on an instant line."""
     bench = Bench()
     initialise(bench, bench.add("if1", line="instant", **options))
     return bench

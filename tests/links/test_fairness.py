@@ -1,4 +1,4 @@
-"""What one host sends keeps no other one waiting: counted in steps between two turns of the loop."""
+"""Data from one host do not delay other hosts; measured in clock steps between two turns of the event loop."""
 
 import importlib.util
 import sys
@@ -18,11 +18,11 @@ from .fake_loop import Loop
 
 ROBUSTNESS = Path(__file__).resolve().parents[2] / "benchmarks" / "robustness"
 STEPS = 20
-"""In a slice, by a wall clock that is told how long each of them takes."""
+"""Clock steps per slice; the fake wall clock advances by a fixed time per step."""
 
 
 def campaign(name):
-    """A script of the folder `benchmarks/robustness`, as a module."""
+    """Return a script of the folder `benchmarks/robustness` as a module."""
     spec = importlib.util.spec_from_file_location(name, ROBUSTNESS / f"{name}.py")
     module = sys.modules[name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -34,7 +34,7 @@ fairness = campaign("fairness")
 
 
 class Client:
-    """A host that sends what is taken from it."""
+    """A host that sends as much as is read from it."""
 
     name, flow = "a host", None
 
@@ -48,7 +48,7 @@ class Client:
         self.taken = True
 
     def deliver(self, data, errors):
-        """It does not read."""
+        """Ignore the data."""
 
     def hung_up(self):
         return False

@@ -1,4 +1,4 @@
-"""Virtual time and the wall clock, with a wall clock that is told how late it is."""
+"""Virtual time and the wall clock, with a fake wall clock."""
 
 import pytest
 
@@ -53,7 +53,7 @@ def test_what_comes_in_finds_the_bench_at_the_moment_of_its_arrival(clock, loop)
 
 def test_what_a_look_brings_about_happens_in_time(clock, loop):
     happened = []
-    clock.call_later(5 * S, lambda: None)  # until then it would sleep
+    clock.call_later(5 * S, lambda: None)  # without the read, the pacer would sleep until then
     pacer = paced(clock, loop, 1)
     loop.run_to(1)
     pacer.inspect(lambda: clock.call_later(30 * MS, lambda: happened.append((clock.now, loop.now_s))))
@@ -113,7 +113,7 @@ def test_at_full_speed_a_bench_that_never_rests_lets_the_loop_look_at_its_socket
     clock.process(program())
     pacer = paced(clock, loop, None)
     before = clock.now
-    pacer.work()  # something comes in while a slice is waiting for its turn: no second one is made
+    pacer.work()  # input while a slice is planned: no second slice is planned
     assert clock.now == before
     [handle] = loop.handles
     handle.action()
@@ -170,13 +170,15 @@ def test_a_port_is_flushed_once_when_the_bench_has_been_advanced(clock, loop):
     assert port.flushed == 1
 
 
-# Standing still in the middle of something
+# Stops between events
 
 SPEEDS = [1, 1000, None]
 
 
 def eventful(clock, log):
-    """Three things at 10 ms, one of which sets off a fourth at the same nanosecond; another one 1 ns later."""
+    """Schedule three events at 10 ms, one of which causes a fourth in the same nanosecond, and another event 1 ns
+    later.
+    """
     for name in "abc":
         clock.call_later(10 * MS, lambda name=name: log.append(name))
     clock.call_later(10 * MS, lambda: clock.call_later(0, lambda: log.append("d")))
@@ -237,7 +239,7 @@ def test_stopped_and_started_while_something_happens_it_goes_on(clock, loop):
 
 @pytest.mark.parametrize("speed", [1, None])
 def test_what_comes_in_finds_the_end_of_a_nanosecond_even_if_a_slice_ended_in_it(clock, loop, speed, monkeypatch):
-    """A slice begins, two things happen, and it is over; by the wall clock another one is, at once."""
+    """A slice ends after two events; the next slice ends at once."""
     log = []
     eventful(clock, log)
     looks = iter([0.0, 0.0, 0.0, 9.0, 20.0, 29.0] if speed else [0.0, 0.0, 9.0])
@@ -263,7 +265,7 @@ def test_what_comes_in_while_time_stands_still_finds_all_that_is_due_done(clock,
     assert (clock.now, log) == (0, ["first", "second"])
 
 
-# Another speed while it runs
+# A change of speed while running
 
 
 def test_another_speed_counts_from_now_on(clock, loop):
@@ -304,7 +306,7 @@ def test_the_speed_of_what_stands_still_counts_when_it_is_started(clock, loop):
     assert clock.now == 8 * S
 
 
-# Who does what to it, and when
+# Calls of a pacer in all states
 
 
 @pytest.mark.parametrize("speed", SPEEDS)

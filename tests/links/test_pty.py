@@ -20,13 +20,13 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 
 @pytest.fixture
 def if1(served):
-    """An IF1 that has been switched on and waits for its baud rate."""
+    """Return an IF1 that waits for its baud rate after power-up."""
     return served.add(initialised=False)
 
 
 @pytest.fixture
 def path(served, if1, tmp_path):
-    """The link to its pty."""
+    """Return the path of the link to the IF1's pty."""
     link = tmp_path / "if1"
     served.open(if1, f"pty:{link}")
     return str(link)
@@ -113,7 +113,7 @@ def test_what_nobody_has_read_is_not_there_for_the_next_one(served, path):
 
 
 def test_a_program_without_serial_settings_is_served_too(served, if1, path):
-    """As a shell does: open, write, read."""
+    """Open, write and read, as a shell does."""
     device = os.open(path, os.O_RDWR | os.O_NOCTTY)
     os.write(device, b"(")
     assert os.read(device, 2) == b"U\r"
@@ -151,7 +151,7 @@ def test_a_client_that_floods_waits_until_there_is_room(served, if1, path):
             os.write(device, b"E\r" * 1000)
     assert served.do(lambda: if1.serial.pending) < FULL + CHUNK + 1
     os.close(device)
-    with opened(path) as host:  # the flood that nobody stands behind any more makes room
+    with opened(path) as host:  # the characters of the disconnected client are sent
         served.act(if1.serial.dtr_line.release)
         initialise(host)
 
@@ -199,7 +199,7 @@ def test_a_link_left_behind_is_replaced(served, if1, tmp_path):
 
 
 def test_a_link_left_behind_is_replaced_though_its_number_is_ours_now(served, if1, tmp_path):
-    """A server that was killed has left its link; the next one is given the same number."""
+    """A killed server has left its link; the next pty has the same number."""
     link = tmp_path / "if1"
     ends = os.openpty()
     link.symlink_to(os.ttyname(ends[1]))

@@ -1,4 +1,4 @@
-"""What hosts do at a port, at any speed, stopped and started: done again at its times it is the same run."""
+"""Acts of hosts at a port, at any speed and with pauses: repeated at their times, they give the same run."""
 
 from itertools import groupby
 
@@ -34,7 +34,7 @@ STEPS = st.one_of(
 
 
 class Noted:
-    """An initialised IF1, and all that can be heard and seen of it, with its times."""
+    """An initialised IF1; its output and its level changes are recorded with their times."""
 
     def __init__(self, line):
         self.bench = Bench()
@@ -54,7 +54,7 @@ class Noted:
 
 
 class Hasty(Loop):
-    """Its clock moves on a little whenever somebody looks at it, as a real one does."""
+    """A loop whose clock advances a little at each read, as a real clock does."""
 
     def time(self):
         self.now_s += 1e-6
@@ -62,7 +62,7 @@ class Hasty(Loop):
 
 
 class Session:
-    """Hosts at its plug, by a clock that is told what time it is; and what is kept of them."""
+    """Hosts at a plug, with a fake wall clock, and the record of their acts."""
 
     def __init__(self, line, speed):
         self.noted, self.loop = Noted(line), Hasty()
@@ -77,7 +77,7 @@ class Session:
             self.kept.append(((self.noted.bench.now, self.pacer.passes), act))
 
     def take(self, what, value):
-        """One step."""
+        """Perform one step of a session."""
         host = self.port.host
         match what:
             case "wait":

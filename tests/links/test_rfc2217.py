@@ -1,4 +1,4 @@
-"""RFC 2217 with the clients that people use: pyserial's and serialx's."""
+"""RFC 2217 with the clients of pyserial and serialx."""
 
 import pytest
 import serial
@@ -16,7 +16,7 @@ USUAL = {"baudrate": 9600, "bytesize": 8, "parity": "N", "stopbits": 2}
 
 @pytest.fixture
 def if1(served):
-    """An IF1 that has been switched on and waits for its baud rate."""
+    """Return an IF1 that waits for its baud rate after power-up."""
     return served.add(initialised=False)
 
 
@@ -55,7 +55,7 @@ def test_pyserial_negotiates_format_lines_and_break(served, if1, url):
 
 
 def test_pyserial_keeps_its_own_format_from_the_beginning(url):
-    """8 bits, even parity, 2 stop bits: the interface receives 8 bits without parity until it is told `U44`."""
+    """8 bits, even parity, 2 stop bits: the interface receives 8 bits without parity before `U44`."""
     with serial.serial_for_url(str(url), 9600, parity="E", stopbits=2, timeout=5) as host:
         host.write(b"(")
         assert host.read(2) == b"U\r"
@@ -87,11 +87,11 @@ def test_serialx_negotiates_format_lines_and_break(served, if1, url):
         assert (if1.serial.host.dtr, if1.serial.host.rts) == (False, True)
 
 
-# Byte by byte, where the clients do not go
+# Byte by byte, for sequences that these clients do not send
 
 
 class Host:
-    """A client that says what it likes."""
+    """A client that sends any bytes."""
 
     def __init__(self, url):
         self.connection = dial(url)
@@ -115,7 +115,7 @@ class Host:
 
 @pytest.fixture
 def ready(served):
-    """An IF1 that is ready for instructions; its RTS is not told, as it moves with every answer."""
+    """Return an initialised IF1; changes of RTS are not reported, as RTS changes with each answer."""
     if1 = served.add()
     with Host(served.open(if1, "rfc2217://127.0.0.1:0")) as host:
         host.say(sub(11, b"\x22"), sub(111, b"\x22") + sub(107, b"\x20"))
@@ -128,7 +128,7 @@ def test_a_client_learns_the_lines_when_it_agrees(served, if1, url):
 
 
 def test_a_client_learns_that_the_device_has_sent(served):
-    """RTS is set to transmit, and is off again afterwards."""
+    """The device sets RTS during transmission."""
     with Host(served.open(served.add(), "rfc2217://127.0.0.1:0")) as host:
         host.say(b"E\r", sub(107, b"\x21") + b"C\r")
 
@@ -153,7 +153,7 @@ def test_a_wrong_parity_of_the_host_is_a_fault_of_the_device(ready):
 
 
 def test_a_wrong_speed_of_the_host_is_told_as_line_errors(served, ready):
-    """The device sends at 9600 baud, and the host listens at 19200: the stop bit is not where it should be."""
+    """The device sends at 9600 baud and the host receives at 19200: the stop bit is in a wrong place."""
     ready.say(sub(10, b"\x08"), sub(110, b"\x08"))
     ready.say(sub(1, (19200).to_bytes(4, "big")), sub(101, (19200).to_bytes(4, "big")))
     if1 = served.bench["if1"]
@@ -165,7 +165,7 @@ def test_hardware_flow_control_waits_for_the_devices_dtr(served, ready):
     if1 = served.bench["if1"]
     served.act(lambda: if1.serial.dtr_line.drive(False))
     ready.say(b"", sub(107, b"\x02"))
-    ready.say(b"E\r", b"C\r")  # without flow control nothing waits
+    ready.say(b"E\r", b"C\r")  # no flow control: characters are not held
     ready.control(3)
     ready.say(b"E\r")
     served.until(lambda: if1.serial.pending == 2)
@@ -219,7 +219,7 @@ def test_a_client_that_goes_leaves_the_lines_on_and_the_format_usual(served, rea
 
 
 def test_a_client_that_asks_and_never_reads_is_not_obeyed_for_ever(served, ready):
-    """Its answers would pile up."""
+    """Otherwise its pending answers would grow without limit."""
     ready.connection.settimeout(0.2)
     with pytest.raises(TimeoutError):
         ready.connection.sendall(sub(7) * 2_000_000)

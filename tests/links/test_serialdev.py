@@ -1,4 +1,4 @@
-"""A serial device on which axistwin is the controller; a pty pair stands for cable and host."""
+"""A serial device on which axistwin is the controller; a pty pair replaces cable and host."""
 
 import os
 import sys
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 
 @pytest.fixture
 def cable():
-    """The host's end of a cable, and the path of the device at the other."""
+    """Return the host's end of a cable, and the path of the device at the other end."""
     host, device = os.openpty()
     tty.setraw(host)
     yield host, os.ttyname(device)

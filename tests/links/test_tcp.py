@@ -1,4 +1,4 @@
-"""Raw TCP: clients that behave, and clients that do not."""
+"""Raw TCP: well-behaved and faulty clients."""
 
 import socket
 import struct
@@ -15,13 +15,13 @@ from .serving import Served, ask, dial, receive
 
 @pytest.fixture
 def port(served):
-    """A port of an IF1 that is ready for instructions."""
+    """Return a port of an initialised IF1."""
     return served.open(served.add())
 
 
 @pytest.fixture
 def neighbour(served):
-    """A client of another controller on the same bench, who must not notice anything."""
+    """A client of another controller on the same bench, which must not be affected."""
     with dial(served.open(served.add())) as connection:
         assert ask(connection) == b"C\r"
         yield connection
@@ -29,7 +29,7 @@ def neighbour(served):
 
 
 def vanish(connection):
-    """As when a program is killed, or its machine restarted: the connection is reset."""
+    """Reset the connection, as when a program is killed or its machine restarted."""
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     connection.close()
 
@@ -111,7 +111,7 @@ def test_a_client_that_has_ended_its_side_still_gets_its_answer(port):
 
 
 def test_a_new_client_starts_with_empty_buffers(served):
-    """What the one before has sent and what has not left yet is forgotten."""
+    """Received and pending characters of the previous client are discarded."""
     if1 = served.add()
     url = served.open(if1)
     served.do(lambda: if1.serial.to_device.cut())
@@ -133,7 +133,7 @@ def test_reset_on_connect_gives_each_client_a_controller_just_switched_on():
                 assert ask(host, b"U61\rE\r") == b"C\r"
 
 
-# Clients that do not behave
+# Faulty clients
 
 
 def test_a_client_that_vanishes_in_the_middle_of_a_message(port, neighbour):
@@ -156,7 +156,7 @@ def test_a_client_that_vanishes_in_the_middle_of_a_character():
 
 
 def test_a_client_that_stalls_loses_characters_and_no_more(served, port, neighbour):
-    """An echo of everything, never read: what waits for the client is bounded."""
+    """The client never reads the echo; the pending characters are bounded."""
     with dial(port) as host:
         host.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         assert ask(host) == b"C\r"
@@ -169,7 +169,7 @@ def test_a_client_that_stalls_loses_characters_and_no_more(served, port, neighbo
 
 
 def test_a_client_that_floods_is_not_read_from_until_there_is_room():
-    """The wire takes some 870 characters a second; what waits for it is bounded."""
+    """The wire transmits about 870 characters per second; the queue is bounded."""
     with Served(speed=10, flow=Flow.NONE) as served:
         if1, quiet = served.add(line=None, initialised=False), served.add()
         url, other = served.open(if1), served.open(quiet)
@@ -179,7 +179,7 @@ def test_a_client_that_floods_is_not_read_from_until_there_is_room():
                 host.sendall(b"E\r" * 5_000_000)
             assert served.do(lambda: if1.serial.pending) < FULL + CHUNK + 1
             assert ask(neighbour) == b"C\r"
-        with dial(url):  # the flood that nobody stands behind any more makes room
+        with dial(url):  # the characters of the disconnected client are sent
             served.until(lambda: served.server._plugs["if1"].client is not None and not if1.serial.pending)
 
 
@@ -200,7 +200,7 @@ def test_clients_that_come_and_go_at_once_leave_nothing_behind(port, neighbour):
 
 
 def test_while_dtr_is_off_the_link_holds_the_host_back(served, port):
-    """Moves fill the buffer behind the first one; nothing is lost."""
+    """Moves fill the buffer during the first move; no character is lost."""
     if1 = served.bench["if1"]
     with dial(port) as host:
         host.sendall(b"X100$\r" * 50)
@@ -209,7 +209,7 @@ def test_while_dtr_is_off_the_link_holds_the_host_back(served, port):
 
 
 def test_a_host_that_is_not_held_back_overruns_the_buffer():
-    """At 9600 baud, with the characters piling up behind a ramp calculation of one second."""
+    """At 9600 baud; characters collect during a ramp calculation of one second."""
     with Served(flow=Flow.NONE) as served:
         if1 = served.add(line=None)
         with dial(served.open(if1)) as host:

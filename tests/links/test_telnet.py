@@ -1,4 +1,4 @@
-"""Which bytes are data and which are commands."""
+"""Separation of data and commands."""
 
 import pytest
 from hypothesis import given
@@ -18,7 +18,7 @@ PIECES = st.lists(
 
 
 def joined(items):
-    """Items with neighbouring data put together."""
+    """Join neighbouring data items."""
     result = []
     for item in items:
         if isinstance(item, bytes) and result and isinstance(result[-1], bytes):
@@ -47,7 +47,7 @@ def test_a_stream_is_taken_apart(data, items):
 
 
 def test_a_subnegotiation_without_end_is_forgotten():
-    """What comes long after it is data again."""
+    """Bytes after `LONGEST` bytes are data again."""
     parser = Parser()
     parser.feed(bytes([IAC, SB]))
     for _ in range(10 * LONGEST):

@@ -1,4 +1,4 @@
-"""Made N of these pulses, then held: what a motion board has not made is corrected in the plant."""
+"""A held step output: pulses that a motion board has not made are subtracted in the plant."""
 
 from axistwin import Bench
 

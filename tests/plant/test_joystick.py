@@ -1,4 +1,4 @@
-"""A joystick at the inputs of a board: what it gives out, and when."""
+"""A joystick at the inputs of a board: its pulses, direction and AT ZERO."""
 
 import pytest
 

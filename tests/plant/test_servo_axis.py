@@ -1,4 +1,4 @@
-"""The axis of a servo motor: what a person sees of it, whoever calculates where the shaft is."""
+"""The axis of a servo motor as the user sees it, with any source of its positions."""
 
 from array import array
 from dataclasses import asdict
@@ -15,7 +15,7 @@ MS = 10**6
 
 
 class Motor:
-    """A source that knows all positions beforehand: at the end of each millisecond the next one."""
+    """A source with a given list of positions: one for each millisecond."""
 
     def __init__(self, axis, positions):
         self.axis, self.positions, self.told, self.calls = axis, list(positions), 0, []
@@ -191,7 +191,7 @@ def test_a_switch_works_when_the_source_says_that_the_window_has_been_left(clock
     plus = UserPin(clock, "C")
     in_series([PositionSwitch(axis, None, 500)], plus, closed=False)
     clock.run_to(2 * MS)
-    assert plus.level is False  # nobody has told yet
+    assert plus.level is False  # not yet published
     axis.left_window()
     assert (plus.level, axis.window_low) == (True, 501)
 

@@ -52,9 +52,9 @@ def test_within_its_curve_it_follows(clock):
 
 
 def test_beyond_the_curve_it_stands_and_loses_whole_teeth(clock):
-    """At 1750 pulses/s the curve gives 0.4 N·m, the load asks for 0.5: the rotor stands for 101 pulses.
+    """At 1750 pulses/s the curve gives 0.4 N·m, and the load needs 0.5: the rotor stops for 101 pulses.
 
-    It falls in again at 400 pulses/s.  101 pulses are 12.6 teeth of 8: it catches at the thirteenth, 104 pulses behind.
+    It falls into step again at 400 pulses/s.  101 pulses are 12.6 teeth of 8: thirteen teeth are lost, 104 pulses.
     """
     axis = axis_with(clock, motor=MOTOR, load=Load(torque=0.5), encoder=EncoderData(4000, 400))
     axis.start(rates((400, 40), (1750, 101), (400, 40)), +1)
@@ -122,7 +122,7 @@ def test_a_jammed_shaft_stands_while_pulses_go_on_also_without_motor_data(clock)
 
 
 def test_a_jammed_shaft_with_motor_data_turns_only_when_it_is_free(clock):
-    """83 pulses are 10.4 teeth: when they are over it still stands, and settles three pulses on when it is let go."""
+    """83 pulses are 10.4 teeth: the rotor does not move; when released, it settles three pulses away."""
     axis = axis_with(clock, motor=MOTOR)
     axis.jam(True)
     axis.start(rates((400, 83)), +1)
@@ -136,7 +136,7 @@ def test_a_jammed_shaft_with_motor_data_turns_only_when_it_is_free(clock):
 
 @pytest.mark.parametrize("direction", [+1, -1])
 def test_single_pulses_do_not_turn_a_jammed_shaft_either(clock, direction):
-    """As a joystick gives them out: 13 of them, which are 1.6 teeth."""
+    """13 single pulses, as from a joystick, are 1.6 teeth."""
     axis = axis_with(clock, motor=MOTOR)
     axis.jam(True)
     for n in range(1, 14):
@@ -174,7 +174,7 @@ def test_halting_ends_the_pulses_at_once(clock):
 
 
 def test_an_encoder_behind_backlash_lags_after_a_reversal(clock):
-    """One count per pulse, play of 5: forwards the load lags by 5; backwards it stands for the first 5 counts."""
+    """One count per pulse, backlash 5: forwards the load lags by 5; backwards it rests for the first 5 counts."""
     axis = axis_with(clock, encoder=EncoderData(400, 400, backlash=5))
     counts = []
     for direction, pulses in ((+1, 20), (-1, 3), (-1, 7), (+1, 4)):
@@ -196,7 +196,7 @@ def test_asking_for_an_encoder_that_is_not_there_says_how_to_add_one(clock):
 
 
 def test_what_the_motor_has_lost_and_whether_it_is_out_of_step(clock):
-    """At 1750 pulses/s it stands for 101 pulses, and catches at the thirteenth tooth of 8: 104 pulses behind."""
+    """At 1750 pulses/s the rotor stops for 101 pulses; thirteen teeth of 8 are lost, 104 pulses."""
     axis = axis_with(clock, motor=MOTOR, load=Load(torque=0.5))
     axis.start(rates((400, 40), (1750, 100), (400, 40)), +1)
     clock.run_to(S // 20)
@@ -229,7 +229,7 @@ def test_a_jammed_shaft_is_out_of_step_while_pulses_go_out(clock):
     ],
 )
 def test_how_many_pulses_are_a_turn(clock, options, per_rev):
-    """The data sheet of the motor says, or that of the encoder; otherwise nobody."""
+    """From the data sheet of the motor or of the encoder; otherwise unknown."""
     assert axis_with(clock, **options).per_rev == per_rev
 
 

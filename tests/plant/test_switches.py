@@ -1,4 +1,4 @@
-"""Switches work on the very pulse that crosses their edge."""
+"""Switches change on the exact pulse that crosses their edge."""
 
 from fractions import Fraction
 

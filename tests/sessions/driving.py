@@ -1,4 +1,4 @@
-"""Sessions in tests: an event loop whose clock passes only when nobody has anything to do, and random sessions."""
+"""Sessions in tests: an event loop with a fake clock, and random sessions."""
 
 import asyncio
 import selectors
@@ -9,11 +9,11 @@ from typing import Any
 from axistwin import Bench, Session, tracing
 
 TURN_S = 1e-6
-"""What a turn of the loop takes at least."""
+"""Shortest duration of a turn of the loop, in seconds."""
 
 
 class _Selector(selectors.DefaultSelector):
-    """Whoever waits finds that it is that much later."""
+    """A selector that advances the fake clock instead of waiting."""
 
     now_s = 0.0
 
@@ -24,7 +24,7 @@ class _Selector(selectors.DefaultSelector):
 
 
 class Loop(asyncio.SelectorEventLoop):
-    """An event loop in which time is what its timers say."""
+    """An event loop with a fake clock: its timers expire at once, in order."""
 
     def __init__(self) -> None:
         self._hurried = _Selector()
@@ -35,22 +35,22 @@ class Loop(asyncio.SelectorEventLoop):
 
 
 def drive(doing: Coroutine[Any, Any, Any]) -> Any:
-    """Run this in such a loop."""
+    """Run a coroutine in a `Loop`."""
     with asyncio.Runner(loop_factory=Loop) as runner:
         return runner.run(doing)
 
 
 async def until(condition: Callable[[], object]) -> None:
-    """Let time pass, a minute at most, until something is so."""
+    """Wait until a condition is true, for a minute of the fake clock at most."""
     for _ in range(6000):
         if condition():
             return
         await asyncio.sleep(0.01)
-    raise AssertionError("it never is")
+    raise AssertionError("the condition is not true within a minute")
 
 
 class Traced:
-    """Traces every bench of a session, each into a file of its own."""
+    """Traces each bench of a session to a separate file."""
 
     def __init__(self, session: Session, directory: Path) -> None:
         self.directory = directory
@@ -68,19 +68,19 @@ class Traced:
         return self.directory / f"{self._count}.csv"
 
     def rows(self) -> list[str]:
-        """Of the present bench, up to now; it is not traced any more."""
+        """End the trace of the present bench, and return its rows."""
         assert self._tracing is not None
         self._tracing.__exit__(None, None, None)
         return rows(self._path)
 
 
 def rows(path: Path) -> list[str]:
-    """Of a trace, without its comments."""
+    """Return the rows of a trace without comments."""
     return [line for line in path.read_text().splitlines() if not line.startswith("#")]
 
 
 def upto(found: list[str], time_ns: int) -> list[str]:
-    """Those that were written by this time."""
+    """Return the header and the rows up to this time."""
     return [found[0], *(row for row in found[1:] if int(row.partition(",")[0]) <= time_ns)]
 
 
@@ -88,7 +88,7 @@ Step = Callable[[Session], Awaitable[None]]
 
 
 async def do_all(session: Session, steps: list[Step]) -> None:
-    """One after the other; then it stands."""
+    """Perform the steps in order, and pause the session."""
     for step in steps:
         await step(session)
     session.pause()

@@ -1,4 +1,4 @@
-"""Something that was planned cannot be done when its time comes: the bench stands there and says why."""
+"""A planned act fails at its time: the session is paused and gives the reason."""
 
 import asyncio
 
@@ -36,7 +36,7 @@ def test_it_stands_there_says_why_and_can_go_on(speed, caplog):
         await asyncio.sleep(2)
         session.pause()
         assert session.seconds >= 3
-        assert pins(session) == [False, True]  # what stood behind it in the same act was left out
+        assert pins(session) == [False, True]  # the later part of the same act was not performed
 
     drive(main())
 

@@ -1,4 +1,4 @@
-"""What has come from outside: kept in few bytes, in moments, and no more than there is room for."""
+"""The journal of external input: compact moments, in limited memory."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""What people wish that cannot be, or not now: it is refused in words, and what can be is kept and repeated."""
+"""Impossible requests are refused with a message; possible requests are recorded and replayed."""
 
 import asyncio
 import shutil
@@ -22,7 +22,7 @@ def two() -> Bench:
 
 
 def run_again(session: Session, directory: Path) -> list[str]:
-    """The rows of the saved scene's trace."""
+    """Run the saved scene, and return the rows of its trace."""
     for name, text in session.save().items():
         (directory / name).write_text(text)
     trace, scene = directory / "again.csv", directory / "scene.toml"

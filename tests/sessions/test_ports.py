@@ -1,4 +1,4 @@
-"""Hosts at real ports of a session: they are recorded, they wait while a run is repeated, and they stay."""
+"""Hosts at real ports of a session: recorded, blocked during a replay, and kept connected."""
 
 import asyncio
 
@@ -22,7 +22,7 @@ def board() -> Bench:
 
 
 async def connected(session, name, scheme="tcp", **serving):
-    """A client at a port of its own."""
+    """Return a client at a new port."""
     url = await session.serve(**serving).open(name, parse(f"{scheme}://127.0.0.1:0"))
     host, _, port = url.address.rpartition(":")
     return await asyncio.open_connection(host, int(port))
@@ -34,7 +34,7 @@ async def ask(reader, writer, question, end=b"\r"):
 
 
 async def settled():
-    """Whatever is on its way in this machine has come."""
+    """Wait until all data in transit on this machine have been received."""
     for _ in range(50):
         await asyncio.sleep(0)
 

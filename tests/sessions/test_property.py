@@ -1,6 +1,6 @@
-"""Whatever is done to a bench, and at whatever pace: going back to any moment gives the same trace, byte by byte.
+"""After random acts at random speeds, going back to any time gives the same trace, byte by byte.
 
-So does the scene that is saved, run by `axistwin run`.
+A run of the saved scene with `axistwin run` gives the same trace, too.
 """
 
 import asyncio
@@ -81,13 +81,13 @@ DONE = {
 
 
 async def wait(seconds: float, session: Session) -> None:
-    """So much of the wall clock's time."""
+    """Wait for a time of the wall clock."""
     session.run()
     await asyncio.sleep(seconds)
 
 
 async def hurry(turns: int, session: Session) -> None:
-    """As fast as it goes."""
+    """Run at full speed for a time."""
     before, session.speed = session.speed, None
     session.run()
     for _ in range(turns):
@@ -100,7 +100,7 @@ async def say(name: str, data: bytes, session: Session) -> None:
 
 
 async def do(name: str, act: tuple[str, str], session: Session) -> None:
-    with suppress(AxistwinError):  # such as a fault that is to be mended, or another of its name
+    with suppress(AxistwinError):  # e.g. a fault to be mended that does not exist, or a second fault of the same name
         session.do(name, *act)
 
 
@@ -117,7 +117,7 @@ async def speed(times: float, session: Session) -> None:
 
 
 async def by_a_host(name: str, data: bytes, session: Session) -> None:
-    """As a client of a port does it."""
+    """Perform an act as a client of a port."""
     session.pacer.sync()
     if name in session.bench.ports:
         session.input.serial(name).write(data)
@@ -148,7 +148,7 @@ def steps(names: tuple[str, ...]):
 
 
 async def ready(names: tuple[str, ...], session: Session) -> None:
-    """Those who have to be told first have been."""
+    """Initialise the controllers that need it."""
     session.speed = 100.0
     await wait(0.015, session)
     if "if1" in names:

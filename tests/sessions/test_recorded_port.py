@@ -1,4 +1,4 @@
-"""Ports for hosts in a session: acts are recorded before they are performed, and can be performed again."""
+"""Ports for hosts in a session: acts are recorded before they are performed, and can be repeated."""
 
 import pytest
 from hypothesis import given, settings
@@ -95,7 +95,7 @@ def device():
 @pytest.mark.parametrize(
     ("act", "state"),
     [
-        (Write(b"ab"), lambda port: port.pending == 1),  # one of two is on the wire
+        (Write(b"ab"), lambda port: port.pending == 1),  # the first of two characters is on the wire
         (SendBreak(0.002), lambda port: port.pending == 0),
         (Hold(True), lambda port: port.held),
         (SetFlow(Flow.DTR), lambda port: port.flow is Flow.DTR),

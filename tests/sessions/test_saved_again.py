@@ -1,4 +1,4 @@
-"""Scenes that have hosts and programs of their own, such as saved ones: they are gone on with, and saved again."""
+"""Scenes with hosts and programs, such as saved sessions: continued and saved again."""
 
 import asyncio
 from pathlib import Path
@@ -107,7 +107,7 @@ def test_a_board_has_one_host_also_when_people_go_on_where_a_saved_one_has_ended
         traced = Traced(session, tmp_path)
         await wait(session, 2)
         for act in (("write", "0 84"), ("write", "1 10")):
-            session.do("1811", *act)  # by hand: nobody takes the message
+            session.do("1811", *act)  # direct access to the registers: the message is not read
         await wait(session, 0.5)
         assert session.bench["1811"].bus.status & MESSAGE_READY
         save(session, tmp_path / "twice")

@@ -1,4 +1,4 @@
-"""A session is saved as a scene that repeats it: beside the scene's own text, or of a bare model."""
+"""A session is saved as a scene that repeats the session: from a scene, or from a single model."""
 
 import asyncio
 from pathlib import Path
@@ -41,7 +41,7 @@ async def session_of(scene: Scene, **options) -> Session:
 
 
 def run_again(directory: Path, files: dict[str, str], end_ns: int) -> list[str]:
-    """The rows of its trace."""
+    """Run the saved scene, and return the rows of its trace."""
     for name, text in files.items():
         path = directory / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -272,7 +272,7 @@ def watch(bench, order):
 
 
 def test_programs_from_elsewhere_that_a_scene_loads_come_along(tmp_path):
-    """By its script, and by a conversation of one of its hosts; another of the same name stays what it is."""
+    """Programs loaded by the script and by a host's conversation; another program of the same name is not replaced."""
     for place, far in (("here", 100), ("elsewhere", 250)):
         (tmp_path / place).mkdir()
         (tmp_path / place / "x.if1").write_text(f"X{far}$\n")

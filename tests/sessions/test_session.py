@@ -1,4 +1,4 @@
-"""A session is driven: run, paused, stepped, stopped by breaks, taken back in time and into another future."""
+"""A session is run, paused, stepped, stopped by breakpoints, taken back in time and continued differently."""
 
 import asyncio
 import json
@@ -30,7 +30,7 @@ def motor() -> Bench:
 
 
 async def ready() -> Session:
-    """One with an IF1 that hears more."""
+    """Return a session with an initialised IF1."""
     session = Session(if1, 1.0)
     session.run()
     await asyncio.sleep(1.5)
@@ -171,7 +171,7 @@ def test_who_is_on_the_way_may_give_up_and_stands_where_he_has_come_to(monkeypat
         monkeypatch.undo()
         await session.go_to(end_s)
         assert (session.seconds, position(session)) == (end_s, 0)
-        session.give_up()  # there is nothing to give up
+        session.give_up()  # no step or go_to is active
         assert await session.step("event") is False
 
     drive(main())
@@ -409,6 +409,23 @@ def test_a_source_is_loaded_into_a_motor_in_the_middle_of_a_motion_and_run():
         await session.go_to(0.1)
         await session.go_to(session.recorded_seconds)
         assert session.bench["motor"].registers["Ra"].read() == 2
+
+    drive(main())
+
+
+def test_an_act_that_fails_half_way_leaves_the_pacer_awake(monkeypatch):
+    async def main():
+        session = Session(motor, None)
+        session.run()
+
+        def fail() -> None:
+            session.bench.clock.call_later(MS, lambda: None)
+            raise UsageError("half-way")
+
+        monkeypatch.setattr(session.input.runner, "prepare", lambda act: fail)
+        with pytest.raises(UsageError, match="half-way"):
+            session.do("motor", "load", "long.sms")
+        await until(lambda: session.bench.clock.quiet)
 
     drive(main())
 

@@ -1,4 +1,5 @@
-"""A plain receiver: all that has ever been put on a wire, read bit by bit in exact fractions of a nanosecond.
+"""A simple reference receiver: it stores all signals of a wire and reads them bit by bit, in exact fractions of a
+nanosecond.
 
 It is slow and simple; `axistwin.sim.serial` must give the same characters at the same nanoseconds.
 """
@@ -19,7 +20,7 @@ class Sent:
     own: bool = False
 
     def spaces(self, cut_ns=None):
-        """Each maximal run of low bits: from when until when."""
+        """Return the begin and end of each maximal run of low bits."""
         bounds, begin = [], None
         for bit, level in enumerate((*self.levels, True)):
             time = self.start_ns + bit * self.bit_ns
@@ -34,7 +35,7 @@ class Sent:
 
 
 def character(start_ns, fmt, byte, *, flipped=0, own=False):
-    """A character in this format; `flipped` data bits are disturbed on the way."""
+    """Return the signal of a character in this format; `flipped` data bits are inverted."""
     bits = [byte >> bit & 1 for bit in range(fmt.bytesize)]
     parity = {"N": [], "M": [1], "S": [0], "E": [sum(bits) % 2], "O": [1 - sum(bits) % 2]}[fmt.parity]
     seen = [bit ^ (flipped >> number & 1) for number, bit in enumerate(bits)]
@@ -43,7 +44,7 @@ def character(start_ns, fmt, byte, *, flipped=0, own=False):
 
 
 def held(start_ns, duration_ns, *, own=False):
-    """Space for so long."""
+    """Return a signal that is space for a duration."""
     return Sent(start_ns, (False,), Fraction(duration_ns), own)
 
 
@@ -77,7 +78,7 @@ def receive(sent, fmt, cut_ns=None, *, resynchronises=False):
 
 
 def decode(levels, fmt):
-    """The character and what is wrong with it."""
+    """Return the character and its line errors."""
     bits = levels[1 : 1 + fmt.bytesize]
     errors, ones = LineError.NONE, sum(bits)
     right = {"E": ones % 2 == 1, "O": ones % 2 == 0, "M": True, "S": False}

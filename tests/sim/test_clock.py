@@ -91,7 +91,7 @@ def test_an_onlooker_looks_when_a_nanosecond_is_over_in_which_something_happened
 
 
 class Busy:
-    """A clock on which procedures wake up, do something and set others off, and what happens is written down."""
+    """A clock with procedures that schedule further events at random; all events are recorded."""
 
     def __init__(self, plans):
         self.clock, self.log, self._left = Clock(), [], 60
@@ -104,7 +104,7 @@ class Busy:
             self.note(number)
 
     def note(self, what):
-        """It happens; at once something else is set off, as long as there is not too much of it."""
+        """Record an event, and schedule another event, up to a limit."""
         self.log.append((self.clock.now, what))
         self._left -= 1
         if self._left > 0 and len(self.log) % 3 == 0:
@@ -181,7 +181,7 @@ def test_taken_back_when_it_has_been_done_it_has_been_done():
 
 
 def interrupted(clock, log, again=lambda: None):
-    """A procedure that waits, and tells of interrupts."""
+    """A procedure that waits, and records interrupts."""
     try:
         while True:
             try:

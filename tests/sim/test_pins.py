@@ -1,4 +1,4 @@
-"""Pins, what is connected to them, and who forces them."""
+"""Pins, connected parts, test leads and defects."""
 
 import pytest
 
@@ -95,7 +95,7 @@ def test_a_wire_may_be_slow(clock):
 
 
 def test_a_watched_flashing_pin_alone_leaves_the_clock_quiet(clock):
-    """Else a bench that runs as fast as it can would do nothing but flash."""
+    """Otherwise a bench at full speed would never become idle."""
     pin = Pin(clock, "led")
     assert clock.quiet
     pin.subscribe(lambda pin: None)

@@ -1,4 +1,4 @@
-"""Who is told that a line of a program begins."""
+"""Subscriptions to the beginning of program lines."""
 
 from axistwin.sim import Progress
 

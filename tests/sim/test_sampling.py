@@ -1,4 +1,4 @@
-"""Sampling a wire: the same as a plain reference finds, and for a constant amount of work per character."""
+"""Sampling a wire: the same results as a simple reference, at a constant cost per character."""
 
 import pytest
 from hypothesis import given, settings
@@ -21,7 +21,7 @@ TIMES = st.integers(0, 20_000_000)
 
 
 class Receiver:
-    """An end that writes down what it receives, and when."""
+    """A receiver that records its characters and their times."""
 
     def __init__(self, clock, fmt):
         self.clock, self.found = clock, []
@@ -29,7 +29,7 @@ class Receiver:
 
 
 def on_the_wire(start_ns, fmt, items, *, own=False):
-    """What a sender in this format puts on a wire, one after the other without gaps, and when the last is over."""
+    """Return the signals of characters without gaps, and the end of the last character."""
     sent = []
     for item in items:
         if isinstance(item, Break):
@@ -42,7 +42,7 @@ def on_the_wire(start_ns, fmt, items, *, own=False):
 
 
 def send(uart, items):
-    """The same through a UART."""
+    """Send the characters through a UART."""
     uart.queue.extend(items)
     uart.pump()
 
@@ -84,7 +84,7 @@ def test_a_sender_that_changes_its_format_between_characters(parts, fmt):
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(FORMATS, TIMES, ITEMS), min_size=2, max_size=4), FORMATS)
 def test_any_number_of_senders_that_talk_at_once_on_one_pair(senders, fmt):
-    """The receiver's own transmitter is the first of them."""
+    """The first sender is the receiver's own transmitter."""
     clock, sent = Clock(), []
     receiver = Receiver(clock, fmt)
     ends = [receiver.uart, *(Uart(clock, sender) for sender, _, _ in senders[1:])]
@@ -126,7 +126,7 @@ def test_characters_whose_bits_are_flipped_on_the_way(sender, fmt, data, mask):
 @settings(max_examples=60, deadline=None)
 @given(FORMATS, FORMATS, CHARACTERS, TIMES, st.integers(1, 10**7))
 def test_a_wire_that_is_held_at_space_whatever_is_sent(sender, fmt, data, start_ns, duration_ns):
-    """The receiver sees space as long as the short lasts, also when it has found nothing new there for a while."""
+    """The receiver reads space until the short ends, even long after the last character."""
     clock = Clock()
     first, second = Uart(clock, sender), Receiver(clock, fmt)
     join(first, second.uart)

@@ -1,4 +1,4 @@
-"""Characters on the wire: times, formats, and what a receiver makes of a format that is not its own."""
+"""Characters on the wire: times, formats, and results of a receiver in another format."""
 
 from fractions import Fraction
 
@@ -20,7 +20,7 @@ FORMATS = st.builds(
 
 
 class Wire:
-    """Two ends and what the second one receives."""
+    """Two connected ends, and the characters that the second end receives."""
 
     def __init__(self, sender="9600 8N1", receiver="9600 8N1", instant=False):
         self.clock = Clock()

@@ -1,4 +1,4 @@
-"""The host's end of a serial line: what holds its characters back."""
+"""The host's end of a serial line: flow control."""
 
 import pytest
 
@@ -12,7 +12,7 @@ MS = 10**6
 
 
 class Device:
-    """Something with a UART and a DTR, and what it has heard; the host's end of its line is `port`."""
+    """A device with a UART and a DTR line, and its received characters; `port` is the host's end."""
 
     def __init__(self, instant=False):
         self.clock, self.heard, self.times = Clock(), b"", []
@@ -25,7 +25,7 @@ class Device:
         self.times.append((self.clock.now, errors))
 
     def run(self, frames):
-        """Let so many characters pass, and a little more."""
+        """Advance by the duration of a number of characters, and a little more."""
         self.clock.run_to(self.clock.now + frames * FRAME + FRAME // 10)
         return self.heard
 

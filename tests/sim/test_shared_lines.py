@@ -1,4 +1,4 @@
-"""Daisy chains and shared pairs: who hears whom, when, and what becomes of two that talk at once."""
+"""Daisy chains and shared pairs: receivers, times, and simultaneous senders."""
 
 from itertools import product
 
@@ -12,7 +12,7 @@ MS = 10**6
 
 
 class Device:
-    """Something with a UART: what it hears, and when; perhaps it echoes."""
+    """A device with a UART that records its characters and their times, with an optional echo."""
 
     def __init__(self, clock, echo=False, fmt=FORMAT):
         self.clock, self.echo, self.heard = clock, echo, []
@@ -56,7 +56,7 @@ def test_a_device_in_a_chain_that_does_not_echo_hides_the_others(clock):
     port.write(b"R")
     clock.run_to(100 * MS)
     assert (first.bytes, second.bytes, port.read()) == (b"R", b"", b"")
-    first.uart.send(b"x")  # it reaches the second one, whose echo reaches the host
+    first.uart.send(b"x")  # the character reaches the second device, whose echo reaches the host
     clock.run_to(200 * MS)
     assert (second.bytes, port.read()) == (b"x", b"x")
 

@@ -15,7 +15,7 @@ from axistwin.terminal.editor import LineEditor, Words, history, meaning_of
 
 
 def typed(keys: str) -> tuple[list[bytes | None], bool]:
-    """Return the lines of a person with these keys, and True if the person has interrupted."""
+    """Return the lines read for these keys, and True if the input was interrupted."""
 
     async def read() -> tuple[list[bytes | None], bool]:
         lines: asyncio.Queue = asyncio.Queue()

@@ -119,7 +119,7 @@ def test_parquet_in_many_groups(tmp_path, traces, monkeypatch, rows):
 
 
 def test_without_pyarrow_there_is_no_parquet(tmp_path, monkeypatch):
-    monkeypatch.setattr("axistwin.traces.parquet.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(UsageError, match=r'needs pyarrow: pip install "pyarrow.*", or in a clone .*"\.\[traces\]"'):
         tracing(workshop(), tmp_path / "a.parquet")
 

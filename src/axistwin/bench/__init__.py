@@ -1,4 +1,4 @@
-"""The bench, and the names by which its parts are reached, controlled and observed."""
+"""The bench, with functions to control and observe its parts by name."""
 
 from axistwin.bench.acts import Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.bench import Bench

@@ -1,4 +1,4 @@
-"""Performs the actions of a conversation on a bench: data from a host, and actions of persons after `!`.
+"""Performs the actions of a conversation on a bench: data from a host, and manual actions (`!`).
 
 On a bus, `>` sends whole commands through an attendant: a host that does the handshakes and takes the messages.  The
 attendant stops when the registers are accessed directly (`! write 0 33 00`), as a board has one host at a time.
@@ -11,7 +11,7 @@ from axistwin.bench.actions import BUS_ACTS, act_at
 from axistwin.bench.acts import Do, Say
 from axistwin.bench.bench import Bench
 from axistwin.errors import UsageError
-from axistwin.sim.by_hand import by_itself
+from axistwin.sim.manual_actions import by_itself
 
 LOAD = "load"
 Load = Callable[[str, str], Callable[[], object]]
@@ -30,7 +30,7 @@ class ActionRunner:
         self.bench, self._load, self._own = bench, load, own
 
     def prepare(self, act: Say | Do) -> Callable[[], object]:
-        """Return a function that performs the action; errors are found now.  Raises AxistwinError."""
+        """Check an action, and return a function that performs it.  Raises AxistwinError for an invalid action."""
         do = self._prepared(act)
         return partial(self._do_by_itself, do) if self._own else do
 

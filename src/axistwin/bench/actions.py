@@ -1,5 +1,5 @@
-"""Actions on a controller, and queries of its values, by the names of conversations.  Actions and queries concern
-pins, axes and the host's end of a line, which one controller or several motors use.  A SmartMotor also has voltages,
+"""Actions on a controller, and queries of its values, by the names of conversations.  They apply to pins, axes and the
+host's end of a serial line.  A SmartMotor also has voltages,
 an ambient temperature and an external encoder (`master`).
 """
 
@@ -18,8 +18,8 @@ from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shorte
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.sim.by_hand import MOST_COUNTS
 from axistwin.sim.frames import UartFormat
+from axistwin.sim.manual_actions import MOST_COUNTS
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import (
@@ -155,7 +155,7 @@ def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, st
 
 
 def _exact(value: float) -> str:
-    """Return a number without an exponent."""
+    """Return a number as exact text without an exponent."""
     return f"{Decimal(repr(value)):f}"
 
 
@@ -231,7 +231,7 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """Return the action `master on table.X times 3/2`: the encoder is mounted on an axis."""
+    """Return the action that mounts the external encoder on an axis: `master on table.X times 3/2`."""
     assert controller.bench is not None, "a controller that is talked to stands on a bench"
     name, _, axis = sits["axis"].rpartition(".")
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
@@ -341,7 +341,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # more digits than any value
+    with localcontext(prec=3 * MOST_CHARACTERS):  # has more digits than any real value
         return round(Decimal(value), _decimals(number)) == number
 
 

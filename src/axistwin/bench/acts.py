@@ -34,14 +34,14 @@ class Say(Act):
 
 @dataclass(frozen=True)
 class Hear(Act):
-    """The host receives data.  No data: the host has received nothing beyond the earlier lines."""
+    """The host receives data.  Without data: the host has received no data since the earlier lines."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Do(Act):
-    """A person's action at the machine: drive or release a pin, switch the power."""
+    """A manual action: drive or release a pin, switch the power."""
 
     target: str
     value: str

@@ -1,4 +1,4 @@
-"""A bench: controllers and machines with a clock of their own; seconds at its interface, nanoseconds inside."""
+"""A bench: controllers and machines on one clock; times are seconds at the interface, nanoseconds inside."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class Bench:
         self.origin: dict[str, str] = {}
         """Origin of the bench: `scene` (its name and hash), `seed`."""
         self.agenda_ns = 0
-        """Time until which planned actions follow, such as a scene's script."""
+        """Time of the last planned action, e.g. of a scene's script."""
         self.attendants: dict[str, BusHost] = {}
         """Hosts that send whole commands to boards on a bus, by board name; each board has at most one."""
         self.senders: dict[str, Process] = {}
@@ -146,8 +146,8 @@ class Bench:
         """Add a controller to the bench, just switched on.
 
         `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
-        format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of moves per axis to
-        remember (of a servo, ten samples with motion for each).  An axis name takes that axis's options (`limits`,
+        format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of stored moves per axis
+        (for a servo, ten samples with motion per move).  An axis name takes that axis's options (`limits`,
         `home`, `encoder`, `motor`, `load`); all other keywords are options of the model.
         """
         made = product(model)
@@ -180,7 +180,7 @@ class Bench:
         return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
 
     def rs485(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """Return the host's end of an RS485 line: one pair of wires, on which every end receives what all others send.
+        """Return the host's end of an RS485 line: one pair of wires, on which each end receives the data of all others.
 
         Two simultaneous senders garble each other's characters.  The line replaces the motors' own `rs485` ports.
         """

@@ -1,4 +1,4 @@
-r"""Codecs: the text form of data, for people.
+r"""Codecs: convert data to readable text and back.
 
 Characters on a serial line: printable text, and `\r
 \\ \xNN` for the rest.  Commands and messages on a bus: hex.
@@ -17,7 +17,7 @@ _SHOWN = [chr(byte) if 0x20 <= byte < 0x7F else f"\\x{byte:02X}" for byte in ran
 _SHOWN[ord("\r")], _SHOWN[ord("\n")], _SHOWN[ord("\\")] = r"\r", r"\n", r"\\"
 _BLANK = r"\x20"
 _MEANT = {"r": b"\r", "n": b"\n", "\\": b"\\"}
-_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character of checked text
+_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character or one escape sequence of a checked text
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL)
 
 

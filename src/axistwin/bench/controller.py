@@ -1,4 +1,4 @@
-"""A controller on a bench, as a user reaches it: ports, pins, axes, registers, programs and its power switch."""
+"""The user's interface to a controller on a bench: ports, pins, axes, registers, programs and power."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +12,7 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.sim.by_hand import ByHand
+from axistwin.sim.manual_actions import ManualAct, ManualActions
 from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Controller:
-    """A controller on a bench, with its plug, its terminals and its axes."""
+    """A controller on a bench, with its ports, pins and axes."""
 
     def __init__(
         self, name: str, made: Product, device: Device, axes: Mapping[str, Axis], plug: Plug | None = None
@@ -36,10 +36,10 @@ class Controller:
         self.bench: Bench | None = None
         self._device, self._plug = device, plug
         self._clock = next(iter(self.pins.values())).clock
-        self.by_hand = ByHand(self._clock)
+        self.manual_actions = ManualActions(self._clock)
         """Reports a person's actions: `power`."""
         self.powered = False
-        self._turns: deque[bool] = deque()  # turns of the power switch in progress, in order
+        self._turns: deque[bool] = deque()  # requested positions of the power switch, in order
         self.given: Mapping[str, Any] = {}
         """The options given to `Bench.add`, except those about the storage of its state."""
         self.store: MemoryStore | FileStore = MemoryStore()
@@ -90,7 +90,7 @@ class Controller:
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Serial ports of the controller itself, by name; the second channel only once it has been used."""
+        """The controller's own serial ports, by name; the second channel is included after its first use."""
         found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
         if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
             found[f"{self.name}.rs485"] = self._second
@@ -108,7 +108,7 @@ class Controller:
 
     @cached_property
     def joystick(self) -> Joystick:
-        """The joystick connected to it.  Raises UsageError if it has no joystick input."""
+        """The joystick at the controller.  Raises UsageError if the controller has no joystick input."""
         if self.product.joystick is None:
             raise UsageError(f"{self.name} has no joystick input")
         return Joystick(self._clock, self.pins, self.product.joystick)
@@ -119,10 +119,10 @@ class Controller:
         return self._abilities.registers()
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
-        """Call `follower` with all changes of these registers, also when the controller computes ahead of the clock.
+        """Call `follower` with all changes of these registers, even if the controller computes ahead of the clock.
 
-        Changes may be reported with delay.  Return an unsubscribe function; None: the registers change only at
-        events, when they can be read.
+        Changes may be reported with delay.  Return an unsubscribe function; or None if the registers change only at
+        events, so that the caller can read them there.
         """
         follow = self._abilities.follow
         return None if follow is None else follow(names, follower)
@@ -133,7 +133,7 @@ class Controller:
         return self._abilities.assign is not None
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable or gain by name, in no time and without its host: `motor.assign("KP", 100)`.
+        """Set a variable or gain by name, in no virtual time and without a host: `motor.assign("KP", 100)`.
 
         Raises UsageError if the controller has no such variable.
         """
@@ -170,7 +170,9 @@ class Controller:
 
     @property
     def hint(self) -> str:
-        """A status hint: why the controller does not move, and the remedy, in one line; empty if nothing is wrong."""
+        """A status hint in one line: the reason why the controller does not move, and the remedy; empty without a
+        problem.
+        """
         return self._abilities.hint()
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
@@ -183,12 +185,12 @@ class Controller:
         return self._abilities.busy()
 
     def power(self, on: bool) -> None:
-        """Switch the power on or off.  The same data persist as in the real device.
+        """Switch the power on or off.  The data that the real device keeps without power are kept.
 
         If one of the controller's own procedures switches the power (by an edge that has subscribers), the power
         changes when the procedure next yields, in the same nanosecond.
         """
-        self.by_hand.report("power", on)
+        self.manual_actions.report(ManualAct.POWER, on)
         clock = self._clock
         if clock.active_process in self._abilities.procedures():
             clock.soon(partial(self._switch, on))
@@ -201,7 +203,7 @@ class Controller:
         self.power(True)
 
     def _switch(self, on: bool) -> None:
-        """Switch the power.  If subscribers switch the power again meanwhile, that change follows after this one."""
+        """Switch the power.  If a subscriber switches the power during this call, that change is made afterwards."""
         self._turns.append(on)
         if len(self._turns) > 1:
             return

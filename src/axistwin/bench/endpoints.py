@@ -14,7 +14,7 @@ def names(bench: Bench) -> list[str]:
 
 
 def at_a_bus(bench: Bench, name: str) -> bool:
-    """True if the endpoint is a board on a bus, with whole commands and messages instead of characters."""
+    """True if the endpoint is a board on a bus, which transfers whole commands and messages instead of characters."""
     return name in bench.controllers and on_a_bus(bench[name])
 
 
@@ -24,5 +24,5 @@ def codec_at(bench: Bench, name: str) -> Codec:
 
 
 def several(bench: Bench) -> bool:
-    """True if endpoints must be named, because there is more than one."""
+    """True if the bench has several endpoints; conversations must then name the endpoint."""
     return len(names(bench)) > 1 or len(bench.controllers) > 1

@@ -18,6 +18,7 @@ from axistwin.fault_injection.injector import Fault
 from axistwin.fault_injection.sentences import write as written
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.frames import LineError
+from axistwin.sim.manual_actions import ManualAct
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import SerialPort
@@ -145,7 +146,7 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
         sink(ManualAction(bench.now, controller.name, name, lead_value(pin)))
 
     def at_axis(name: str, act: str, *values: float) -> None:
-        handled(act if act == "ambient" else f"{name}.{act}", *values)
+        handled(act if act == ManualAct.AMBIENT else f"{name}.{act}", *values)
 
     def at_master(target: str, what: Any, how: Any) -> None:
         if isinstance(how, Fraction):
@@ -156,13 +157,13 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
 
     for name, pin in controller.pins.items():
         stack.callback(pin.subscribe_lead(partial(led, name, pin)))
-    stack.callback(controller.by_hand.subscribe(handled))
+    stack.callback(controller.manual_actions.subscribe(handled))
     if controller.product.joystick is not None:
-        stack.callback(controller.joystick.by_hand.subscribe(handled))
+        stack.callback(controller.joystick.manual_actions.subscribe(handled))
     for name, axis in controller.axes.items():
-        stack.callback(axis.by_hand.subscribe(partial(at_axis, name)))
+        stack.callback(axis.manual_actions.subscribe(partial(at_axis, name)))
         if isinstance(axis, ServoAxis):
-            stack.callback(axis.master.by_hand.subscribe(at_master))
+            stack.callback(axis.master.manual_actions.subscribe(at_master))
 
 
 def _name_of(bench: Bench, axis: object) -> str:

@@ -1,4 +1,4 @@
-"""What a bench fits to a controller: plugs and position switches."""
+"""Parts that a bench connects to a controller: serial plugs and position switches."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

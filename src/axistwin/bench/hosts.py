@@ -1,4 +1,4 @@
-"""A host at the other end of a controller's port, of either kind: it sends data and receives data.
+"""A host at a controller's serial port or bus: it sends and receives data.
 
 To observe the data of other hosts, use `bench/events.py`.
 """
@@ -42,7 +42,7 @@ def _at_port(port: SerialPort) -> Host:
 
 @contextmanager
 def host_of(controller: Controller) -> Iterator[Host]:
-    """Yield a host for this controller.  On a bus the host serves the registers until the context ends."""
+    """Yield a host for this controller, for use in a `with` block.  On a bus, the host serves the registers."""
     attend = controller.product.attend
     if attend is None:
         yield _at_port(controller.serial)

@@ -1,4 +1,4 @@
-"""The models that a bench can have, and their options."""
+"""The models of controllers, and their options."""
 
 from collections.abc import Mapping
 from dataclasses import fields

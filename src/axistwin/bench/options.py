@@ -11,7 +11,7 @@ OWN = {
     "name": "a controller is named after its model; use a scene for other names",
     "state": "use --state",
 }
-"""Options that a command line sets in another way."""
+"""Options that the command line sets with options of their own; value: the message to the user."""
 
 
 def read_options(options: Iterable[str]) -> dict[str, Any]:

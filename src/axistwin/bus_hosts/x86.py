@@ -9,15 +9,14 @@ Unicorn is an optional extra: `pip install ".[x86]"` in a clone, or `pip install
 from collections.abc import Mapping
 
 from axistwin.bench import Bench, Controller
-from axistwin.errors import MissingExtraError
+from axistwin.errors import require
 from axistwin.sim.registers import NOBODY_DRIVES, RegisterPort
 from axistwin.units import US, to_ns
 
-try:
-    from unicorn import UC_ARCH_X86, UC_HOOK_CODE, UC_HOOK_INSN, UC_HOOK_INTR, UC_MODE_16, Uc
-    from unicorn import x86_const as x86
-except ImportError:  # the error names the extra to install
-    raise MissingExtraError("unicorn", "x86") from None
+require("unicorn", "x86")
+
+from unicorn import UC_ARCH_X86, UC_HOOK_CODE, UC_HOOK_INSN, UC_HOOK_INTR, UC_MODE_16, Uc  # noqa: E402  # after the check
+from unicorn import x86_const as x86  # noqa: E402  # after the check
 
 MEMORY = 0x10_0000
 """Address space of an 8086 in bytes."""
@@ -89,7 +88,7 @@ class Computer:
 
     @property
     def stopped(self) -> bool:
-        """True if the processor has halted with interrupts disabled, which nothing can end."""
+        """True if the processor has halted for ever, with interrupts disabled."""
         return self._halted and not self.interruptible
 
     # Running
@@ -119,7 +118,7 @@ class Computer:
         if self._requested:
             self._stop_ns = self._time_ns + 1
         begin = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
-        self._uc.emu_start(begin, MEMORY)  # the hooks stop the processor
+        self._uc.emu_start(begin, MEMORY)  # a hook stops the processor
         self._halted = self._has_just_halted()
         self._catch_up()
 
@@ -129,7 +128,7 @@ class Computer:
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 
     def _sleep(self, end_ns: int) -> None:
-        """Advance to the next event while the processor is halted."""
+        """Advance virtual time to the next event: the processor is halted."""
         due_ns = self.bench.clock.next_event_ns()
         self._time_ns = end_ns if due_ns is None else min(end_ns, max(due_ns, self._time_ns))
         self._catch_up()
@@ -140,7 +139,7 @@ class Computer:
             self.bench.clock.run_to(self._time_ns)
 
     def _interrupt(self, number: int) -> None:
-        """Take an interrupt: push flags, CS and IP, disable interrupts, and load CS and IP from the vector."""
+        """Execute an interrupt: push flags, CS and IP, disable interrupts, and load CS and IP from the vector."""
         flags = self._uc.reg_read(x86.UC_X86_REG_EFLAGS) & 0xFFFF
         for value in (flags, self._uc.reg_read(x86.UC_X86_REG_CS), self._uc.reg_read(x86.UC_X86_REG_IP)):
             self._push(value)

@@ -31,7 +31,7 @@ class Command:
 
     @property
     def module(self) -> str:
-        """Name of its module, and of its function there."""
+        """Name of the command's module, and of its function in that module."""
         return self.name.replace("-", "_")
 
     def load(self) -> click.Command:
@@ -100,13 +100,13 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Return the commands that begin so, without importing them."""
+        """Return the commands that begin with the typed text, without importing the commands."""
         found = [command for command in COMMANDS.values() if command.name.startswith(incomplete)]
         options = super(click.Group, self).shell_complete(ctx, incomplete) if incomplete.startswith("-") else []
         return [CompletionItem(command.name, help=command.summary) for command in found] + options
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
-        """Write the commands of each group without importing them."""
+        """Write the commands of each group without importing the commands."""
         width = max(map(len, COMMANDS))
         formatter.write_paragraph()
         formatter.write_heading("Commands")
@@ -178,7 +178,9 @@ def _print_error(message: str, code: int, place: PlacedError | None = None) -> N
 
 
 def _prepare_output() -> None:
-    """Write every character: a pipe on Windows gets UTF-8, and another encoding a `?` for what it has not."""
+    """Set the encoding of the output: UTF-8 for a pipe on Windows; otherwise `?` replaces characters that the encoding
+    lacks.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and stream.encoding.lower() != "utf-8":
             piped = sys.platform == "win32" and not stream.isatty()

@@ -23,7 +23,7 @@ from axistwin.sim.pins import Pin
 from axistwin.units import MS, S, to_ns, to_seconds
 
 PATIENCE_S = 2.0
-"""Time by which the twin may answer later than the hardware, if the caller gives no other."""
+"""Default of the accepted delay of the twin relative to the hardware."""
 TERMINATORS = (b"\r", b"\n")
 LINES = ("dtr", "rts")
 
@@ -33,7 +33,7 @@ class Compared:
     """One act of the controller.  Times count from the host's last act; None: unknown, or the act did not happen."""
 
     line: int
-    """Line number in the file; 0: only the twin did this act, it is not in the file."""
+    """Line number in the file; 0 for an act of the twin that is not in the file."""
     after: str
     """The last act of the host, as a line of the conversation."""
     expected: str
@@ -62,12 +62,12 @@ class Comparison:
 
     @property
     def different(self) -> tuple[Compared, ...]:
-        """The acts that differ."""
+        """Acts in which twin and hardware differ."""
         return tuple(act for act in self.acts if not act.same)
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Delays of the twin with the acts they belong to, smallest first."""
+        """Pairs of the twin's delay and its act, smallest delay first."""
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
     @property
@@ -78,7 +78,7 @@ class Comparison:
 
     @property
     def worst(self) -> Compared | None:
-        """The act whose time differs most."""
+        """The act with the largest difference in time."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 
@@ -100,8 +100,8 @@ def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIEN
 def recorded_times(acts: Iterable[Act]) -> Iterator[int | None]:
     """Yield the recorded end time of each act; None where the recording does not give the time.
 
-    A `= clock` line after an answer gives the time.  After an answer without such a line, times are unknown until
-    the next one.
+    A `= clock` line after an answer gives the time.  After an answer without such a line, times are unknown until the
+    next `= clock` line.
     """
     acts = tuple(acts)
     now_ns: int | None = 0
@@ -125,7 +125,7 @@ def _clock(act: Act) -> int | None:
 
 
 class _Comparer(Player):
-    """A player that continues after differences and notes them."""
+    """A player that records differences and continues."""
 
     def __init__(self, conversation: Conversation, bench: Bench, patience_ns: int) -> None:
         super().__init__(conversation, bench)
@@ -166,7 +166,7 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Playing, and noting the results
+    # Playing, and recording the results
 
     def _played(self, act: Act) -> "partial[None]":
         if self._is_skipped(act):
@@ -174,7 +174,7 @@ class _Comparer(Player):
         return partial(self._do, act, super()._played(act))
 
     def _is_skipped(self, act: Act) -> bool:
-        """Return True for a `= clock` line (read elsewhere) and for a control line that the twin does not have."""
+        """True for a `= clock` line, which `recorded_times` reads, and for a control line that the twin lacks."""
         if isinstance(act, Expect) and act.subject == "clock":
             return True
         subject = act.target if isinstance(act, Do) else act.subject if isinstance(act, Expect) else ""
@@ -262,7 +262,7 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Note the replies of the twin that the recording does not have."""
+        """Record the replies of the twin that are not in the recording."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

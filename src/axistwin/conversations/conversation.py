@@ -28,7 +28,7 @@ from axistwin.units import MOST_NS, S
 
 MOST_BYTES = 4 << 20
 MOST_S = 1e9
-"""The longest time in a header, some thirty years; a longer one is taken for a typing error."""
+"""Longest accepted time in a header in seconds, about thirty years; a longer time is refused as a typing error."""
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
 _SECONDS = re.compile(r"\d+(\.\d*)?|\.\d+", re.ASCII)
 _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<value>.*)")
@@ -50,7 +50,7 @@ class Conversation:
 
     @property
     def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """The same settings, each with the comment it comes from."""
+        """Settings of the bench in the first comments, each with its comment."""
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):

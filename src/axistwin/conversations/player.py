@@ -1,7 +1,7 @@
 """Play a conversation with the controllers on a bench, in virtual time, up to the first difference.
 
-Time passes only in `+`, and in `<` until its last character has been received.  So a `<` needs no time of its own,
-and a following `= clock` checks the exact time.
+Time passes only in `+`, and in `<` until its last character has been received.  A `= clock` after a `<` therefore
+checks the exact time of the last character.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S, to_seconds
 
 PATIENCE_S = 10.0
-"""Time that a `<` waits for its next character, unless the conversation has a header such as `; patience: 60`."""
+"""Default time that a `<` waits for its next character; a header such as `; patience: 60` changes it."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def open_channels(conversation: Conversation, bench: Bench) -> None:
 
 
 Played = Callable[[], object]
-"""A prepared act; its result is a Difference, or is ignored."""
+"""A prepared act.  Returns a Difference; other results are ignored."""
 
 
 def play(conversation: Conversation, bench: Bench) -> Difference | None:
@@ -122,7 +122,7 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                agrees(read_value(), act.value)  # raises if the expected value is impossible
+                agrees(read_value(), act.value)  # raises ProgramError for an impossible expected value
                 return lambda: self._expect(act, read_value())
         raise AssertionError(act)
 
@@ -178,7 +178,7 @@ class Player:
         return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
 
     def unclaimed_reply(self) -> Difference | None:
-        """Return a difference if characters were received that no `<` has claimed."""
+        """Return a difference if characters were received that belong to no `<` line; otherwise None."""
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
         found = next((bytes(received) for received in self.received.values() if received), None)
         return None if found is None else self._difference(last, "unexpected reply", b"", found)

@@ -36,9 +36,9 @@ from axistwin.units import MS, S
 log = getLogger("axistwin")
 
 LF_NS = 50 * MS
-"""A line feed later than this after a carriage return starts a new act."""
+"""Longest time between a carriage return and a line feed of the same act."""
 PAUSE_NS = 1 * S
-"""A silence longer than this divides a reply into two acts and is recorded before the second."""
+"""Longest pause within a reply; a longer pause divides the reply into two acts and is recorded between them."""
 
 
 def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
@@ -52,7 +52,7 @@ class Recorder:
 
     `add` receives each act; None: the acts are collected in `acts`, without a limit.  Times are rounded down to
     multiples of `grain_ns`.  `raw`: only characters reach the controller, so other acts of the host become comments.
-    `relayed`: the controller is a real one; flow control on this side is no act.
+    `relayed`: the controller is a real one; changes of flow control are then not recorded.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Recorder:
         for key, value in headers.items():
             if value:
                 self._add(Comment(f"{key}: {value}"))
-        self._recorded_ns = 0  # end of the acts recorded so far, in virtual time
+        self._recorded_ns = 0  # virtual time at the end of the last recorded act
         self._speaker = ""
         self._reply = bytearray()
         self._last_ns = 0
@@ -181,7 +181,7 @@ class Recorder:
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
 
     def _record_now(self, time_ns: int, act: Act) -> None:
-        """Record an act after the reply so far."""
+        """Record the pending reply, and then an act."""
         self._flush_reply()
         self._wait_until(time_ns)
         self._add(act)
@@ -204,7 +204,7 @@ class Recorder:
             self._add(self._line_act(name, "line", str(present)))
 
     def _record_silence(self, until_ns: int) -> None:
-        """Record most of a long silence as a wait, because a player's patience is limited."""
+        """Record most of a long silence as a `+` line, because a player waits only for a limited time."""
         whole_ns = (until_ns - self._recorded_ns - PAUSE_NS) // S * S
         if whole_ns > 0:
             self._wait_until(self._recorded_ns + whole_ns)

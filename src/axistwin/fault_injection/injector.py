@@ -19,7 +19,7 @@ from axistwin.fault_injection.chance import Chance
 from axistwin.fault_injection.kinds import PLACES, THINGS, kind_of
 from axistwin.fault_injection.places import Spot, World
 from axistwin.fault_injection.table import Case, Kind, Mend, On
-from axistwin.sim.by_hand import by_itself
+from axistwin.sim.manual_actions import by_itself
 from axistwin.sim.signal import Signal
 from axistwin.units import to_ns, to_seconds
 

@@ -1,4 +1,4 @@
-"""Real ports for the controllers of a bench.  Only this package uses asyncio and the wall clock."""
+"""Real ports for the controllers of a bench.  The ports use asyncio; pacing uses the wall clock."""
 
 from typing import TYPE_CHECKING
 

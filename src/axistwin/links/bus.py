@@ -32,7 +32,7 @@ USAGE = "r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
 
 
 class Registers(Protocol):
-    """The registers of a board as a client uses them: a `RegisterPort`, or an object around one."""
+    """The registers of a board as a client uses them: a `RegisterPort`, or a wrapper of a `RegisterPort`."""
 
     @property
     def interrupt(self) -> bool:
@@ -143,7 +143,7 @@ class Master(Connection):
             self.slot.bus.write(offset, value)
         return "ok"
 
-    # The interrupt line
+    # Interrupt line
 
     def _subscribe(self, on: bool) -> None:
         self._end_subscription()

@@ -1,7 +1,7 @@
 """RFC 2217, access server side of one connection: bytes from the client in, events out.  No sockets, no clock.
 
 The client negotiates the Com Port Control option and then sends commands: line format, control lines, break, flow
-control, purge.  Every command is answered with the setting now in force.  The server reports changes of the client's
+control, purge.  Every command is answered with the present setting.  The server reports changes of the client's
 DSR and CTS, which are the device's DTR and RTS.  Line errors of received characters are reported on request.
 
 `receive` returns the client's requests as events; answers are collected in `replies`.
@@ -138,7 +138,7 @@ INBOUND = {
     Control.FLOW_X_ON_X_OFF: Control.INBOUND_X_ON_X_OFF,
     Control.FLOW_HARDWARE: Control.INBOUND_HARDWARE,
 }
-"""Inbound settings that the settings for "outbound or both" also make."""
+"""Inbound setting that follows from each setting for "outbound or both"."""
 
 
 class ComPort:
@@ -206,7 +206,7 @@ class ComPort:
     # Commands.  An invalid value changes nothing; the answer gives the setting in force.
 
     def _report_signature(self, value: bytes) -> None:
-        if not value:  # with a value the client states its own signature
+        if not value:  # with a value: the client's own signature
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:
@@ -278,7 +278,7 @@ class ComPort:
     # Notifications
 
     def set_modem_state(self, *, dsr: bool, cts: bool, moved: ModemState = ModemState.NONE) -> None:
-        """Report the client's input lines; `moved`: lines that have changed, even if their old level is restored."""
+        """Report the client's input lines; `moved`: lines that have changed, even if back at their old level."""
         now = (ModemState.DSR if dsr else ModemState.NONE) | (ModemState.CTS if cts else ModemState.NONE)
         changed = self._modem_state ^ now
         moved |= ModemState.DSR_CHANGED if changed & ModemState.DSR else ModemState.NONE
@@ -289,7 +289,7 @@ class ComPort:
 
     def set_line_state(self, errors: LineError) -> None:
         """Report line errors of characters received from the device."""
-        state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)  # the same order of bits
+        state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)  # both use the same order of bits
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()
 

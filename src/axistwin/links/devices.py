@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 log = getLogger("axistwin.links")
 
 DEVICE_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, *TERMIOS_ERRORS)
-"""What pyserial raises for a device that does not exist, is lost, or does not support a setting."""
+"""Exceptions of pyserial for a device that does not exist, is lost, or does not support a setting."""
 READ_S = 0.02
-"""Longest time in which a thread reads before it checks if the device is to be closed."""
+"""Timeout of a read in a thread, in seconds; after each read the thread checks if the device is to be closed."""
 WRITE_S = 1.0
-"""Time after which characters that the device does not take are lost."""
+"""Timeout of a write in seconds; characters that the device has not accepted by then are lost."""
 
 Receive = Callable[[bytes], None]
 Lose = Callable[[str], None]
@@ -176,7 +176,7 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # a device that is lost is found by the reader; a slow one loses characters
+        except DEVICE_ERRORS:  # the reader detects a lost device; a slow device loses characters
             lost = len(data)
         self._call(self._count, len(data), lost)
 
@@ -213,7 +213,7 @@ def settings_of(fmt: UartFormat) -> dict[str, Any]:
 
 
 def control_lines(device: "serial.Serial") -> Lines | None:
-    """Return the control lines of the device; None if it has none, such as a pty."""
+    """Return the control lines of the device; None for a device without control lines, such as a pty."""
     try:
         device.dtr = device.dtr
     except OSError:
@@ -234,5 +234,5 @@ def opening(url: object) -> Iterator[None]:
 
 
 def set_lines(of: Lines | HostEnd, dtr: bool, rts: bool) -> None:
-    """Set both output lines of a device, or of a host's end."""
+    """Set DTR and RTS of a device, or of a host's end of a line."""
     of.dtr, of.rts = dtr, rts

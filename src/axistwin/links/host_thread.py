@@ -41,14 +41,14 @@ class HostThread:
         return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
-        """Wait for the function.  Returns the result, or raises the exception."""
+        """Wait until the function has finished.  Return its result, or raise its exception."""
         self._thread.join()
         if self._error is not None:
             raise self._error
         return self._outcome
 
     def join(self, seconds: float) -> None:
-        """Wait for the function, at most `seconds`."""
+        """Wait until the function has returned, `seconds` at most."""
         self._thread.join(seconds)
 
     def blocked(self) -> bool:

@@ -29,7 +29,7 @@ class LoopThread:
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
-            coroutine.close()  # the coroutine could never finish
+            coroutine.close()  # waiting in the loop's own thread would never end
             raise UsageError(INSIDE if inside else OVER)
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
@@ -50,8 +50,8 @@ class LoopThread:
 
     def stop(self) -> None:
         """End the thread after its present callbacks."""
-        self.do(lambda: None)  # closed connections end in the next turn of the loop
-        self.run(self._loop.shutdown_default_executor())  # the executor resolves addresses
+        self.do(lambda: None)  # asyncio closes connections in the next turn of the loop
+        self.run(self._loop.shutdown_default_executor())  # ends the threads that resolve addresses
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

@@ -1,8 +1,8 @@
 """The clock of a served bench, controlled by a test: `advance` and `run_until`.
 
-With a `ManualPacer` virtual time passes in these calls only.  Before time passes, the clock receives all that hosts
-have sent, and blocks until every host thread (`Twin.start`) is blocked.  Every run is therefore the same, on
-fast and slow computers: the computing time of a host takes no virtual time.
+With a `ManualPacer`, virtual time passes only in these calls.  Before time passes, all data from hosts are received,
+and every host thread (`Twin.start`) must be blocked.  The computing time of a host takes no virtual time, so every run
+is the same on fast and slow computers.
 """
 
 import math
@@ -19,20 +19,20 @@ from axistwin.links.pacing import Pacer
 from axistwin.units import to_ns, to_seconds
 
 IDLE_S = 10.0
-"""Real time after which a silent host, with nothing left to receive, counts as blocked for ever."""
+"""Real time in seconds after which a silent host, for which no data are pending, counts as blocked for ever."""
 POLL_S = 0.01
 HOST_CANNOT_ADVANCE = "a host cannot advance virtual time: time passes while the host waits for an answer or sleeps"
 
 
 class ServedClock:
-    """Virtual time of a bench whose ports an event loop serves in a thread, at the speed of the pacer."""
+    """Clock of a bench at the speed of its pacer; an event loop in a thread serves the bench's ports."""
 
     def __init__(self, loop: LoopThread, pacer: Pacer) -> None:
         self._loop, self._pacer = loop, pacer
 
     @property
     def now(self) -> int:
-        """Virtual time in nanoseconds, first advanced to the time of the wall clock if that paces the bench."""
+        """Virtual time in nanoseconds; if the wall clock paces the bench, virtual time is first advanced to now."""
         if self._pacer.running:
             self._loop.do(self._advance_to_now)
         return self._pacer.clock.now
@@ -74,8 +74,8 @@ class ServedClock:
         return found
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Wait for a host, `timeout` seconds at most.  Returns the result of the host's function, or raises the
-        exception.
+        """Wait until a host has finished, `timeout` seconds at most.  Return the result of the host's function, or
+        raise its exception.
         """
         host.join(timeout)
         if not host.done:
@@ -91,7 +91,7 @@ class ServedClock:
 
 
 class ManualClock(ServedClock):
-    """Virtual time that passes in these calls only; calls from several threads are executed one after the other."""
+    """Clock whose virtual time passes only in calls of its methods; calls from several threads are executed in turn."""
 
     def __init__(self, loop: LoopThread, pacer: ManualPacer) -> None:
         super().__init__(loop, pacer)
@@ -109,7 +109,7 @@ class ManualClock(ServedClock):
         self._hosts.append(host)
 
     def advance(self, seconds: float) -> None:
-        """Advance virtual time by `seconds`.  All that hosts have sent before is received first."""
+        """Advance virtual time by `seconds`, after receiving all data that hosts have sent."""
         if not 0 <= seconds < math.inf:
             raise UsageError(f"invalid time in advance({seconds!r}): expected finite seconds of at least 0, e.g. 0.5")
         with self._exclusive():
@@ -136,7 +136,8 @@ class ManualClock(ServedClock):
             return bool(condition())
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Advance until a host has finished.  Returns the result of the host's function, or raises the exception.
+        """Advance virtual time until a host has finished.  Return the result of the host's function, or raise its
+        exception.
 
         Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds.
         """
@@ -181,7 +182,7 @@ class ManualClock(ServedClock):
             pause()
 
     def _wait_for_silent_host(self, host: HostThread, timeout: float) -> None:
-        """Wait for a host that may be sleeping by the wall clock."""
+        """Wait in real time for a host that may be sleeping by the wall clock."""
         seen = self._traffic
         for _ in range(round(IDLE_S / POLL_S)):
             host.join(POLL_S)

@@ -12,10 +12,11 @@ from axistwin.links.pacing import Pacer
 from axistwin.units import MS, to_seconds
 
 SAME_ANSWER_NS = 3 * MS
-"""Output that follows within this time belongs to the same answer (about 3 characters at 9600 baud)."""
+"""Longest pause within an answer of a controller (about 3 characters at 9600 baud)."""
 IDLE_TURNS = 10
-"""Turns of the event loop without input, after which all that hosts have sent is received.  Accepting a client takes
-several turns."""
+"""Number of turns of the event loop without input after which no data from hosts are pending.  Accepting a client takes
+several turns.
+"""
 
 
 class ManualPacer(Pacer):
@@ -37,7 +38,7 @@ class ManualPacer(Pacer):
         self.arrivals += 1
 
     def work(self) -> None:
-        """Send the output that is available without passing time."""
+        """Send pending output without advancing virtual time."""
         self.flush()
 
     async def receive_all(self) -> int:
@@ -85,7 +86,7 @@ class ManualPacer(Pacer):
         return True
 
     def _deliver(self) -> bool:
-        """Send pending output.  Returns True if there was any."""
+        """Send pending output.  Return True if output was pending."""
         if not self._to_flush:
             return False
         self.deliveries += 1

@@ -16,13 +16,14 @@ from axistwin.sim.serial_port import X_OFF, X_ON, Flow
 from axistwin.units import to_seconds
 
 FULL = 512
-"""With more characters waiting for the wire, nothing is read from the client until half of them are sent."""
+"""Limit of queued characters: above this number nothing is read from the client until half of them are sent."""
 CHUNK = 512
 """Largest number of characters read from a client at once."""
 INSTANT_CHUNK = 32
-"""The same number on an instant line, where a chunk is processed at once while other clients wait."""
+"""Largest number of characters read at once for an instant line, where a chunk is processed while other clients wait.
+"""
 FEW = 64
-"""While the bench is behind the wall clock, nothing is read from a client with more characters waiting."""
+"""Limit of queued characters while the bench is behind the wall clock; above this number nothing is read."""
 
 
 class HostEnd(Protocol):
@@ -34,7 +35,7 @@ class HostEnd(Protocol):
 
 
 class HostPort(Protocol):
-    """A serial port as a client uses it: a `SerialPort`, or an object around one."""
+    """A serial port as a client uses it: a `SerialPort`, or a wrapper of a `SerialPort`."""
 
     flow: Flow
     held: bool
@@ -53,7 +54,7 @@ class HostPort(Protocol):
 
     @property
     def pending(self) -> int:
-        """Number of characters that have not left yet."""
+        """Number of queued characters that have not been sent."""
 
     @property
     def to_device(self) -> Line:
@@ -69,14 +70,14 @@ class HostPort(Protocol):
         """Send a break."""
 
     def drop_pending(self) -> None:
-        """Discard the characters that have not left yet."""
+        """Discard the queued characters that have not been sent."""
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
         """Call `callback(byte, errors)` for each received character.  Return an unsubscribe function."""
 
 
 class SerialClient(Client, Protocol):
-    """A host with a serial port, at the other end of a transport."""
+    """The client of a serial port, at the other end of a transport."""
 
     flow: Flow | None
     """Flow control chosen by the client; None: the flow control of the plug."""
@@ -145,7 +146,7 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def _behind(self) -> bool:
-        """True while the bench is too slow for the characters that have been sent."""
+        """True while the bench is behind the wall clock and many characters are queued."""
         return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
 
     def send(self, data: bytes) -> None:
@@ -158,7 +159,7 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
     def change(self, change: Callable[[], object]) -> None:
-        """Apply another act of the client: a line format, a control line."""
+        """Apply a setting of the client: a line format or a control line."""
         self.pacer.sync()
         change()
         self.pacer.work()
@@ -218,7 +219,7 @@ class Plug(SingleClient[SerialClient]):
         if self._flush_requested:
             self.flush()
 
-    # Flow control: "The controller should therefore interrupt data transmission if this signal becomes reset"
+    # Flow control
 
     @property
     def _flow(self) -> Flow:
@@ -226,6 +227,6 @@ class Plug(SingleClient[SerialClient]):
         return self.flow if wanted is None else wanted
 
     def apply_flow(self) -> None:
-        """Give the host's end the flow control that the client has chosen."""
+        """Set the flow control of the host's end to the client's choice."""
         if self.serial.flow is not self._flow:
             self.serial.flow = self._flow

@@ -1,7 +1,8 @@
 """A pseudo terminal, for host programs that open a serial device.
 
 Linux passes the client's baud rate, stop bits and odd parity to this end, but not data bits and even parity.  A pty has
-no control lines and no break.  Hidden settings are those of `--line`.  A baud rate of 0 sets DTR and RTS off.  Use RFC
+no control lines and no break.  Settings that are not passed on are those of `--line`.  A baud rate of 0 sets DTR and
+RTS off.  Use RFC
 2217 for all settings.
 
 A client is connected from its first act (a setting, a character) until the client closes the device.  This end holds
@@ -57,7 +58,7 @@ class PtyPort:
         self._loop.add_reader(self._master, self._readable)
 
     def _make_link(self) -> None:
-        """Create the symbolic link.  Only a dangling link, as a killed server leaves one, is replaced."""
+        """Create the symbolic link.  Only a link without a target is replaced: a killed server leaves such a link."""
         if self._link is None:
             return
         try:
@@ -100,7 +101,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # caused by `_hold`
+            return  # caused by `_hold`, not by a client
         if self._connect():
             self._take(packet[0], packet[1:])
 
@@ -160,7 +161,7 @@ class PtyPort:
         self._writer.write(data)
 
     def hung_up(self) -> bool:
-        """True if the client has closed the device; works also while nothing is read."""
+        """True if the client has closed the device; valid also while reading is paused."""
         poll = select.poll()
         poll.register(self._master, select.POLLHUP)
         return bool(poll.poll(0))

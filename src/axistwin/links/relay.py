@@ -1,8 +1,9 @@
 """A relay between a host and a real controller, for recording their conversation.
 
-For the host the relay is a controller on a bench whose virtual time is real time.  All kinds of ports work, and a
-recorder can observe the bench.  The simulated line between host and relay takes no time; characters take their time on
-the real wire.
+To the host, the relay appears as a controller on a bench whose virtual time is real time.  All kinds of ports work, and
+a
+recorder can observe the bench.  On the simulated line between host and relay, characters take no time; on the real wire
+they do.
 
 The real device is any URL of pyserial: `/dev/ttyUSB0`, `rfc2217://…`, `socket://…`.  One thread reads from the device
 and polls its control lines.  A second thread executes the host's acts at the device in order, because a network device
@@ -41,9 +42,9 @@ if TYPE_CHECKING:
 log = getLogger("axistwin.links")
 
 POLL_S = 0.01
-"""Interval in which the control lines are polled; their changes cause no event."""
+"""Interval in seconds between two polls of the control lines, whose changes cause no event."""
 MAX_QUEUED = 1000
-"""A device with more queued acts counts as lost."""
+"""Number of queued acts above which a device counts as lost."""
 LINGER_S = 1.0
 """Longest time that `close` waits for queued acts."""
 
@@ -52,7 +53,7 @@ class PassThrough(Uart):
     """The device's end of the simulated line; accepts characters in any format."""
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
-        """True: no format is checked here."""
+        """Return True: the relay accepts characters in any format."""
         return True
 
 
@@ -215,7 +216,7 @@ class Relay:
 
 
 def _open(url: str, line: UartFormat) -> "serial.Serial":
-    import serial  # lazy import: needed here only
+    import serial  # lazy import: only for a relay
 
     with opening(url):
         return serial.serial_for_url(url, timeout=POLL_S, **settings_of(line))

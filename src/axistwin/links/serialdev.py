@@ -5,7 +5,8 @@ UART cannot measure a baud rate; automatic baud rate detection finds this rate. 
 the controller's UART as the host configures it.  A character with a line error arrives as the real UART delivers it.
 
 The adapter's outputs DTR and RTS carry the controller's lines; its inputs DSR and CTS are read as the host's lines (a
-crossed cable, as between two computers).  With `--flow none`, or on a device without these lines (a pty), they are on.
+crossed cable, as between two computers).  With `--flow none`, or on a device without these lines (a pty), the host's
+lines are on.
 """
 
 import asyncio
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 log = getLogger("axistwin.links")
 
 POLL_S = 0.02
-"""Interval in which the input lines are polled; their changes cause no event."""
+"""Interval in seconds between two polls of the input lines, whose changes cause no event."""
 
 
 class SerialDevice:

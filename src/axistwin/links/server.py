@@ -27,14 +27,14 @@ class OpenPort(Protocol):
     """An open port."""
 
     url: PortUrl
-    """Actual address, with the number that the system has chosen for port 0."""
+    """Actual address of the port; for port 0, with the number that the system has chosen."""
 
     def close(self) -> None:
         """Close the port."""
 
 
 class Ports(Protocol):
-    """The ports that clients use, by the name of the endpoint.  Raises UsageError for an unknown name."""
+    """Returns the ports that clients use, by the name of the endpoint.  Raises UsageError for an unknown name."""
 
     def serial(self, name: str) -> HostPort:
         """Return the serial port of an endpoint."""

@@ -1,7 +1,7 @@
 """An endpoint for one client at a time: the base of a serial plug and a bus slot.
 
-The first client is connected.  A later client is refused, unless the present client has hung up.  A client that is
-not being read from, because it has sent too much, may have hung up unnoticed; a later client replaces it.
+The first client is connected.  A later client is refused, unless the present client has hung up.  While nothing is read
+from a client that has sent too much, its disconnection is not noticed; a later client then replaces this client.
 
 While the gate of an endpoint is closed, nothing is read from its client, and new clients are refused.
 """
@@ -21,7 +21,7 @@ class Client(Protocol):
     name: str
 
     def hung_up(self) -> bool:
-        """True if the client has disconnected, or may have; another client may then replace it."""
+        """True if the client has, or may have, disconnected; another client may then replace this client."""
 
     def drop(self) -> None:
         """Disconnect the client."""
@@ -44,7 +44,7 @@ class Gate:
 
     @property
     def closed(self) -> bool:
-        """True while clients are neither read nor admitted."""
+        """True while the gate is closed: nothing is read from clients, and new clients are refused."""
         return self.reason != ""
 
     def close(self, reason: str) -> None:

@@ -30,13 +30,14 @@ RECEIVE_BUFFER = 16 * 1024
 STALLED = 64 * 1024
 """Bytes buffered for a client that does not read."""
 LINGER_S = 1.0
-"""Time in which a client that has closed its side still gets answers, as in `printf '(' | nc -N 127.0.0.1 5001`."""
+"""Seconds for which a client that has closed its side still receives answers, e.g. `printf '(' | nc -N 127.0.0.1 5001`.
+"""
 IDLE_S = 60
 """Seconds of silence after which the system checks the connection (TCP keep-alive)."""
 
 
 class Connection(asyncio.BufferedProtocol, ABC):
-    """A client on a TCP connection: what all protocols on TCP share."""
+    """A client on a TCP connection; the base of all protocols on TCP."""
 
     linger_s = LINGER_S
     answers = False
@@ -87,13 +88,13 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self.plug.disconnect(self)
 
     def pause_writing(self) -> None:
-        """Note that the client does not read."""
+        """Record that the client does not read."""
         self.stalled = True
         if self.answers:
             self.pause()
 
     def resume_writing(self) -> None:
-        """Note that the client reads again."""
+        """Record that the client reads again."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()
@@ -121,7 +122,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if not (self.answers and self.stalled):
             self._transport.resume_reading()
 
-    # Defined by each protocol
+    # Defined by each subclass
 
     @abstractmethod
     def received(self, data: bytes) -> None:
@@ -139,7 +140,7 @@ class TcpClient(Connection):
         self.dropped = 0
 
     def resume_writing(self) -> None:
-        """Note that the client reads again, and log lost characters."""
+        """Record that the client reads again, and log lost characters."""
         if self.dropped:
             log.warning("%s: %s reads too slowly, %d characters were lost", self.plug.name, self.name, self.dropped)
             self.dropped = 0

@@ -20,7 +20,7 @@ class Writer:
         self._dropped = 0
 
     def write(self, data: bytes) -> None:
-        """Write now, or later when the reader makes room."""
+        """Write now, or later when the descriptor accepts data again."""
         if not self._waiting:
             data = data[self._write(data) :]
             if data:

@@ -1,4 +1,4 @@
-"""Ring 3: the machine that the controllers drive."""
+"""The machine that the controllers drive: axes, motors, encoders, switches, loads."""
 
 from axistwin.plant.axes import Axis, servo_axis, stepper_axis
 from axistwin.plant.counts import Samples

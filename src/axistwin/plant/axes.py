@@ -1,4 +1,4 @@
-"""Axes made from the options of `Bench.add`: the options are checked and turned into a machine."""
+"""Axes made from the options of `Bench.add`, which are checked here."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -15,7 +15,7 @@ MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
 """Makes an axis from a clock, its name, its options and the number of moves to remember.  Raises UsageError."""
 
 MOST_POSITION = 1 << 53
-"""Maximum distance from 0, in pulses or counts, of a switch or a trigger."""
+"""Maximum distance of a switch or a trigger from position 0, in pulses or counts."""
 STEPPER = ("limits", "home", "encoder", "motor", "load")
 SERVO = ("limits", "motor", "load")
 

@@ -1,4 +1,4 @@
-"""Positions of a sampled axis, with a bounded memory."""
+"""Positions of a sampled axis; only the latest samples are stored."""
 
 from array import array
 from collections import deque
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SAMPLES = 10
-"""Number of samples with motion remembered for each move that a stepper would remember."""
+"""Number of stored samples with motion for each move in the option `history`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +22,8 @@ class Samples:
     """Positions of an axis at `start_ns`, `start_ns + period_ns`, …; they are final.
 
     `positions`: encoder counts from 0 when the bench was made.  `commanded`: the setpoints for the same samples in the
-    same coordinates (`commanded - position` is the following error).  `period_ns` 0: a person moved the axis in an
-    instant.
+    same coordinates (`commanded - position` is the following error).  `period_ns` 0: a person has moved the axis, in no
+    time.
     """
 
     start_ns: int
@@ -44,7 +44,7 @@ Listener = Callable[[Samples], None]
 
 @dataclass(slots=True)
 class _Stretch:
-    """Samples with motion; `before`: the position before the first of them."""
+    """Consecutive samples with motion; `before`: the position before the first sample."""
 
     start_ns: int
     period_ns: int
@@ -76,7 +76,7 @@ class CountHistory:
         self._stretches: deque[_Stretch] = deque()
         self._kept = self._last = 0
         self.forgotten_ns: int | None = None
-        """Changes up to this time have been discarded; None: none discarded."""
+        """Changes up to this time have been discarded; None if no change has been discarded."""
 
     def add(self, samples: Samples) -> None:
         """Append samples."""

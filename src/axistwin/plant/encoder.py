@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class EncoderData:
-    """`counts_per_rev` after quadrature, for `pulses_per_rev` motor pulses; `backlash` in counts between the two.
+    """`counts_per_rev`: counts after quadrature per revolution of `pulses_per_rev` motor pulses.  `backlash`: in
+    counts, between motor and encoder.
 
-    Its channel Z is active once per revolution, from count `index` on for `index_counts`.
+    Channel Z is active once per revolution, for `index_counts` counts from count `index` on.
     """
 
     counts_per_rev: int = 4000
@@ -30,11 +31,11 @@ class Encoder:
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
-        self._load = self._began = 0  # now, and when the shaft last changed its direction
+        self._load = self._began = 0  # present position, and position at the last change of direction
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        self._counted: tuple[int, int] | None = None  # the load's position and the count when wrong counting began
+        self._counted: tuple[int, int] | None = None  # load position and count when wrong counting began
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
@@ -59,7 +60,7 @@ class Encoder:
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 
     def index_edges(self) -> tuple[int, ...]:
-        """Return motor positions n, one on each side, such that the index mark begins or ends between n-1 and n."""
+        """Return two motor positions n, below and above: the index mark begins or ends between positions n-1 and n."""
         rev, width = abs(self.data.counts_per_rev), self.data.index_counts
         shift = self._displaced + self._turned - self.data.index
         into = (self._load + shift) % rev
@@ -89,13 +90,13 @@ class Encoder:
     def miscount(self, of: int, out_of: int) -> None:
         """Count `of` for each `out_of` counts from now on: 9 of 10, -1 of 1 backwards, 0 of 1 not at all.
 
-        With 1 of 1 the encoder counts correctly again, from its present count.
+        After 1 of 1 the encoder counts correctly again, from its present count.
         """
         self._counted = self._load + self._displaced, self._count(self._load)
         self._of, self._out_of = of, out_of
 
     def displace(self, counts: int) -> None:
-        """Push the load; it stays there until the motor moves it back."""
+        """Push the load; the load stays there until the motor moves it back."""
         self._displaced += counts
         self.direction = 1 if counts > 0 else -1
 

@@ -1,20 +1,21 @@
 """One axis of a joystick with pulse output, such as a Compumotor 852 at an 1810 or 1811.
 
 A spring centres the stick: at rest the joystick outputs AT ZERO.  A deflected joystick outputs pulses at a rate, and
-their direction.  The direction changes only while AT ZERO is active, long enough before and after.
+their direction.  The direction changes only while AT ZERO is active, `settle_ns` after it becomes active and before it
+ends.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from axistwin.errors import UsageError
-from axistwin.sim.by_hand import ByHand
 from axistwin.sim.clock import Clock, Procedure
+from axistwin.sim.manual_actions import ManualAct, ManualActions
 from axistwin.sim.pins import Pin
 from axistwin.units import MS, S
 
 FASTEST = 2_000_000
-"""Pulses per second."""
+"""Maximum rate of the joystick, in pulses per second."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class JoystickInputs:
     step: str
     direction: str
     settle_ns: int = 4 * MS
-    """Time at zero before and after a change of direction."""
+    """Time for which AT ZERO is active before and after a change of direction."""
     usual: int = 5000
-    """Pulses per second at full deflection, by default."""
+    """Default rate at full deflection, in pulses per second."""
 
 
 class Joystick:
@@ -38,7 +39,7 @@ class Joystick:
         self._at_zero, self._step, self._direction = (
             pins[name] for name in (inputs.at_zero, inputs.step, inputs.direction)
         )
-        self.by_hand = ByHand(clock)
+        self.manual_actions = ManualActions(clock)
         """Reports a person's use of the stick: `joystick`."""
         self.rate = 0
         """Pulses per second, negative: counter-clockwise; 0: the stick is at rest."""
@@ -48,7 +49,7 @@ class Joystick:
         """Deflect the stick for `rate` pulses per second; 0: release the stick.  Raises UsageError."""
         if abs(rate) > FASTEST:
             raise UsageError(f"joystick {rate}: expected pulses per second, from {-FASTEST} to {FASTEST}")
-        self.by_hand.report("joystick", rate)
+        self.manual_actions.report(ManualAct.JOYSTICK, rate)
         if not self._plugged_in:
             self._plug_in()
         self.rate = rate
@@ -76,7 +77,7 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """Set the direction, with the specified time at zero before and after."""
+        """Set the direction, with `settle_ns` at zero before and after the change."""
         if self._direction.level is not clockwise:
             yield self.clock.timeout(self.inputs.settle_ns)
             self._direction.set(clockwise)

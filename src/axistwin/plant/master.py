@@ -8,13 +8,13 @@ from typing import Protocol
 
 from axistwin.errors import UsageError
 from axistwin.numbers import shortened
-from axistwin.sim.by_hand import ByHand, check_counts
 from axistwin.sim.clock import Clock
+from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts
 from axistwin.sim.signal import Signal
 from axistwin.units import to_ns
 
 MOST_RATIO = 1_000_000
-"""Counts for each unit of the axis that an encoder sits on."""
+"""Maximum number of counts per unit of the axis on which the encoder is mounted."""
 
 
 class Followed(Protocol):
@@ -37,7 +37,7 @@ class Followed(Protocol):
 
     @property
     def follows(self) -> "Followed | None":
-        """The axis that the axis's own master encoder is mounted on, if any."""
+        """The axis on which the master encoder of this axis is mounted; None without one."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` when the axis crosses an edge; edge n lies between position n-1 and n."""
@@ -48,7 +48,9 @@ class Followed(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """From `base` on, `counts` edges spread evenly over `duration_ns`, beginning at `start_ns`; then rest."""
+    """A motion at constant speed: from count `base`, `counts` edges spread evenly over `duration_ns` from `start_ns`
+    on.
+    """
 
     start_ns: int
     base: int
@@ -82,17 +84,17 @@ class Master:
     def __init__(self, clock: Clock, own: Followed | None = None) -> None:
         self.clock, self._own = clock, own
         self.run = Run(clock.now, 0, 0, 0)
-        """The latest run; it may be finished."""
+        """The latest motion at constant speed; it may be finished."""
         self.followed: Followed | None = None
         """The axis that the encoder is mounted on; its positions can be predicted if it is `predictable`."""
         self._ratio = Fraction(1)
         self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False
-        """True from the first run on; before, pins A and B are open."""
-        self.by_hand = ByHand(clock)
+        """True after the first use of the encoder; before, pins A and B are open."""
+        self.manual_actions = ManualActions(clock)
         """Reports a person's moves of the encoder: `master`, counts and seconds; or its axis, and the ratio."""
         self.before_change: Signal[[]] = Signal()
-        """Emitted before the motion changes, while `at` still returns the old one."""
+        """Emitted before the motion changes, while `at` still returns counts of the old motion."""
         self.on_change: Signal[[]] = Signal()
 
     @property
@@ -126,7 +128,7 @@ class Master:
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def at(self, time_ns: int) -> int:
-        """Return the count at a time from the beginning of the present run on, without further changes."""
+        """Return the count at a time after the start of the present motion, if the motion does not change."""
         if self.followed is not None:
             return self.run.base + floor(self.followed.position * self._ratio)
         return self.run.at(time_ns)
@@ -134,13 +136,13 @@ class Master:
     def move(self, counts: int, seconds: float) -> None:
         """Output `counts` edges at constant speed within `seconds`, from now on; 0: at once.
 
-        The rest of an earlier run is cancelled.  Raises UsageError for a negative time.
+        Cancels an earlier motion.  Raises UsageError for a negative time.
         """
         check_counts(counts, "move")
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"move({counts}, {seconds!r}): expected a time of 0 seconds or more")
         duration_ns = to_ns(seconds)
-        self.by_hand.report("master", counts, seconds)
+        self.manual_actions.report(ManualAct.MASTER, counts, seconds)
         count = self.count
         self._unsubscribe()
         self._unsubscribe = lambda: None
@@ -155,7 +157,7 @@ class Master:
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
             raise UsageError(f"invalid ratio {shortened(str(ratio))}: expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2")
         self._check_no_circle(axis)
-        self.by_hand.report("master", axis, Fraction(ratio))
+        self.manual_actions.report(ManualAct.MASTER, axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unsubscribe()
         self._ratio = Fraction(ratio)
@@ -175,7 +177,7 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Discard predictions for rest: the axis begins to move."""
+        """Discard predictions that the encoder is at rest: the axis begins to move."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

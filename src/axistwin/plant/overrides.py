@@ -1,4 +1,4 @@
-"""A setting and the defects that override it while they last; neither undoes the other."""
+"""A setting, and defects that override the setting while they last; a change of one does not change the other."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ class _Value(Generic[T]):
 
 
 class Override(Generic[T]):
-    """`values[0]` is the setting; the values of the defects follow, the latest at the end.
+    """`values`: first the setting, then the values of the present defects, the latest at the end.
 
     `before_change` is called before each change, `on_change` after it.
     """
@@ -26,7 +26,7 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The setting and all overriding values."""
+        """The setting, then the values of all present defects."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
@@ -36,7 +36,7 @@ class Override(Generic[T]):
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Begin a defect.  Return a function that ends it."""
+        """Add the value of a defect.  Return a function that ends the defect."""
         added = _Value(value)
         self._before_change()
         self._values.append(added)

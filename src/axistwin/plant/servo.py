@@ -1,6 +1,6 @@
 """Data sheets of servo motors with their amplifier and encoder, and of their loads.
 
-The presets have typical figures of small brushless servo motors of these sizes.  Other figures can be given by name.
+The presets have typical figures of small brushless servo motors of these sizes.  The figures can be changed one by one.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
-"""The axis of a servo motor: a shaft with an encoder, which exists with and without power.
+"""The axis of a servo motor: a shaft with an encoder, powered or not.
 
-A *source* calculates the shaft's motion: the motor's processor with the physics, sample by sample and ahead of the
-clock.  All reads and changes therefore go through the source.  The machine's own state survives a loss of power and is
+A *source* (the motor's processor) calculates the shaft's motion sample by sample, ahead of the clock.  All reads and
+changes therefore use the source.  The machine's own state survives a loss of power and is
 kept here: physics, external torques, ambient temperature, switches.
 """
 
@@ -14,8 +14,8 @@ from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.master import Followed, Master
 from axistwin.plant.overrides import Override
-from axistwin.sim.by_hand import ByHand, check_counts, check_torque
 from axistwin.sim.clock import Clock
+from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts, check_torque
 from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
@@ -34,10 +34,10 @@ IDEAL_COUNTS_PER_REV = 2000
 
 
 class Source(Protocol):
-    """The calculation of a shaft's motion.  All values are those of the last sample by now."""
+    """Calculates a shaft's motion.  All values are those of the latest sample."""
 
     def refresh(self) -> None:
-        """`publish` all samples up to now, without a change of state or plans."""
+        """`publish` all samples up to now; state and predictions stay the same."""
 
     def catch_up(self) -> None:
         """`publish` all samples up to now, before a change of state."""
@@ -52,7 +52,7 @@ class Source(Protocol):
         """Position of the controller's trajectory, in the controller's coordinates, in counts."""
 
     def setpoint(self) -> int:
-        """Position of the trajectory for the shaft, in counts, in the machine's own direction."""
+        """Commanded position of the shaft in counts, in the machine's own direction."""
 
     def velocity(self) -> float:
         """Velocity of the shaft, in counts per second, in the machine's own direction."""
@@ -85,7 +85,7 @@ class AtRest:
     catch_up = replan = refresh
 
     def position(self) -> int:
-        """The position at which the shaft was left."""
+        """The position at which the shaft rests."""
         return self._axis.shaft
 
     setpoint = position
@@ -117,7 +117,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing: without a processor, no count exists."""
+        """Do nothing: without power, the motor has no encoder count."""
 
 
 class EncoderView:
@@ -132,7 +132,7 @@ class EncoderView:
         return self._axis.position
 
     def displace(self, counts: int) -> None:
-        """Turn the shaft by `counts`, as a person would; it stays there until the motor moves it back."""
+        """Turn the shaft by `counts`, as a person would; the shaft stays there until the motor moves it back."""
         check_counts(counts, "displace")
         self._axis.push(counts)
 
@@ -166,20 +166,20 @@ class ServoAxis:
         """The first and last position within the limit switches; None: no switches."""
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
-        """State of the physics, which belongs to the machine and is filled by the source."""
+        """State of the physics: it belongs to the machine, and the source updates it."""
         self.shaft = 0
-        """The position while the source is `AtRest`."""
+        """Position of the shaft while the source is `AtRest`."""
         self.counts_of, self.counts_out_of = 1, 1
         """The encoder counts `counts_of` for each `counts_out_of` counts: 9 of 10, -1 of 1, 0 of 1."""
         self._make_overrides()
         self.on_supply: Signal[[]] = Signal()
-        self.by_hand = ByHand(clock)
+        self.manual_actions = ManualActions(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`, `ambient`."""
         self.master = Master(clock, self)
         """The device wired to pins A and B."""
         self.encoder = EncoderView(self)
         self.on_motion: Signal[[]] = Signal()
-        """Never emitted: followers of this shaft read it sample by sample."""
+        """Never emitted: encoders on this shaft read the position at each sample."""
         self.window_low, self.window_high = -FAR, FAR
         """Range of positions, inclusive, in which no switch changes; see `left_window`."""
         self._edges: list[int] = []
@@ -209,7 +209,7 @@ class ServoAxis:
         self._source = AtRest(self)
 
     def publish(self, samples: Samples) -> None:
-        """Emit final samples to subscribers, in order of time, none ahead of the clock.
+        """Send final samples to subscribers, in order of time, up to the present time.
 
         Between published samples the position is constant, so long rests need no samples.
         """
@@ -217,7 +217,7 @@ class ServoAxis:
         self._published.emit(samples)
 
     def left_window(self) -> None:
-        """Update the switches and find a new window: the shaft has left the window in the present sample."""
+        """Update the switches and set a new window, after the shaft has left the window in the present sample."""
         self._find_window()
         self._left_window.emit()
 
@@ -268,7 +268,7 @@ class ServoAxis:
 
     @property
     def follows(self) -> Followed | None:
-        """The axis that its master encoder is mounted on."""
+        """The axis on which this motor's master encoder is mounted."""
         return self.master.followed
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
@@ -293,7 +293,7 @@ class ServoAxis:
     def ambient(self, celsius: float) -> None:
         if not COLDEST <= celsius <= HOTTEST:
             raise UsageError(f"ambient={celsius!r}: expected a temperature from {COLDEST:g} to {HOTTEST:g} °C")
-        self.by_hand.report("ambient", celsius)
+        self.manual_actions.report(ManualAct.AMBIENT, celsius)
         self._ambient.set(float(celsius))
 
     def heat(self, celsius: float) -> Callable[[], None]:
@@ -313,7 +313,7 @@ class ServoAxis:
     def load(self, newton_metres: float) -> None:
         """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
-        self.by_hand.report("load", newton_metres)
+        self.manual_actions.report(ManualAct.LOAD, newton_metres)
         self._outside.set(float(newton_metres))
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -322,7 +322,7 @@ class ServoAxis:
 
     def jam(self, on: bool = True) -> None:
         """Block the shaft, or release it; the trajectory continues."""
-        self.by_hand.report("jam", bool(on))
+        self.manual_actions.report(ManualAct.JAM, bool(on))
         self._jams.set(bool(on))
 
     def seize(self) -> Callable[[], None]:
@@ -363,7 +363,7 @@ class ServoAxis:
         self.on_supply.emit()
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Count `of` for each `out_of` counts from now on.  The motor uses the wrong count."""
+        """From now on count `of` for each `out_of` counts.  The motor uses the wrong count."""
         self._source.catch_up()
         self.counts_of, self.counts_out_of = of, out_of
         self._source.replan()
@@ -376,7 +376,7 @@ class ServoAxis:
 
     def push(self, counts: int) -> None:
         """Turn the shaft by `counts`, as a person would."""
-        self.by_hand.report("push", counts)
+        self.manual_actions.report(ManualAct.PUSH, counts)
         self._source.catch_up()
         self._source.push(counts)
         self.left_window()

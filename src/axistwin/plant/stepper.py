@@ -14,8 +14,8 @@ from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.overrides import Override
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
-from axistwin.sim.by_hand import ByHand, check_counts, check_torque
 from axistwin.sim.clock import Clock
+from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts, check_torque
 from axistwin.sim.pins import SensedPin
 from axistwin.sim.signal import Signal
 
@@ -41,9 +41,9 @@ class EncoderView:
         return self._encoder.follow(self._axis.position)
 
     def displace(self, counts: int) -> None:
-        """Push the load by `counts`; it stays there until the motor moves it back."""
+        """Push the load by `counts`; the load stays there until the motor moves it back."""
         check_counts(counts, "displace")
-        self._axis.by_hand.report("push", counts)
+        self._axis.manual_actions.report(ManualAct.PUSH, counts)
         self._encoder.displace(counts)
         self._axis.on_push.emit()
 
@@ -54,7 +54,7 @@ class EncoderView:
         return self._encoder.at_index
 
     def subscribe_index(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` whenever channel Z may have begun or ended.  Return an unsubscribe function."""
+        """Call `callback()` whenever the level of channel Z may have changed.  Return an unsubscribe function."""
 
         def edges() -> Sequence[int]:
             _ = self.count
@@ -67,7 +67,7 @@ class EncoderView:
         return stack.close
 
     def begin(self) -> None:
-        """Begin a move: the backlash of the previous move has been taken up."""
+        """Begin a move, with the backlash state at the end of the previous move."""
         _ = self.count
         self._encoder.begin()
 
@@ -83,7 +83,7 @@ class EncoderView:
 
     def miscount(self, of: int, out_of: int) -> None:
         """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
-        _ = self.count  # bring the encoder up to date first
+        _ = self.count  # first update the encoder to the present position
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -115,7 +115,7 @@ class StepperAxis:
         self.on_motion: Signal[[]] = Signal()
         """Emitted when a move begins or changes its profile."""
         self.on_push: Signal[[]] = Signal()
-        self.by_hand = ByHand(clock)
+        self.manual_actions = ManualActions(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
@@ -124,8 +124,8 @@ class StepperAxis:
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         self._lost = 0  # net pulses lost in finished moves
-        self._unmade = 0  # net pulses that the output has not made, before the present hold
-        self._made: int | None = None  # while the output is held: the net pulses it has made
+        self._unmade = 0  # net pulses that the output has not made in earlier holds
+        self._made: int | None = None  # net pulses that a held output has made; None while the output is not held
         self._was_held = False
 
     # What the controller does
@@ -222,7 +222,7 @@ class StepperAxis:
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return `lost` as a function of the pulses of this move, as now planned; None: no steps are lost in it."""
+        """Return `lost` as a function of the pulses of the present move; None if the move loses no steps."""
         if not self._slips:
             return None
         before, direction, found, per_tooth = self._lost, self.train.move.direction, self._slips, self._per_tooth
@@ -261,16 +261,16 @@ class StepperAxis:
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:
-        """Correct the output: it made pulses only up to this net number, and makes none until `let_go`.
+        """Hold the step output: it has made pulses only up to this net number, and makes no more until `let_go`.
 
-        A stand-in calls this function when a motion board has stopped a real motor.
+        Called by the stand-in when a motion board has stopped a real motor.
         """
         self._lost += self.train.move.direction * self._lost_in_move()
         self._slips, self._made = [], made
         self.on_motion.emit()
 
     def let_go(self) -> None:
-        """Let a held output make pulses again, from now on."""
+        """Release a held step output: it makes pulses again from now on."""
         if self._made is not None:
             self._unmade, self._made = self._issued - self._made, None
             self._replan()
@@ -306,7 +306,7 @@ class StepperAxis:
 
     @property
     def strength(self) -> float:
-        """Remaining fraction of the motor's torque, 0 to 1; the worst of several defects wins."""
+        """Remaining fraction of the motor's torque, 0 to 1; with several defects, the smallest fraction."""
         return min(self._torque_left.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
@@ -319,7 +319,7 @@ class StepperAxis:
     def load(self, newton_metres: float) -> None:
         """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
-        self.by_hand.report("load", newton_metres)
+        self.manual_actions.report(ManualAct.LOAD, newton_metres)
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -328,7 +328,7 @@ class StepperAxis:
 
     def jam(self, on: bool = True) -> None:
         """Block the shaft, or release it; pulses continue."""
-        self.by_hand.report("jam", on)
+        self.manual_actions.report(ManualAct.JAM, on)
         self._jams.set(on)
 
     def seize(self) -> Callable[[], None]:
@@ -338,7 +338,7 @@ class StepperAxis:
     # The machine
 
     def reaches_ns(self, position: int) -> int | None:
-        """Return the time at which the motor next reaches `position`, as now planned; None: not in this move."""
+        """Return the time at which the motor next reaches `position` in the present move; None if it does not."""
         move, now_ns = self.train.move, self.clock.now
         if self._made is not None:
             return None
@@ -363,7 +363,7 @@ class StepperAxis:
         return self._behind((over or not self.moving) and not self._held)
 
     def _behind(self, settled: bool) -> int:
-        """Return the lost pulses of this move, with the rotor between teeth or settled in one."""
+        """Return the lost pulses of this move, for a rotor between two teeth or at rest in a tooth."""
         if not self._slips or self._made is not None:
             return 0
         move = self.train.move
@@ -380,12 +380,12 @@ class StepperAxis:
         return self.jammed or not self.strength
 
     def _fall_in(self) -> None:
-        """Let a free rotor fall into the next tooth, so that it has lost whole teeth."""
+        """Move a free rotor to the next tooth, so that the lost pulses are whole teeth."""
         if self._lost and not self._held:
             self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)
 
     def _update_held(self) -> None:
-        """Keep the position of a rotor that is blocked from now on; let a released one fall into a tooth."""
+        """Store the position of a rotor that is blocked from now on; move a released rotor to the next tooth."""
         if self._held and not self._was_held and not self.moving:
             self._lost, self._slips = self._lost + self.train.move.direction * self._behind(settled=True), []
         self._was_held = self._held
@@ -459,7 +459,7 @@ class _EdgeSubscription:
             axis.clock.call_later(min(due) - axis.clock.now, lambda: self._call(plan))
 
     def _forget(self) -> None:
-        """Cancel the planned call; its event becomes background."""
+        """Cancel the planned call; its event stays scheduled as a background event."""
         self._plan += 1
         self._axis.clock.background += self._waiting
         self._waiting = False

@@ -7,7 +7,7 @@ from axistwin.sim.pins import Pin
 
 
 class PositionSwitch:
-    """A switch that is on while `first <= position <= last`; None: no end on that side.
+    """A switch that is on while `first <= position <= last`; None: no limit on that side.
 
     With a stepper the switch changes on the exact pulse.
     """
@@ -32,7 +32,7 @@ class PositionSwitch:
 
 
 def in_series(switches: Sequence[PositionSwitch], pin: Pin, *, closed: bool = True) -> None:
-    """Connect switches in series: `pin` has the level `closed` while all of them are on, else the other level."""
+    """Connect switches in series: `pin` has the level `closed` while all switches are on, otherwise the opposite."""
 
     def update() -> None:
         pin.set(all(switch.on for switch in switches) is closed)

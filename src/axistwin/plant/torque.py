@@ -1,4 +1,4 @@
-"""The torque-speed curve of a stepper motor, and the whole rotor teeth that the motor loses beyond the curve.
+"""The torque-speed curve of a stepper motor, and the lost steps beyond the curve.
 
 If the required torque exceeds the curve at the present rate, the rotor falls out of step and stops.  It falls into step
 again when the rate is back within `pull_in` and the torque suffices.  Its equilibria are one rotor tooth apart, so the
@@ -73,7 +73,7 @@ class StepperMotor:
 
 @dataclass
 class Slip:
-    """The rotor stops at pulse `first` and falls into step at pulse `last`; None: not within this move."""
+    """A loss of steps: the rotor stops at pulse `first` and falls into step at pulse `last`; None: not in this move."""
 
     first: int
     last: int | None = None

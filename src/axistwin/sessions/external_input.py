@@ -25,7 +25,7 @@ from axistwin.units import to_seconds
 log = getLogger("axistwin")
 
 REPEATING = "the run is being repeated"
-"""Why clients at real ports wait, and new clients are refused."""
+"""Reason that is given to new clients that are refused during a replay."""
 
 
 class ExternalInput:
@@ -41,7 +41,7 @@ class ExternalInput:
         self._server: Server | None = None
 
     def attach(self, bench: Bench) -> None:
-        """Apply external input to this bench from now on.  Clients stay connected, and the ports are not changed.
+        """Connect the session's ports to this bench.  Clients stay connected, and the bench's ports are not changed.
 
         Raises UsageError, without any change, if the bench has no port of a name that is in use.  Not allowed while the
         bench is being advanced.
@@ -73,7 +73,7 @@ class ExternalInput:
         return self._buses[name]
 
     def serve(self, server: Server) -> None:
-        """Control the clients of this server, too."""
+        """Mute and unmute the clients of this server, too."""
         self._server = server
         server.bench = self.bench
         if self._muted:
@@ -86,7 +86,7 @@ class ExternalInput:
         self._mute(True)
 
     def unmute(self) -> None:
-        """Admit hosts, and update hosts with the changes made meanwhile."""
+        """Admit hosts, and report to the hosts the changes made meanwhile."""
         self.pacer.sync()
         self._mute(False)
         if self._server is not None:
@@ -118,8 +118,10 @@ class ExternalInput:
             if isinstance(act, Do) and act.target == LOAD:
                 self._record(act)  # a load that fails half-way must fail in a replay, too
             raise
-        self._record(act)
-        self.pacer.work()
+        else:
+            self._record(act)
+        finally:
+            self.pacer.work()  # also after an error: the act may have scheduled events before it failed
 
     def replay(self, act: Act) -> None:
         """Perform a recorded act again; an error is logged."""

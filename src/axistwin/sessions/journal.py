@@ -1,7 +1,7 @@
 """The journal: all external input of a run with its time, from which the run can be replayed exactly.
 
-A moment holds the acts of one nanosecond that follow each other without an advance of the clock.  An act is an act of a
-conversation (`Say`, `Do`).  Equal acts are stored once, and a moment stores the time since the last moment and the
+A moment holds the acts between two advances of the clock, which have the same time.  An act is a `Say` or a `Do` of a
+conversation.  Equal acts are stored once, and a moment stores the time since the last moment and the
 numbers of its acts.  A poll of a host, which repeats for hours, takes some 5 bytes.
 """
 
@@ -13,9 +13,9 @@ from axistwin.errors import UsageError
 
 Act = Say | Do
 MAX_BYTES = 64 << 20
-"""Size of a full journal.  A host that polls ten times a second fills it in two weeks."""
+"""Maximum size of a journal in bytes.  A host that polls ten times a second fills the journal in two weeks."""
 BYTES_PER_ACT = 400
-"""Approximate memory of each different act."""
+"""Approximate memory of each different act in bytes."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Cursor:
     time_ns: int = 0
     """Time of the preceding moment."""
     known: int = 0
-    """Number of different acts up to this position."""
+    """Number of different acts before this position."""
 
 
 class Journal:
@@ -57,7 +57,7 @@ class Journal:
         return len(self._data) + self._texts
 
     def add(self, time_ns: int, clock_pass: int, act: Act) -> bool:
-        """Append an act at this time and in this pass of the clock.  Returns False if the journal is full."""
+        """Append an act at this time, after this number of advances.  Return False if the journal is full."""
         if self.full_ns is None and self.bytes > self._max_bytes:
             self.full_ns = time_ns
         if self.full_ns is not None:
@@ -93,7 +93,7 @@ class Journal:
     def truncate(self, cursor: Cursor) -> None:
         """Delete all moments after this position."""
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # acts are numbered in order of first use
+        for act in self._acts[cursor.known :]:  # acts are numbered in the order of their first use
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]
@@ -126,6 +126,6 @@ def _size(act: Act) -> int:
 
 
 def check(act: Act) -> None:
-    """Raise UsageError for a value that a line of a scene or a conversation cannot hold."""
+    """Raise UsageError for a value that cannot be written in one line of a scene or a conversation."""
     if isinstance(act, Do) and (";" in act.value or "\n" in act.value):
         raise UsageError(f"invalid value in {act.target} {act.value!r}: expected neither ; nor a new line")

@@ -15,8 +15,7 @@ OFF_S = 0.1
 
 
 def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:
-    """Return the name under which the program is stored: its own name, or a numbered name if another text has that
-    name.
+    """Return the name under which the program is stored: its file name, or a numbered name if that is in use.
 
     Raises ProgramError with file, line and column; UsageError.
     """

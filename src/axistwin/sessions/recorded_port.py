@@ -1,6 +1,6 @@
-"""Ports as hosts at real ports use them in a session.  Each act is recorded, and a new bench may replace the old one.
+"""Ports of a session for hosts.  Each act of a host is recorded, and the bench behind a port can be replaced.
 
-While a run is replayed, a port is muted: the replay repeats what its host has already received.
+A port is muted during a replay, because the replay repeats data that its host has already received.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """A device line on the present bench.  While `muted` its changes are not reported."""
+    """A control line of a device on the present bench.  While the line is muted, its changes are not reported."""
 
     def __init__(self, pin: Pin) -> None:
         super().__init__(pin.clock, pin.name, output=True)
@@ -37,7 +37,7 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Follow the line of another bench."""
+        """Use the control line of another bench from now on."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
@@ -72,7 +72,7 @@ def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
 
 
 class RecordedHost:
-    """The host's end of a line.  Assignments are recorded."""
+    """The host's end of a serial line.  Assignments to its attributes are recorded."""
 
     format: UartFormat = _forwarded("format", SetFormat)
     dtr: bool = _forwarded("dtr", partial(SetLine, "dtr"))
@@ -106,7 +106,7 @@ class RecordedPort:
         self._muted = False
         self._receives: Signal[int, LineError] = Signal()
         self._settings: dict[object, tuple[int, Callable[[], None]]] = {}
-        """The last act of each kind with a lasting effect: its time, and a function that repeats it."""
+        """The last setting of each kind: its time, and a function that makes the setting again."""
         self._unsubscribe = port.subscribe_received(self._received)
 
     def attach(self, port: SerialPort) -> None:
@@ -118,12 +118,12 @@ class RecordedPort:
         self.rts_line.attach(port.rts_line)
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting.  At the end, settings that the host made after the present time are set again."""
+        """Begin or end muting.  At the end, settings with a recorded time after the present time are made again."""
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # not yet set on this bench
+                if set_ns > now_ns:  # made after the present time: not yet made on this bench
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
@@ -150,7 +150,7 @@ class RecordedPort:
         self.do(SendBreak(seconds), lambda port: port.send_break(seconds))
 
     def drop_pending(self) -> None:
-        """Discard all queued characters that have not left yet."""
+        """Discard all queued characters that have not been sent."""
         self.do(DropPending(), lambda port: port.drop_pending())
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
@@ -159,20 +159,20 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # the host has received this character before
+            self.present.read()  # replayed: the host has received this character before
         else:
             self._receives.emit(byte, errors)
 
 
 class RecordedBus:
-    """The registers of a board.  `record` receives each act that changes something, before it is performed."""
+    """The registers of a board.  `record` receives each act that changes the board, before the act is performed."""
 
     def __init__(self, bus: RegisterPort, record: Callable[[BusAct], object]) -> None:
         self.present, self._record = bus, record
         self.interrupt_line = MutableLine(bus.interrupt_line)
 
     def attach(self, bus: RegisterPort) -> None:
-        """Connect to the registers of another bench, without changing these."""
+        """Connect to the registers of another bench, without changing their contents."""
         self.present = bus
         self.interrupt_line.attach(bus.interrupt_line)
 

@@ -1,7 +1,7 @@
 """A session saved as a scene that repeats the session: acts of users as a script, acts of hosts as conversations.
 
-All acts of one nanosecond go into one file, to keep their order.  Acts of users on one controller go into the script.
-All others go into the conversation of the endpoint that a host has used; a serial line is preferred to a bus.
+All acts of one nanosecond are written to one file, to keep their order.  Acts of users on one controller are written to
+the script, all other acts to the conversation of an endpoint that a host has used.
 """
 
 import re
@@ -31,14 +31,14 @@ def files(
     """Return the texts of the scene and its files, by name.  Raises UsageError for acts that no scene can contain."""
     found = Files()
     if scene is not None:
-        found.texts.update(scene.programs)  # file names that the scene's script may load stay the same
+        found.texts.update(scene.programs)  # files that the scene's script may load keep their names
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # number of consecutive sessions saved in these conversations
+    before = max(map(rank_of, headers), default=0)  # number of earlier sessions in the scene's conversations
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        if not before and all(map(_is_script, moments)):  # a script would run before an earlier saved session
+        if not before and all(map(_is_script, moments)):  # a script would come before an earlier session
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
                 copy.script.append(entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts))
@@ -61,7 +61,7 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if users have done all acts, on one controller."""
+    """True if all acts are acts of users on one controller."""
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
         for act in moment.acts
@@ -85,7 +85,7 @@ class _Conversations:
         self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """Append the moments of one nanosecond, each after all events due by then."""
+        """Append the acts of one nanosecond; each is performed after all other events due by then."""
         moments = list(moments)
         name = self._endpoint_of(act for moment in moments for act in moment.acts)
         acts = self._acts.setdefault(name, [])
@@ -100,13 +100,13 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the endpoint whose conversation takes these acts."""
+        """Return the name of the endpoint in whose conversation these acts are written."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return the act, with the name of its controller if that differs from `name`."""
+        """Return the act; it names its controller only if the name differs from `name`."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

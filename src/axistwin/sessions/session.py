@@ -50,7 +50,7 @@ class State(Enum):
 
 
 class Session:
-    """Controls one bench, which `build` creates.
+    """Controls one bench at a time, created by `build`.
 
     `speed`: times real time; None: as fast as possible.  `scene`: the scene of `build`, for `save`.  `served`: the
     scene was built without hosts for controllers with ports.  `run` needs a running event loop.
@@ -67,7 +67,7 @@ class Session:
         """The server of real ports; see `serve`."""
         self.breaks: list[Break] = []
         self.halted_by = ""
-        """Text of the breakpoint or error that has stopped the bench; "" if a user has paused it."""
+        """Text of the breakpoint or error that has stopped the bench; "" if a user has paused the bench."""
         self.progress: float | None = None
         """Progress of `go_to`, 0 to 1; None if not active."""
         self.input = ExternalInput(self.pacer)
@@ -83,7 +83,9 @@ class Session:
 
     @property
     def seconds(self) -> float:
-        """Virtual time of the last advance in seconds.  The pacer sleeps while no event is due (`pacer.work`)."""
+        """Virtual time of the last advance, in seconds.  While no event is due, the bench is not advanced; see
+        `pacer.work`.
+        """
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
@@ -122,16 +124,17 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # in the recorded form; raises if invalid
+            codec.read(codec.show(data))  # as the recording is read again; raises ProgramError for an invalid command
         else:
-            self.bench.port(name)  # raises for an unknown name
+            self.bench.port(name)  # raises UsageError for an unknown name
         self._do(Say(data, controller=name))
 
     def load(self, name: str, filename: str, text: str) -> None:
         """Switch a controller off and on, load a program into it, and start the program.
 
         SmartMotor source (.sms) is stored and run; command lines (.if1, .181x) are sent as by a host.  Raises
-        AxistwinError before any act; an error in the program names file, line and column.
+        AxistwinError, in most cases before the controller is changed; an error in the program has file, line and
+        column.
         """
         file = programs.checked(self.bench, name, filename, text, self.input.texts)
         if name in self.bench.ports:
@@ -271,7 +274,7 @@ class Session:
         return self._replay is not None
 
     def give_up(self) -> None:
-        """Abort `step` or `go_to` at the time reached so far."""
+        """Abort `step` or `go_to` at the present virtual time."""
         if self.busy:
             self._state = State.MOVE_ABORTED
 
@@ -287,7 +290,7 @@ class Session:
             await self._advance_to(time_ns)
 
     def forget_rest(self) -> None:
-        """Delete the recording after the present time, and accept new input from here on."""
+        """Delete the part of the recording after the present time, and accept new input."""
         self._check_free()
         self.pacer.sync()
         if self._replay is not None:

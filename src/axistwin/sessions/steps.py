@@ -16,7 +16,7 @@ MAX_S = 60
 
 
 class StepObserver:
-    """Detects the end of a step of this kind within a `with` block."""
+    """Detects the end of a step within a `with` block; `kind`: the kind of step."""
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:
@@ -39,14 +39,14 @@ class StepObserver:
 
     @property
     def seen(self) -> bool:
-        """True after the event of the step."""
+        """True after the event that ends the step."""
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def _see(self, *_: object) -> None:
         self._seen = True
 
     def _movements(self) -> list[tuple[bool, int]]:
-        """Return for each axis True if the axis moves, and for a stepper the start time of the present move."""
+        """Return a state for each axis: True if the axis moves, and for a stepper also the start time of the move."""
         return [
             (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.move.start_ns)
             for controller in self.bench.controllers.values()
@@ -55,7 +55,8 @@ class StepObserver:
 
 
 def advance(bench: Bench, end_ns: int, done: Callable[[], object]) -> bool:
-    """Execute one event time after the other until `done()` (returns True) or no event is due by `end_ns` (False).
+    """Execute all events of one time after another.  Return True when `done()` is true, False if no event is due by
+    `end_ns`.
 
     While a servo moves, each of its samples is an event.
     """
@@ -72,7 +73,9 @@ def advance(bench: Bench, end_ns: int, done: Callable[[], object]) -> bool:
 
 
 def run_to(clock: Clock, end_ns: int, over: Callable[[], bool]) -> bool:
-    """Run to `end_ns`, inclusive (returns True), or to the end of the nanosecond in which `over()` is true (False)."""
+    """Run to `end_ns`, inclusive, and return True; or to the end of the nanosecond in which `over()` is true, and
+    return False.
+    """
     while not over():
         due_ns = clock.next_event_ns()
         if due_ns is None or due_ns > end_ns:

@@ -1,4 +1,4 @@
-"""The one clock of a bench: a SimPy environment whose time is an integer number of nanoseconds.
+"""The clock of a bench: a SimPy environment whose time is an integer number of nanoseconds.
 
 A procedure that takes time is a generator; time passes only where it yields.  Events at the same nanosecond happen in
 the order in which they were scheduled.  Two runs of the same bench are therefore identical.
@@ -20,7 +20,7 @@ from axistwin.units import MOST_NS
 __all__ = ["Clock", "Event", "Procedure", "Process", "interrupt", "kill"]
 
 Procedure = Generator[Event, Any, Any]
-"""A device procedure, written top to bottom: it yields events and is resumed when they have happened."""
+"""A device procedure: a generator that yields events and is resumed when the events have happened."""
 
 LAST = 9
 """The rank of events from outside, after all events of the bench itself."""
@@ -30,17 +30,17 @@ _AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
 class Clock(simpy.Environment):
     """Virtual time in integer nanoseconds, from 0."""
 
-    now: int  # SimPy also allows floats; here time is an integer
+    now: int  # an integer, although SimPy also allows floats
 
     def __init__(self) -> None:
         super().__init__()
         self.patient = True
-        """True unless a user watches in real time: then no nanosecond may take seconds to compute."""
+        """False after a pacer has started the clock: then no nanosecond may take seconds to compute."""
         self.background = 0
         """Number of scheduled events that only maintain a display, such as the next flash of an observed lamp."""
         self.interrupted: set[Process] = set()
         self.by_itself = False
-        """True while the bench itself acts on machines: its script or a fault."""
+        """True while the bench itself performs an action at a machine, by its script or a fault."""
         self._ends: Signal[[]] = Signal()
 
     @property
@@ -60,13 +60,13 @@ class Clock(simpy.Environment):
         """
         end = self._last_at(_possible(end_ns))
         try:
-            while end.callbacks is not None:  # until the end event has happened
+            while end.callbacks is not None:  # `callbacks` is None after the end event
                 self.step()
         finally:
-            self._withdraw(end)  # after an exception
+            self._withdraw(end)  # only after an exception: otherwise the event has happened
 
     def later(self, duration_ns: int) -> int:
-        """Return the time `duration_ns` after now.  Raises UsageError if it is after the end of virtual time."""
+        """Return the time `duration_ns` after now.  Raises UsageError for a time after the end of virtual time."""
         return _possible(self.now + duration_ns)
 
     def call_last(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
@@ -89,7 +89,7 @@ class Clock(simpy.Environment):
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """Return an event that happens after all other events that are due by then."""
         event = Event(self)
-        event._ok, event._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
+        event._ok, event._value = True, None  # scheduled for a time, like simpy.Timeout
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 

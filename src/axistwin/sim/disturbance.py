@@ -1,6 +1,7 @@
 """Disturbances of characters on a line.
 
-A `Passage` is one character that has just left its transmitter.  Each `Disturbance` on the line changes the passage.
+A `Passage` is a character on its way from the transmitter to the receiver.  Each `Disturbance` of the line changes the
+passage.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ Effect = Callable[[Passage], None]
 
 
 def always() -> bool:
-    """Return True: the disturbance meets each character."""
+    """Return True: the disturbance changes each character."""
     return True
 
 
@@ -42,11 +43,11 @@ class Disturbance:
 
     @property
     def over(self) -> bool:
-        """True if the disturbance has met all its characters."""
+        """True if the disturbance has changed its number of characters."""
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:
-        """Apply the disturbance to a character, if `strikes()` is True."""
+        """Apply the disturbance to a character if `strikes()` is True; count the character."""
         if self.left == 0 or not self.strikes():
             return
         self.effect(passage)

@@ -20,7 +20,7 @@ Parity = Literal["N", "E", "O", "M", "S"]
 BITS = 5, 6, 7, 8
 STOP_BITS = 1, 1.5, 2
 FASTEST_BAUD = 12_000_000
-"""The highest baud rate of USB adapters' UARTs; no controller here is nearly as fast."""
+"""The highest valid baud rate: that of the UARTs in USB adapters."""
 MARK, SPACE = True, False
 
 
@@ -34,12 +34,12 @@ class LineError(Flag):
 
 
 SOUND = LineError.NONE
-"""The errors of a good character; named here, because access to the enumeration is slow in the inner loop."""
+"""No error, as a constant, because access to the enumeration is slow in the inner loop."""
 
 
 @dataclass(frozen=True)
 class UartFormat:
-    """The format of a character on the wire.  Parity in pyserial's letters: none, even, odd, mark, space.
+    """The format of a character on the wire.  Parity as a letter: N(one), E(ven), O(dd), M(ark), S(pace).
 
     Raises UsageError for an invalid format.  Valid are 1 to 12,000,000 baud, 5 to 8 data bits, 1, 1.5 or 2 stop bits.
     """
@@ -90,13 +90,13 @@ class UartFormat:
         return odd if self.parity == "E" else not odd
 
     def frame(self, byte: int, flipped: int = 0) -> tuple[bool, ...]:
-        """Return the levels of start, data and parity bits; `flipped` data bits are inverted after that."""
+        """Return the levels of start, data and parity bits; data bits in `flipped` are inverted, the parity is not."""
         byte &= (1 << self.bytesize) - 1
         data = tuple(bool((byte ^ flipped) >> bit & 1) for bit in range(self.bytesize))
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the runs of space in that frame: the first bit of each run, and the first bit after it."""
+        """Return the runs of space in the frame of `byte`: first bit of each run, and first bit after the run."""
         return _spaces(self.bytesize, self.parity, byte, flipped)
 
     @cached_property
@@ -107,7 +107,7 @@ class UartFormat:
     def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
         """Return the byte and errors that a receiver in this format reads; None: a false start.
 
-        `level_at` returns the level at a time after the falling edge.
+        `level_at` returns the level at a time in ns after the falling edge.
         """
         middles = [(bit + Fraction(1, 2)) * self.bit_ns for bit in range(self.samples)]
         if level_at(middles[0]) is MARK:
@@ -153,7 +153,7 @@ class Frame:
     sent: tuple[UartFormat, int] | None = None
     """The format and the character if nothing has disturbed it."""
     own: bool = False
-    """True if the receiver's own transmitter sends the frame on a shared pair: no start bit for the receiver."""
+    """True if the receiver's own transmitter sends the frame on a shared pair; the receiver then ignores the frame."""
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
@@ -163,7 +163,7 @@ class Frame:
 
     @classmethod
     def held(cls, start_ns: int, duration_ns: int, *, own: bool = False) -> "Frame":
-        """Return a frame that holds the wire at space for `duration_ns`."""
+        """Return a frame with the wire at space for `duration_ns`."""
         return cls(start_ns, ((0, 1),), duration_ns, 1, own=own)
 
     @property

@@ -1,4 +1,4 @@
-"""The level of a wire over time, exactly and in integers.
+"""The level of a wire over time, calculated exactly with integers.
 
 A wire is at mark, except during its *spaces*.  An instant is `number / per` nanoseconds: the bits of a sender at B
 baud begin at whole multiples of 1/B ns.  Two instants are compared by cross-multiplication.
@@ -30,7 +30,7 @@ class Space:
 
 
 class Levels:
-    """The levels of a wire from now on.  It must be read at times that never decrease."""
+    """The levels of a wire from now on.  The levels must be read in order of time."""
 
     def __init__(self) -> None:
         self._spaces: deque[Space] = deque()
@@ -70,7 +70,7 @@ class Levels:
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
             since, width = at * space.per, step * space.per
-            first = max(0, (space.begin * per - since + width - 1) // width)  # round up: the samples inside the space
+            first = max(0, (space.begin * per - since + width - 1) // width)  # rounded up: first sample inside
             if first >= count:
                 break
             last = min(count, (space.end * per - since + width - 1) // width)  # a break may last for hours
@@ -82,7 +82,7 @@ class Levels:
         return levels
 
     def at(self, time_ns: Fraction) -> bool:
-        """Return the level at any time, as far as it is known by now."""
+        """Return the level at any time, calculated from the frames put on the wire by now."""
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:

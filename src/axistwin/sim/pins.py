@@ -1,6 +1,7 @@
 """Pins and the wires between them.
 
-A pin has one level at a time.  A connected part (a controller's output stage, a switch, a wire) sets its `source`.  A
+A pin has one level, high or low.  The connected part (a controller's output stage, a switch, a wire) sets this level.
+A
 person with a test lead may `drive` the pin to another level until `release`.
 
 A `UserPin` has a voltage as well: it is a TTL terminal with a pull-up resistor, used by its device as input or output.
@@ -16,7 +17,8 @@ from axistwin.sim.signal import Signal
 PULLED_UP_VOLTS = 5.0
 """Voltage of an open user pin, through its 5 kΩ resistor."""
 HIGH_VOLTS, LOW_VOLTS = 2.0, 0.8
-"""Thresholds: high from the first voltage up, low from the second down.  Between them the level does not change."""
+"""Thresholds: the level is high from the first voltage up, low from the second voltage down, and unchanged in between.
+"""
 LEAST_VOLTS, MOST_VOLTS = -0.5, 5.5
 """The range of voltages that the pin survives."""
 FULL_SCALE = 1023
@@ -58,7 +60,7 @@ class Pin:
 
     @property
     def level(self) -> bool:
-        """True: high.  For the opto-isolated inputs of the IF1/IF2: current flows."""
+        """True if the level is high; for the opto-isolated inputs of the IF1/IF2, if current flows."""
         if self._holds:
             return self._holds[-1].level
         if self._driven is not None:
@@ -137,7 +139,7 @@ class Pin:
         return unsubscribe
 
     def subscribe_edges(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of level, also of a level that is otherwise read on demand.
+        """Call `callback(pin)` at every change of level, even of a pin whose level is normally only read on demand.
 
         Return an unsubscribe function.
         """
@@ -187,7 +189,7 @@ class Pin:
 
 
 class CalculatedPin(Pin):
-    """An output whose level follows from the motion: `read` returns the level, and pulses cause no events."""
+    """An output whose level is calculated by `read` from the motion, so that single pulses cause no events."""
 
     silent = True
 
@@ -315,7 +317,7 @@ class UserPin(Pin):
         return self._lead
 
     def _attach(self, volts: float | None) -> None:
-        """Report a test lead before it acts, even if the voltage stays."""
+        """Report a change of the test lead before its effect, even if the voltage stays the same."""
         if volts == self._lead:
             return
         level, before = self.level, self.volts
@@ -373,7 +375,7 @@ class UserPin(Pin):
 
 
 def _volts(level: bool | float) -> float:
-    """Return the voltage for a level or a voltage.  A bool is a level, although Python counts it among the numbers."""
+    """Return the voltage for a level (a bool) or a voltage (a number)."""
     if isinstance(level, bool) or not isinstance(level, int | float):
         return PULLED_UP_VOLTS if level else 0.0
     if not LEAST_VOLTS <= level <= MOST_VOLTS:

@@ -11,7 +11,7 @@ Line = tuple[str, int]
 
 
 class Progress:
-    """Subscribers to program lines.  `attend()` is called whenever the set of requested lines may have changed."""
+    """Subscribers to program lines.  `attend()` is called whenever lines are added to or removed from `wanted`."""
 
     def __init__(self, attend: Callable[[], None] = lambda: None) -> None:
         self._attend = attend
@@ -20,11 +20,11 @@ class Progress:
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """The lines that have subscribers; None: all lines."""
+        """Lines with subscribers; None if subscribers requested all lines."""
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Report that this line begins now."""
+        """Report to the subscribers that this line begins now."""
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:

@@ -4,7 +4,8 @@
     0        output data buffer (FIFO)     input data buffer (FIFO)
     1        status byte                   control byte
 
-The port is the hardware only; the device defines the bits.  The device also reports complete commands and ready
+The port is only the hardware; the device defines the meaning of the bits.  The device also reports complete commands
+and ready
 messages to subscribers.
 """
 
@@ -59,7 +60,9 @@ class Fifo:
 
 
 class RegisterPort:
-    """The host's side of the registers (`read`, `write`, `interrupt`, `init`) and the device's (everything else)."""
+    """The registers between host and device.  The host uses `read`, `write`, `interrupt` and `init`, the device all
+    other members.
+    """
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -80,7 +83,7 @@ class RegisterPort:
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:
-        """Read a register: 0 the output data buffer, 1 the status byte.  It takes no virtual time."""
+        """Read a register, in no virtual time: 0 the output data buffer, 1 the status byte."""
         check_byte("offset", offset, CONTROL)
         if not self.powered:
             return NOBODY_DRIVES
@@ -89,7 +92,7 @@ class RegisterPort:
         return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
-        """Write a register: 0 the input data buffer, 1 the control byte.  It takes no virtual time."""
+        """Write a register, in no virtual time: 0 the input data buffer, 1 the control byte."""
         check_byte("offset", offset, CONTROL)
         check_byte("value", value)
         if not self.powered:

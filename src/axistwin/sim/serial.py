@@ -1,8 +1,10 @@
 """A serial connection at the level of bits: frames that occupy the wire for their duration.
 
-A `Uart` is one end: a format, a transmitter with a holding register, a receiver.  A `Line` is the wire from one end's
+A `Uart` is one end of the connection: a transmitter with a holding register, a receiver, and a format.  A `Line` is the
+wire from one end's
 transmitter to the other end's receiver.  The receiver does not use the sender's format: it detects a falling edge and
-samples the middle of each bit in its *own* format, as the chip does.  Parity and framing errors follow from a mismatch
+samples the middle of each bit in its *own* format, as a real UART does.  Parity and framing errors follow from a
+mismatch
 of formats.
 
 A character is received at the end of its first stop bit; the next one may begin after all stop bits.
@@ -24,7 +26,7 @@ from axistwin.sim.signal import Signal
 from axistwin.units import S, to_ns
 
 MANY = 12
-"""Number of spaces of about three characters.  Above this number a receiver reads its samples early."""
+"""Number of stored spaces above which a receiver samples early; about three characters."""
 LevelAt = Callable[[Fraction], bool]
 """The level of the line at a time in ns after a falling edge."""
 
@@ -45,7 +47,7 @@ class Wire(Protocol):
 
 
 class _Nowhere:
-    """The wire of an unconnected plug."""
+    """The wire of an unconnected transmitter."""
 
     instant, ready = False, True
 
@@ -71,17 +73,20 @@ class _Reading:
         self.next, self.step = begin + half_bit, 2 * half_bit
         self.levels, self.taken, self.left = 0, 0, fmt.samples
         self.idle = begin + fmt.receive_ns * self.per - half_bit
-        """The instant from which the receiver searches for a start bit: the middle of the stop bit, as in the chip."""
+        """The instant from which the receiver searches for a start bit: the middle of the stop bit, as in a real UART.
+        """
         self.edge_ns = edge // edge_per
         self.end_ns = self.edge_ns + fmt.receive_ns
         """The end of the first stop bit."""
         self.whole = whole
-        """The frame, while it is certain to be received as sent: until another signal appears on the wire."""
+        """The frame, if the character will be received as sent; None after another signal has appeared on the wire."""
         self.space = space
-        """The space that begins with the edge, if the character is sampled."""
+        """The space that begins with the falling edge, if the character is sampled."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the levels before this time, or all of them; end at a false start.  Return the number of samples."""
+        """Sample the levels before this time, or all levels of the character; stop at a false start.  Return the number
+        of samples.
+        """
         count = self.left
         if before_ns is not None:
             missing = before_ns * self.per - self.next
@@ -111,10 +116,10 @@ class Line:
         self.samples = 0
         self._levels = Levels()
         self._reading: _Reading | None = None
-        self._idle = 0, 1  # a falling edge is a start bit from this instant on: (number, units per ns)
+        self._idle = 0, 1  # from this instant on a falling edge is a start bit; (number, units per ns)
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        self._free_ns = 0  # until then delayed characters are in transit
+        self._free_ns = 0  # time of arrival of the last delayed character
 
     # Line faults
 
@@ -140,7 +145,7 @@ class Line:
         self._cut_by(self)
 
     def sever(self) -> Callable[[], None]:
-        """Open the wire as `cut` does.  Return a function that repairs this cut and no other."""
+        """Open the wire as `cut` does.  Return a function that repairs only this cut."""
         token = object()
         self._cut_by(token)
         return lambda: self._cuts.remove(token)
@@ -151,7 +156,7 @@ class Line:
         self._levels.cut(self.clock.now)
 
     def mend(self) -> None:
-        """Repair what `cut` has opened."""
+        """Close the wire that `cut` has opened."""
         self._cuts = [token for token in self._cuts if token is not self]
 
     def short(self, duration_ns: int) -> None:
@@ -169,7 +174,9 @@ class Line:
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """Put the receiver's own signal on the wire.  The receiver ignores it, but it garbles other characters."""
+        """Put a signal of the receiver's own transmitter on the wire.  The receiver ignores this signal, but it garbles
+        other characters.
+        """
         if self.instant:
             return
         if isinstance(item, Break):
@@ -183,7 +190,7 @@ class Line:
             return self._carry_break(item)
         undisturbed = not self._disturbances and not self._cuts and self._free_ns <= self.clock.now
         if self.instant and undisturbed and self.receiver.understands(sent):
-            self.receiver.take(item & ((1 << sent.bytesize) - 1), SOUND)  # no sampling needed
+            self.receiver.take(item & ((1 << sent.bytesize) - 1), SOUND)  # received as a whole: no sampling needed
             return 0
         passage = self._passage(sent)
         if not self._cuts:
@@ -244,7 +251,7 @@ class Line:
             return
         last = reading.left <= (1 if self.receiver.resynchronises else 0)
         if last or reading.whole is not None or frame.end * reading.per > reading.next * frame.per:
-            self._levels.put(frame)  # else the frame ends before the receiver's next sample
+            self._levels.put(frame)  # otherwise the frame ends before the receiver's next sample
 
     def _begin_whole(self, frame: Frame) -> bool:
         """Receive the frame without sampling, if the format fits and the wire is otherwise free.  Return True if so."""
@@ -272,7 +279,7 @@ class Line:
             reading.space.unread, self._reading = True, None
 
     def _find_start_bit(self) -> None:
-        """Find the next falling edge, which is fixed already, as frames are put on the wire as a whole.
+        """Find the next falling edge.  Each frame is put on the wire as a whole, so the edge is already known.
 
         A receiver without a format first measures the duration of the low level (automatic baud rate).
         """
@@ -297,7 +304,7 @@ class Line:
         self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._end_character(reading))
 
     def _read_on(self, now_ns: int) -> None:
-        """Sample the levels up to now."""
+        """Sample the levels of the present character up to now."""
         while (reading := self._reading) is not None and reading.whole is None:
             self.samples += reading.read(self._levels, now_ns)
             if not reading.false_start:
@@ -314,7 +321,7 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels) if sent is None else (sent[1], SOUND)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # it may change the format for later characters
+        self.receiver.take(byte, errors)  # the device may change its format for later characters
         self._reading = None
         self._find_start_bit()
 
@@ -345,7 +352,7 @@ class Uart:
     on_measure: Callable[[Fraction], UartFormat | None] = lambda low_ns: None
     """Return a format for a start bit of this length; called while `format` is None."""
     second_look: Callable[[Fraction, LevelAt], UartFormat | None] | None = None
-    """Return another format for one character, or None; called at each start bit while there is a `format`.
+    """Return another format for one character, or None; called at each start bit if `format` is set.
 
     Arguments: the time that the line is low, and the levels from the falling edge on.
     """
@@ -385,12 +392,12 @@ class Uart:
         return other or self.format
 
     def send(self, data: bytes) -> None:
-        """Queue characters.  They leave one after the other, each in the format that is set when it leaves."""
+        """Queue characters.  Each is sent in the format that is set when its transmission begins."""
         self.queue.extend(data)
         self.pump()
 
     def send_break(self, seconds: float) -> None:
-        """Hold the line at space for `seconds`, after the characters that are queued already."""
+        """Send a break of `seconds` after the queued characters."""
         self.queue.append(Break(to_ns(seconds)))
         self.pump()
 
@@ -410,7 +417,7 @@ class Uart:
             event.succeed()
 
     def pump_peer(self) -> None:
-        """Resume the other end on an instant line: this receiver has room again."""
+        """On an instant line, resume the transmitter of the other end: this receiver has room again."""
         for peer in self.peers:
             if peer.queue:
                 peer.pump()
@@ -421,13 +428,13 @@ class Uart:
         return self.line.instant
 
     def when_empty(self) -> Event:
-        """Return an event for the moment when the holding register is empty."""
+        """Return an event that happens when the holding register is empty."""
         if self._empty is None:
             self._empty = self.clock.event()
         return self._empty
 
     def when_idle(self) -> Event:
-        """Return an event for the moment when the last character has left."""
+        """Return an event that happens when the last character has been sent."""
         if self._idle is None:
             self._idle = self.clock.event()
         return self._idle

@@ -66,19 +66,19 @@ class SetFlow:
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """Hold back the host's characters, or release them."""
+    """Stop the host's transmission, or resume transmission."""
 
     on: bool
 
 
 @dataclass(frozen=True, slots=True)
 class DropPending:
-    """Discard the characters that have not left yet."""
+    """Discard the queued characters that have not been sent."""
 
 
 @dataclass(frozen=True, slots=True)
 class SetInstant:
-    """Make the line take no time, or its real time."""
+    """Make characters take no time, or their real time."""
 
     on: bool
 
@@ -120,7 +120,7 @@ class HostEnd:
 
     @property
     def dtr(self) -> bool:
-        """Data terminal ready, to the device's DSR."""
+        """Data terminal ready, wired to the device's DSR."""
         return self.dtr_line.level
 
     @dtr.setter
@@ -129,7 +129,7 @@ class HostEnd:
 
     @property
     def rts(self) -> bool:
-        """Request to send, to the device's CTS."""
+        """Request to send, wired to the device's CTS."""
         return self.rts_line.level
 
     @rts.setter
@@ -138,7 +138,7 @@ class HostEnd:
 
 
 class SerialPort:
-    """A serial connection as the host uses it.  Without device lines `dtr` and `rts`, both count as on."""
+    """A serial connection as the host uses it.  If the device has no DTR or RTS line, the line counts as on."""
 
     def __init__(
         self, clock: Clock, wiring: Wiring, dtr: Pin | None = None, rts: Pin | None = None, *, line: UartFormat
@@ -159,7 +159,7 @@ class SerialPort:
         self.dtr_line.subscribe(lambda _: self._update_flow())
 
     def write(self, data: bytes) -> None:
-        """Queue data for transmission; flow control decides when it leaves."""
+        """Queue data for transmission; flow control may delay the data."""
         self._writes.emit(data)
         self._uart.send(data)
 
@@ -185,7 +185,7 @@ class SerialPort:
 
     @property
     def flow(self) -> Flow:
-        """The host's flow control.  Every assignment forgets an earlier X_OFF."""
+        """The host's flow control.  An assignment cancels the effect of an earlier X_OFF."""
         return self._flow
 
     @flow.setter
@@ -197,7 +197,7 @@ class SerialPort:
 
     @property
     def held(self) -> bool:
-        """While True the host transmits nothing, whatever its flow control; a character on the wire is completed."""
+        """True if the host's transmission is stopped, in any flow control; a character on the wire is completed."""
         return self._held
 
     @held.setter
@@ -208,14 +208,14 @@ class SerialPort:
         self._update_flow()
 
     def drop_pending(self) -> None:
-        """Discard all queued characters that have not left yet."""
+        """Discard all queued characters that have not been sent."""
         if self._uart.queue:
             self._report(DropPending())
         self._uart.queue.clear()
 
     @property
     def pending(self) -> int:
-        """Number of characters queued by `write` that have not left yet."""
+        """Number of characters queued by `write` that have not been sent."""
         return len(self._uart.queue)
 
     @property
@@ -271,7 +271,7 @@ class SerialPort:
             self._update_flow()
 
     def _update_flow(self) -> None:
-        """Hold the characters or release them."""
+        """Stop or resume the transmission as flow control requires."""
         by_dtr = self._flow is Flow.DTR and not self.dtr
         held = self._held or self._stopped or by_dtr
         if held is not self._uart.held:

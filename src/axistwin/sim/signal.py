@@ -1,4 +1,4 @@
-"""The observer pattern: one class for everything that others subscribe to."""
+"""The observer pattern: callbacks that subscribe to a signal."""
 
 from collections.abc import Callable
 from typing import Generic, ParamSpec
@@ -7,7 +7,7 @@ P = ParamSpec("P")
 
 
 class Signal(Generic[P]):
-    """Callbacks, called in the order of their subscription.  True if there are any."""
+    """Callbacks, called in the order of their subscription.  `bool(signal)` is True if there are callbacks."""
 
     def __init__(self) -> None:
         self._callbacks: list[Callable[P, object]] = []
@@ -21,6 +21,6 @@ class Signal(Generic[P]):
         return lambda: self._callbacks.remove(callback)
 
     def emit(self, *args: P.args, **kwargs: P.kwargs) -> None:
-        """Call all callbacks that are subscribed at this moment, also those that are removed meanwhile."""
+        """Call all present callbacks, even a callback that is unsubscribed during this call."""
         for callback in tuple(self._callbacks):
             callback(*args, **kwargs)

@@ -1,6 +1,6 @@
 """Connections of serial ends: two ends, several ends in a ring, or several ends on one pair of wires.
 
-A `Wiring` connects the host's end: `direct` to a device, through a `daisy_chain`, or to a `shared_pair`.
+A `Wiring` connects the host's end to devices: `direct`, as a `daisy_chain` or as a `shared_pair`.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,7 +10,7 @@ from axistwin.sim.frames import Break, UartFormat
 from axistwin.sim.serial import Line, Uart
 
 Wiring = Callable[[Uart], tuple[Line, Line]]
-"""Connects the host's end.  Returns the line away from the host and the line to the host."""
+"""Connects the host's end to devices.  Returns the line from the host and the line to the host."""
 
 
 def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:
@@ -35,7 +35,7 @@ class Pair:
 
     def __init__(self, ends: Sequence[Uart], instant: bool = False) -> None:
         self.lines = tuple(Line(end.clock, end, instant) for end in ends)
-        """One line per end, in the order of the ends: the signals that arrive there."""
+        """One line per end, in the order of the ends: the signals that the end receives."""
         for end in ends:
             end.line = _Tap(self.lines, end)
             end.peers = tuple(other for other in ends if other is not end)

@@ -6,12 +6,11 @@ and `runs` repeats each combination.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from importlib.util import find_spec
 from itertools import product
 from math import prod
 from typing import Any
 
-from axistwin.errors import MissingExtraError, UsageError
+from axistwin.errors import UsageError, require
 from axistwin.fault_injection.chance import Chance
 from axistwin.sweeps.values import MOST, Value, Values
 
@@ -111,8 +110,7 @@ def _count(runs: int | None) -> int:
 
 
 def _qmc() -> Any:
-    if find_spec("scipy") is None:
-        raise MissingExtraError("scipy", "sweeps")
+    require("scipy", "sweeps")
     from scipy.stats import qmc  # lazy import: half a second
 
     return qmc

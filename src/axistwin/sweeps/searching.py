@@ -5,11 +5,10 @@ converged, is followed by a new start at a random point.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from importlib.util import find_spec
 from math import isfinite
 from typing import Any
 
-from axistwin.errors import MissingExtraError, UsageError
+from axistwin.errors import UsageError, require
 from axistwin.fault_injection.chance import Chance
 from axistwin.sweeps.designs import at_fractions
 from axistwin.sweeps.job import Row
@@ -25,8 +24,7 @@ SIGMA = 0.3
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
     """Raise an error if there is nothing to search, or no library to search with."""
-    if find_spec("cmaes") is None:
-        raise MissingExtraError("cmaes", "sweeps")
+    require("cmaes", "sweeps")
     if not claims:
         raise UsageError("--search looks for the run that fails a claim: add --claim 'NAME: SENTENCE'")
     for path, values in varied.items():

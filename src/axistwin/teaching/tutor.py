@@ -10,6 +10,7 @@ from axistwin.bench.acts import Act
 from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, Severity
 from axistwin.diagnostics.codes import tables
 from axistwin.errors import PlacedError
+from axistwin.sim.manual_actions import ManualAct
 from axistwin.teaching.guide import Guide, Refused, Term
 
 LONGEST = 400
@@ -30,7 +31,7 @@ class Tutor:
         self._request = b""
         self._reply = bytearray()
         self._told: set[str] = set()
-        controller.by_hand.subscribe(self._handled)
+        controller.manual_actions.subscribe(self._handled)
 
     # Asides
 
@@ -160,7 +161,7 @@ class Tutor:
         return [found for found in check([Session(tuple(numbered), initialised=True)]) if found.line == len(lines)]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == "power":  # a controller that has just been switched on knows nothing of the earlier lines
+        if act == ManualAct.POWER:  # a controller that has just been switched on knows nothing of the earlier lines
             self._lines.clear()
 
 

@@ -1,8 +1,8 @@
 """The terminal's own commands: lines that begin with a colon and a lower-case word."""
 
 import re
-from collections.abc import Iterable
-from typing import Protocol
+from collections.abc import Callable, Iterable
+from typing import Protocol, TypeVar
 
 from axistwin.bench import Say, Wait, actions
 from axistwin.errors import AxistwinError, ProgramError, UsageError
@@ -16,6 +16,7 @@ from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
 from axistwin.units import to_seconds
 
+T = TypeVar("T")
 _COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 HELP = """\
@@ -46,13 +47,13 @@ MEANINGS = {
 
 
 class End(Protocol):
-    """The far end of the cable."""
+    """The other end of the cable: a virtual controller or a port."""
 
     def send(self, data: bytes) -> None:
         """Transmit."""
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller is idle, as far as this end can detect."""
+        """Wait until the controller appears to be idle."""
 
     async def wait(self, seconds: float) -> None:
         """Wait for that duration at the controller's end."""
@@ -66,14 +67,17 @@ class LocalCommands:
         self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
-        """Return True for the terminal's own commands.  An IF1 sequence also begins with a colon, but is upper case."""
+        """True for one of the terminal's own commands.  A sequence of an IF1 also begins with a colon, but is upper
+        case.
+        """
         return _COMMAND.fullmatch(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
         """Return the tutor's asides about a line that is sent next.  Raises ProgramError for an unknown command."""
         if self._virtual is None or not self._virtual.tutor.on:
             return []
-        return self._virtual.tutor.sending(self._virtual.read(line))
+        tutor, data = self._virtual.tutor, self._virtual.read(line)
+        return self._virtual.inspect(lambda: tutor.sending(data))
 
     def asides_about(self, error: ProgramError) -> list[str]:
         """Return the tutor's asides about a line that cannot be sent."""
@@ -81,14 +85,14 @@ class LocalCommands:
 
     def check_lesson(self) -> bool:
         """Show the next task if the present one is done.  Return True at the end of the lesson."""
-        if self.lesson is None:
+        if self.lesson is None or self._virtual is None:
             return False
-        while self.lesson.check():
+        while self._virtual.inspect(self.lesson.check):
             self.screen.show("done." if self.lesson.over else f"done.  {self.lesson.task}")
         return self.lesson.over
 
     async def obey(self, line: str) -> bool:
-        """Execute a command; return False to leave.  An error is shown on the screen."""
+        """Execute a command, and show an error on the screen.  Return False for `:quit`, otherwise True."""
         found = _COMMAND.fullmatch(line)
         assert found is not None
         try:
@@ -106,15 +110,15 @@ class LocalCommands:
             case "wait":
                 await self.end.wait(_seconds(words))
             case "pins":
-                self.screen.show(*columns(_pins(self._virtual_end())))
+                self.screen.show(*columns(self._inspect(_pins)))
             case "axes":
-                self.screen.show(*columns(_axes(self._virtual_end())))
+                self.screen.show(*columns(self._inspect(_axes)))
             case "why":
-                self.screen.show(*self._tutor().why())
+                self.screen.show(*self._inspect(lambda end: end.tutor.why()))
             case "next":
-                self.screen.show(*self._tutor().next())
+                self.screen.show(*self._inspect(lambda end: end.tutor.next()))
             case "explain":
-                self.screen.show(*self._tutor().explain(words))
+                self.screen.show(*self._inspect(lambda end: end.tutor.explain(words)))
             case "init":
                 await self._initialise(self._virtual_end())
             case "tutor":
@@ -140,6 +144,10 @@ class LocalCommands:
             raise UsageError("this command is for a virtual controller: a port transfers characters only")
         return self._virtual
 
+    def _inspect(self, read: Callable[[VirtualEnd], Iterable[T]]) -> list[T]:
+        end = self._virtual_end()
+        return end.inspect(lambda: list(read(end)))
+
     def _lesson_lines(self, name: str) -> list[str]:
         """Return the present task of the lesson, or its solution."""
         assert self.lesson is not None, "checked by the caller"
@@ -149,9 +157,10 @@ class LocalCommands:
         return self._virtual_end().tutor
 
     async def _initialise(self, end: VirtualEnd) -> None:
-        """Perform the acts that make the controller ready, in its own time."""
+        """Perform the acts that initialise the controller, in virtual time."""
         acts = 0
-        for act in end.tutor.initialisation():
+        steps = end.tutor.initialisation()
+        while (act := end.inspect(lambda: next(steps, None))) is not None:
             acts += 1
             if isinstance(act, Wait):
                 await end.wait(to_seconds(act.ns))

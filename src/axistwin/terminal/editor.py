@@ -1,6 +1,6 @@
-"""The line editor of a terminal with a person: history, completion, a hint and a status line.
+"""The line editor of a terminal: history, completion, a hint and a status line.
 
-prompt_toolkit draws and edits; what it offers comes from the command table.
+Drawn by prompt_toolkit; completions and hints come from the command table.
 """
 
 from asyncio import Queue
@@ -49,7 +49,7 @@ class Words(Completer):
         self._single = tutor is not None and tutor.guide.single_characters
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
-        """Yield the words that may stand at the cursor."""
+        """Yield the possible words at the cursor."""
         text = document.text_before_cursor
         if text.startswith(":") and (len(text) == 1 or text[1].islower()):
             found = ((f":{name}", meaning) for name, meaning in MEANINGS.items())
@@ -67,7 +67,7 @@ class Words(Completer):
 
 
 class LineEditor:
-    """Reads lines from a person until the end of the input."""
+    """Reads typed lines until the end of the input."""
 
     def __init__(
         self,

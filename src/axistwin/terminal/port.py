@@ -13,7 +13,7 @@ from axistwin.sim.frames import UartFormat
 
 USUAL = UartFormat(9600, 8, "N", 2)
 QUIET_S = 0.3
-"""A controller that is silent for this time counts as idle."""
+"""Time in seconds after which a silent controller counts as idle."""
 
 
 class PortEnd:

@@ -12,7 +12,9 @@ CLEAR = "\r\x1b[K"
 DIM, NORMAL = "\x1b[2m", "\x1b[0m"
 PROMPT, ANSWER = "> ", "< "
 OVER_S, PAUSE_S = 0.03, 0.4
-"""Time until an answer counts as finished: after its <CR> (a <LF> may follow), or after another character."""
+"""Silence after which an answer counts as finished, in seconds: after a <CR> (a <LF> may follow), and after other
+characters.
+"""
 
 
 class Line(Enum):
@@ -51,7 +53,7 @@ class Screen:
             self._line = Line.PROMPT
 
     def typed(self, line: str) -> None:
-        """Note a line typed by the user, or show a line from a pipe."""
+        """Record that the user has typed a line, or show a line from a pipe."""
         if self._editor:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")

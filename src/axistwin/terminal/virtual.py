@@ -3,8 +3,8 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 from axistwin.bench.codec import codec_of
 from axistwin.errors import UsageError
@@ -14,14 +14,13 @@ from axistwin.sim.serial_port import Flow
 from axistwin.teaching import Tutor
 from axistwin.units import S
 
+T = TypeVar("T")
 PATIENCE_NS = 60 * S
 """Longest virtual time to wait for an idle controller."""
-LOOK_S = 0.1
-"""Longest real time to wait for an advance before the pacer is woken."""
 
 
 class VirtualEnd(ABC):
-    """The only controller of a session."""
+    """The only controller of a session, at the other end of a terminal."""
 
     def __init__(self, session: Session) -> None:
         self.session, self.bench = session, session.bench
@@ -61,7 +60,13 @@ class VirtualEnd(ABC):
     @property
     def status(self) -> str:
         """The virtual time, the positions and the state, in one line."""
-        self.session.pacer.sync()
+        return self.inspect(self._status)
+
+    def inspect(self, read: Callable[[], T]) -> T:
+        """Advance virtual time to now, and return the result of `read`, which reads the controller's state."""
+        return self.session.pacer.inspect(read)
+
+    def _status(self) -> str:
         axes = (f"{name} {axis.position}" for name, axis in self.controller.axes.items())
         moving = any(axis.moving for axis in self.controller.axes.values())
         in_the_way = next((str(reason) for reason in self.tutor.guide.reasons()), "")
@@ -89,15 +94,10 @@ class VirtualEnd(ABC):
 
     async def _advance(self, until: Callable[[], bool]) -> None:
         advanced = asyncio.Event()
-        pacer = self.session.pacer
-        unsubscribe = pacer.subscribe(advanced.set)
+        unsubscribe = self.session.pacer.subscribe(advanced.set)
         while not until():
             advanced.clear()
-            with suppress(TimeoutError):  # a load leaves the pacer asleep
-                await asyncio.wait_for(advanced.wait(), LOOK_S)
-                continue
-            pacer.sync()
-            pacer.work()
+            await advanced.wait()
         unsubscribe()
 
     def close(self) -> None:
@@ -126,7 +126,7 @@ class SerialEnd(VirtualEnd):
             self._aside(*self.tutor.received(data))
 
     def send(self, data: bytes) -> None:
-        """Transmit, as fast as the line and the controller's DTR allow."""
+        """Transmit a typed line, as fast as the serial line and the controller's DTR allow."""
         self.session.say(self.controller.name, data)
 
 

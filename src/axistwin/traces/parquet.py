@@ -11,11 +11,10 @@ import io
 import json
 from collections.abc import Sequence
 from functools import lru_cache
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from axistwin.bench.codec import CHARACTERS
-from axistwin.errors import MissingExtraError
+from axistwin.errors import require
 from axistwin.traces.batch import Batch, ChangeQueue, Value, merged
 from axistwin.traces.output import Output, Provenance
 from axistwin.traces.signals import REAL, TEXT, Signal
@@ -47,8 +46,7 @@ OPTIONS: dict[str, Any] = {
 
 def require_pyarrow() -> None:
     """Raise MissingExtraError if pyarrow is not installed."""
-    if find_spec("pyarrow") is None:
-        raise MissingExtraError("pyarrow", "traces")
+    require("pyarrow", "traces")
 
 
 class ParquetSink:

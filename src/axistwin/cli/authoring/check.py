@@ -38,7 +38,7 @@ FORMATS = ("text", "json", "sarif", "github")
 @click.argument("arguments", nargs=-1, metavar="[MODEL] FILE...", shell_complete=complete_checked)
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", help="Output format; text if left out.")
 @click.option("--json", "as_json_", is_flag=True, help="The same as --format json.")
-@click.option("--fix", is_flag=True, help="Apply every fix that has only one reading, and list the fixes.")
+@click.option("--fix", is_flag=True, help="Apply every fix that is unambiguous, and list the fixes.")
 @click.option("--strict", is_flag=True, help="Count warnings as errors.")
 @click.option("--codes", "code", is_flag=False, flag_value="", metavar="[CODE]", help="Explain one code, or all codes.")
 def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, strict: bool, code: str | None) -> int:
@@ -134,7 +134,7 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
     for endpoint, file, models in named_programs(scene):
         try:
             text = load(file)
-        except ProgramError:  # the scene's own diagnostic has it
+        except ProgramError:  # already reported by the scene's diagnostics
             continue
         diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
         one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))
@@ -148,7 +148,7 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
 def _fixed(
     file: Path, diagnose_it: Callable[[str], list[Diagnostic]], quiet: bool, target: Product | None = None
 ) -> Checked:
-    """Apply the sure fixes, and return what is left."""
+    """Apply the unambiguous fixes, and return the remaining diagnostics."""
     text, encoding = check_fix.read_exactly(file)
     better, done, left = check_fix.fix_text(text, diagnose_it)
     if done:

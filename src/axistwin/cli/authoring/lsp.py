@@ -5,7 +5,7 @@ import sys
 
 import click
 
-from axistwin.errors import MissingExtraError
+from axistwin.errors import require
 
 
 @click.command()
@@ -25,12 +25,9 @@ def lsp() -> int:
       command = "axistwin"
       args = ["lsp"]
     """
-    try:
-        from axistwin.editor.server import make  # lazy import: an extra
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("pygls", "lsprotocol"):
-            raise
-        raise MissingExtraError("pygls", "lsp") from None
+    require("pygls", "lsp")
+    from axistwin.editor.server import make  # lazy import: the extra may be missing
+
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()
         server.start_io(heard, said)  # closes both files

@@ -11,13 +11,13 @@ SCENES = (".toml",)
 PROGRAMS = (".if1", ".181x", ".sms", ".talk")
 TRACES = (".csv", ".vcd", ".parquet")
 MOST_DEEP, MOST_SEEN = 3, 2000
-"""Number of levels of folders below the typed one, and number of files, that are searched at most."""
+"""Limits of a search: levels of folders below the typed folder, and number of files."""
 
 Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def _of(names: Iterable[str], suffixes: tuple[str, ...] = ()) -> Complete:
-    """Return the completion by these names, and by files with these suffixes."""
+    """Return a completion function for these names, and for files with these suffixes."""
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
         found = [name for name in names if name.startswith(incomplete.lower())]
@@ -35,14 +35,14 @@ complete_talk = _of((), (".talk",))
 
 
 def complete_example(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    """Return the examples whose name begins so."""
+    """Return the examples whose name begins with the typed text."""
     from axistwin.guide.shipped import examples
 
     return [name for name in examples() if name.startswith(incomplete)]
 
 
 def complete_page(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    """Return the pages whose name begins so."""
+    """Return the pages whose name begins with the typed text."""
     from axistwin.guide.pages import names
 
     return [name for name in names() if name.startswith(incomplete)]

@@ -8,7 +8,7 @@ from textwrap import wrap
 import click
 
 NARROWEST = 100
-"""Width of a terminal from which a table is more readable than one paragraph per row."""
+"""Narrowest terminal, in characters, on which rows are printed as a table; below, one paragraph per row."""
 
 
 def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:

@@ -10,7 +10,7 @@ from axistwin.numbers import NumberError, real
 FILE = click.Path(dir_okay=False, path_type=Path)
 """A file."""
 MOST_S = 1e9
-"""Longest time, some thirty years; a longer one is taken for a typing error."""
+"""Longest accepted time in seconds, about thirty years; a longer time is refused as a typing error."""
 
 
 class Number(click.FloatRange):

@@ -17,7 +17,7 @@ from axistwin.reports.run_record import recording_run
 from axistwin.version import VERSION
 
 COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
-"""Host, controller, action at the machine, state reached."""
+"""Colours of a host's messages, a controller's messages, actions at the machine, and reached states."""
 WIDTH = 22
 """Width of a message; the note of a longer message is on the next line."""
 
@@ -189,14 +189,14 @@ class _Session:
         self.received = b""
 
     def say(self, text: str, note: str = "", end: str = "\r") -> None:
-        """Transmit as the host."""
+        """Transmit data from the host."""
         data = (text + end).encode()
         self._print(">", "".join(map(word, data)), note)
         self.controller.serial.write(data)
         self.bench.run(0.002 + 0.00115 * len(data))  # transmission time at 9600 baud
 
     def receive(self, note: str) -> None:
-        """Wait for an answer as the host."""
+        """Wait for an answer from the controller."""
         self.received = b""
         self.bench.run_until(self._answered, 2.0)
         self._print("<", "".join(map(word, self.received)), note)
@@ -212,7 +212,7 @@ class _Session:
         return self.received.decode().strip()
 
     def wait(self, seconds: float) -> None:
-        """Let time pass."""
+        """Advance virtual time."""
         self.bench.run(seconds)
 
     def press(self, button: str, down: bool) -> None:
@@ -255,7 +255,7 @@ class _Session:
 
 
 class _MotorSession(_Session):
-    """A session for a servo motor, whose rest is polled, because a servo has no single pulses."""
+    """A session for a servo motor.  The state at rest is polled, because a servo has no single pulses."""
 
     def come_to_rest(self) -> None:
         """Wait until the trajectory has ended and the shaft is at rest."""
@@ -269,7 +269,7 @@ class _MotorSession(_Session):
 
 
 class _BoardSession(_Session):
-    """The same for a board on a bus, by the handshake of its manual."""
+    """A session for a board on a bus, with the handshake of the board's manual."""
 
     def say(self, text: str, note: str = "", end: str = "") -> None:
         """Write a command string as the host, and set CB bit 4."""

@@ -12,7 +12,7 @@ from axistwin.traces.differences import Comparison, Difference, Tolerance, compa
 from axistwin.units import S, to_ns
 
 MOST = 20
-"""Largest number of signals printed."""
+"""Maximum number of signals printed."""
 
 
 @click.command()

@@ -19,7 +19,7 @@ from axistwin.controllers.product import Product
 from axistwin.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
 from axistwin.errors import UsageError
 from axistwin.programs import running
-from axistwin.programs.running import Outcome
+from axistwin.programs.running import Outcome, Program
 from axistwin.reports import transcript
 from axistwin.reports.refusals import Refusal, models_at, refusals
 from axistwin.reports.run_record import RunRecord, recording_run
@@ -31,7 +31,7 @@ SECONDS = Number(min=0)
 @click.command()
 @click.argument("target", metavar="MODEL|SCENE.toml", shell_complete=complete_target)
 @click.argument("program", type=FILE, required=False, shell_complete=complete_program)
-@click.option("--for", "seconds", type=SECONDS, help="Total virtual time, from switching on.")
+@click.option("--for", "seconds", type=SECONDS, help="Total virtual time in seconds, from power-up.")
 @click.option(
     "--trace", "traces", type=FILE, multiple=True, help="Write a trace: FILE.csv, .vcd (GTKWave) or .parquet."
 )
@@ -67,7 +67,7 @@ def run(
     command lines the initialisation is done.  A line is sent when the previous line has ended; `;` starts a comment,
     `+2.5` waits, `! input1 high` drives a pin.  `!` and a code mark each line that the controller refuses.
 
-    Ctrl-C ends the run: what was done so far is printed and drawn.
+    Ctrl-C ends the run; the results up to then are printed and drawn.
 
     Exit code 1: the controller differs from the conversation, or with --strict refuses a line.
 
@@ -88,50 +88,70 @@ def run(
             f"the PROGRAM for {product(target).indefinite} is missing: only a scene runs without a PROGRAM"
         )
     loaded = running.scene_program() if program is None else running.load(program, target)
-    what = target if program is None else program.name
     if plot is not None:
-        from axistwin.plots.picture import check_suffix
+        from axistwin.plots.picture import check_suffix  # lazy import: only for a plot
 
         check_suffix(plot)
     logging.basicConfig(format="axistwin: %(message)s")
     bench = bench_for(target, (*loaded.options, *options), state)
     loaded.prepare(bench)
-    with ExitStack() as stack:
-        record = stack.enter_context(recording_run(bench))
-        memory = None
-        if plot is not None:
-            from axistwin.traces.memory import tracing_in_memory
-
-            memory = stack.enter_context(tracing_in_memory(bench))
-        for path in traces:
-            from axistwin.traces.signals import split
-            from axistwin.traces.trace import tracing
-
-            stack.enter_context(
-                tracing(bench, path, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True))
-            )
-        interrupted = False
-        with _progress(_Progress(what, bench, seconds, traces)):
-            try:
-                outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
-            except KeyboardInterrupt:
-                interrupted, outcome = True, Outcome(note=f"interrupted at {bench.seconds:g} s")
-    for controller in bench.controllers.values():
-        controller.store.end()
-    if plot is not None and memory is not None:
-        from axistwin.plots import of_trace, save
-
-        save(of_trace(memory.trace(), title=target if program is None else f"{target}  {program.name}"), plot)
+    what, title = (target, target) if program is None else (program.name, f"{target}  {program.name}")
+    with _drawing(bench, plot, title), recording_run(bench) as record:
+        with _tracing(bench, traces, signals), _progress(_Progress(what, bench, seconds, traces)):
+            outcome, interrupted = _perform(loaded, bench, seconds)
+        for controller in bench.controllers.values():
+            controller.store.end()
     refused = refusals(record.said, _sent_programs(target, program, bench))
     if refused:
-        lines = len({(each.file, each.error.line) for each in refused})
         checked = f"{'' if target.endswith('.toml') else target + ' '}{target if program is None else program}"
-        told = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
-        outcome = replace(outcome, note="; ".join(note for note in (outcome.note, told) if note))
+        outcome = _with_refusals(outcome, refused, checked)
     _report(record, outcome, refused, as_json)
     if interrupted:
         return 130
     return 1 if outcome.difference or (strict and refused) else 0
+
+
+def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outcome, bool]:
+    """Run the program.  Return the outcome, and True if the user has interrupted the run."""
+    try:
+        return loaded.perform(bench, None if seconds is None else to_ns(seconds)), False
+    except KeyboardInterrupt:
+        return Outcome(note=f"interrupted at {bench.seconds:g} s"), True
+
+
+@contextmanager
+def _drawing(bench: Bench, plot: Path | None, title: str) -> Iterator[None]:
+    """Trace the run within this context, and then draw the run to the file `plot`."""
+    if plot is None:
+        yield
+        return
+    from axistwin.plots import of_trace, save  # lazy import: only for a plot
+    from axistwin.traces.memory import tracing_in_memory
+
+    with tracing_in_memory(bench) as memory:
+        yield
+    save(of_trace(memory.trace(), title=title), plot)
+
+
+@contextmanager
+def _tracing(bench: Bench, files: Sequence[Path], signals: str | None) -> Iterator[None]:
+    """Trace the run to files within this context."""
+    with ExitStack() as stack:
+        for file in files:
+            from axistwin.traces.signals import split  # lazy import: only for traces
+            from axistwin.traces.trace import tracing
+
+            stack.enter_context(
+                tracing(bench, file, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True))
+            )
+        yield
+
+
+def _with_refusals(outcome: Outcome, refused: Sequence[Refusal], checked: str) -> Outcome:
+    """Add to the note of an outcome the number of refused lines, and the command that explains them."""
+    lines = len({(each.file, each.error.line) for each in refused})
+    note = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
+    return replace(outcome, note="; ".join(each for each in (outcome.note, note) if each))
 
 
 def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[HostProgram]:
@@ -186,7 +206,7 @@ class _Progress:
         self._began_s = monotonic()
 
     def __rich__(self) -> str:
-        """Return the line for the present moment."""
+        """Return the line for the present virtual time."""
         now_s = self._bench.seconds
         parts = [f"running {self._what}: {now_s:.1f} s"]
         if self._seconds:

@@ -1,4 +1,4 @@
-"""`axistwin boards`: the motion boards that are connected."""
+"""`axistwin boards`: list the connected motion boards."""
 
 import json
 
@@ -18,9 +18,9 @@ NOT_ASKED = "not asked, as it may be another device: name it to ask"
 @click.option("--baud", default=250_000, show_default=True, metavar="N", help="Baud rate of the firmware.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def boards(ports: tuple[str, ...], baud: int, as_json: bool) -> int:
-    """List serial ports, and what the firmware of the motion boards says.
+    """List serial ports, with the firmware data of the motion boards.
 
-    Without PORT, only boards whose USB vendor is Klipper's are asked: a question to another device could move it.
+    Without PORT, only boards with Klipper's USB vendor number are asked: a request could move another device.
     The exit code is 1 if a named port has no board.
 
     \b

@@ -1,7 +1,6 @@
-"""The end of a program that serves: interrupted, terminated, or stopped by a defect of axistwin, which is raised.
+"""The end of a serving program, by an interrupt, a termination or a defect of axistwin; the defect is raised.
 
-A defect of the web framework or of the panel, or caused by a bad client there, is logged with its traceback; the other
-clients are served further.
+A defect of the web framework or of the panel is logged with its traceback, and the program continues.
 """
 
 import asyncio
@@ -16,14 +15,14 @@ INTERRUPTED = 130
 ENDS = {"SIGINT": INTERRUPTED, "SIGTERM": 0, "SIGBREAK": 0}
 """Signals and their exit codes; SIGBREAK exists on Windows, for Ctrl-Break and service managers."""
 OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.panel.",)
-"""Modules whose callbacks and tasks serve the bench; and those among them that only show the bench."""
+"""Modules whose callbacks and tasks serve the bench, and modules that only display the bench."""
 
 
 def ending() -> asyncio.Future[int]:
     """Return a future of the exit code: 130 after Ctrl-C, 0 after SIGTERM.  A defect in a callback is raised.
 
-    An operating system error for one client, and a defect of a module that only shows the bench, are logged; the other
-    clients are served further.  Must be called within a running event loop.
+    An operating system error for one client and a defect of a module that only displays the bench are logged; the
+    program continues.  Must be called within a running event loop.
     """
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[int] = loop.create_future()
@@ -35,7 +34,7 @@ def ending() -> asyncio.Future[int]:
 
 
 def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[[], None]) -> None:
-    """Call `callback` in the loop for each such signal."""
+    """Call `callback` in the event loop for each of these signals."""
     try:
         loop.add_signal_handler(number, callback)
     except NotImplementedError:  # Windows: the interpreter calls the handler between two instructions
@@ -43,7 +42,7 @@ def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[
 
 
 def fail(ended: asyncio.Future[int], error: BaseException) -> None:
-    """End with this error, unless the end is already set."""
+    """End the program with this error, unless the program is already ending."""
     if not ended.done():
         ended.set_exception(error)
 

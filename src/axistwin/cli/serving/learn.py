@@ -17,15 +17,17 @@ from axistwin.terminal.state import state_file
 
 @click.command()
 @click.argument("model")
-@click.option("--lesson", type=click.IntRange(1, 6), help="Begin with this lesson.  [default: where you have stopped]")
-@click.option("--list", "listing", is_flag=True, help="List the lessons, with a mark at those that are done.")
-@click.option("--progress", type=FILE, help="File for what is done.  [default: in the user's state directory]")
+@click.option(
+    "--lesson", type=click.IntRange(1, 6), help="Begin with this lesson.  [default: the first unfinished lesson]"
+)
+@click.option("--list", "listing", is_flag=True, help="List the lessons, with a mark at finished lessons.")
+@click.option("--progress", type=FILE, help="File for the finished lessons.  [default: in the user's state directory]")
 def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) -> int:
-    """Learn a MODEL in six short lessons, from the first word to a repeating sequence with inputs.
+    """Learn a MODEL in six short lessons, from the first command to a repeating sequence with inputs.
 
-    A lesson opens a terminal to a virtual controller, as `axistwin term MODEL` does, and gives one task after the
-    other.  Each step is checked against what the bench really does.  `:task` repeats the task, `:show` types the
-    solution for you, `:why` and `:explain` help, `:quit` leaves.  The next call goes on at the lesson where you have
+    A lesson opens a terminal to a virtual controller, as `axistwin term MODEL` does, and sets one task after another.
+    Each step is checked by its effect on the controller.  `:task` repeats the task, `:show` types the
+    solution for you, `:why` and `:explain` help, `:quit` leaves.  The next call continues with the lesson in which you
     stopped.
 
     \b
@@ -60,7 +62,7 @@ def _bench(model: str) -> Bench:
 
 
 def _load(file: Path) -> dict[str, int]:
-    """Return the number of the last lesson that is done, by model."""
+    """Return the number of the last finished lesson, by model."""
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:

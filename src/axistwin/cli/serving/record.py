@@ -40,8 +40,10 @@ RESOLUTION_NS = US
     "--serial", "device", required=True, metavar="DEV", help="Port of the controller: a device, or a pyserial URL."
 )
 @click.option("--tcp", multiple=True, metavar="H:P", help="Port for the host: raw TCP. Port 0: any free port.")
-@click.option("--rfc2217", multiple=True, metavar="H:P", help="The same, with line format, control lines and break.")
-@click.option("--pty", multiple=True, metavar="PATH", help="The same as a pseudo terminal, with a link to it at PATH.")
+@click.option(
+    "--rfc2217", multiple=True, metavar="H:P", help="Port for the host: TCP with line format, control lines and break."
+)
+@click.option("--pty", multiple=True, metavar="PATH", help="Port for the host: a pseudo terminal, with a link at PATH.")
 @click.option("-o", "--output", type=FILE, metavar="FILE.talk",
               help="The recording; default: a name with date and time.")  # fmt: skip
 @click.option(
@@ -76,8 +78,8 @@ def record(
     axistwin record --serial /dev/ttyUSB0 --model if1 -o session.talk
     axistwin record --serial /dev/ttyUSB0 --line "9600 8N1" --tcp 127.0.0.1:5001
     axistwin record --serial /dev/ttyUSB0 --rfc2217 127.0.0.1:2217    the host sets format, DTR and RTS
-    axistwin record --serial /dev/ttyUSB0 --pty /tmp/if1              the host wants a device
-    axistwin record --serial socket://terminalserver:4001             it is on a terminal server
+    axistwin record --serial /dev/ttyUSB0 --pty /tmp/if1              for a host that opens a device
+    axistwin record --serial socket://terminalserver:4001             a controller on a terminal server
     """
     given = {"tcp": tcp, "rfc2217": rfc2217, "pty": pty}
     urls = [parse_as(scheme, text) for scheme, texts in given.items() for text in texts]
@@ -106,7 +108,7 @@ def _format(model: str | None, line: str | None) -> UartFormat:
 
 
 def _headers(device: str, model: str | None, line: UartFormat, on_for: float) -> dict[str, str]:
-    """Return the first comments of the recording."""
+    """Return the headers of the recording: its first comments."""
     now = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
     return {
         "model": model or "",
@@ -144,7 +146,7 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
 
 
 def _catch_up_regularly(pacer: Pacer, recorder: Recorder) -> None:
-    """Write the last answer."""
+    """Write the last answer to the file, now and at regular intervals."""
     pacer.sync()
     if recorder.silent_ns > LF_NS:  # after a pause the answer counts as complete
         recorder.catch_up()

@@ -42,8 +42,8 @@ def replay(
 ) -> int:
     """Compare a virtual controller (the twin) with the recording of a real one.
 
-    The table shows each reply of the hardware and each change of its control lines: if the twin does the same, and both
-    times since the host's last act.  A summary follows: the number of differences in bytes, and the differences in time
+    The table shows each reply of the hardware and each change of its control lines, if the twin does the same, and both
+    delays from the host's last act.  A summary follows: the number of differences in bytes, and the differences in time
     (median, worst).  Exit code 1 if anything differs in bytes.
 
     \b
@@ -102,7 +102,7 @@ def _difference(act: Compared) -> Iterator[str]:
 
 
 def summary(comparison: Comparison) -> Iterator[str]:
-    """Yield the number of differences, and the delays."""
+    """Yield the summary: the number of differences, and the delays."""
     count, different = len(comparison.acts), len(comparison.different)
     yield f"{count} {'act' if count == 1 else 'acts'} of the controller, {different or 'none'} different in bytes"
     worst = comparison.worst

@@ -6,7 +6,7 @@ import json
 import logging
 import shlex
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
@@ -21,7 +21,7 @@ from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.served import Ports
 from axistwin.cli.serving.sparing import Sparing
-from axistwin.errors import MissingExtraError, UsageError
+from axistwin.errors import UsageError, require
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
@@ -43,7 +43,7 @@ CATCH_UP_S = 0.1
 @click.option("--serial", multiple=True, metavar="DEV", help="A real serial device, at the baud rate of --line.")
 @click.option("--bus", multiple=True, metavar="H:P", help="The registers of a board on a bus, for an 1810 or 1811.")
 @click.option("--rs485", multiple=True, metavar="H:P", help="Raw TCP to the second channel of a SmartMotor.")
-@click.option("--port", multiple=True, metavar="URL", help="Any of these, such as serial:///dev/ttyUSB0?baud=9600.")
+@click.option("--port", multiple=True, metavar="URL", help="A port as a URL, e.g. serial:///dev/ttyUSB0?baud=9600.")
 @click.option(
     "--speed",
     default="1",
@@ -68,7 +68,7 @@ CATCH_UP_S = 0.1
 )
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
 @click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
-@click.option("--show-hosts", is_flag=True, help="Show the lines to paste into pyserial, PyVISA and EPICS asyn.")
+@click.option("--show-hosts", is_flag=True, help="Print connection lines for pyserial, PyVISA and EPICS asyn.")
 @click.option(
     "--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model, as in Bench.add."
 )
@@ -112,18 +112,9 @@ def serve(
     axistwin serve if2 --panel 0.0.0.0:8080         for other machines; the token is printed
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
-    given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
-    given += [parse(text) for text in ports["port"]]
-    second = [parse_as("tcp", text) for text in ports["rs485"]]
     times = read_speed(speed)
-    headers = None
-    if what.endswith(".toml"):
-        if state or line or options or second:
-            raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set these in the scene")
-        served = what_is.scene(what, given, alone=panel is not None)
-    else:
-        served = what_is.model(what, given, second, {"state": state, "line": line, **read_options(options)})
-        headers = {"model": what, "options": shlex.join(options), "line": line or ""}
+    served = _served(what, ports, {"state": state, "line": line}, options, with_panel=panel is not None)
+    headers = {"model": what, "options": shlex.join(options), "line": line or ""} if served.scene is None else None
     _log_to_stderr()
     with _Files() as files:
         shown = _panel(served, times, panel, panel_token)
@@ -144,19 +135,35 @@ def serve(
         return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), files))
 
 
+def _served(
+    what: str,
+    ports: Mapping[str, tuple[str, ...]],
+    state_and_line: Mapping[str, str | None],
+    options: tuple[str, ...],
+    *,
+    with_panel: bool,
+) -> what_is.Served:
+    """Return the model or scene with its ports.  Raises UsageError, e.g. for an option with a scene."""
+    given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
+    given += [parse(text) for text in ports["port"]]
+    second = [parse_as("tcp", text) for text in ports["rs485"]]
+    if not what.endswith(".toml"):
+        return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
+    if second or options or any(state_and_line.values()):
+        raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set these in the scene")
+    return what_is.scene(what, given, alone=with_panel)
+
+
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
     """Return the panel if the user requested a panel.  Raises UsageError."""
     if panel is None:
         if token is not None:
             raise UsageError("--panel-token needs a panel: expected also --panel, e.g. --panel 8080")
         return None
-    try:
-        from axistwin.panel.web import Address, Panel  # lazy import: an extra
-        from axistwin.sessions.session import Session
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("nicegui", "fastapi", "starlette", "uvicorn"):
-            raise
-        raise MissingExtraError("NiceGUI", "panel") from None
+    require("NiceGUI", "panel")
+    from axistwin.panel.web import Address, Panel  # lazy import: the extra may be missing
+    from axistwin.sessions.session import Session
+
     session = Session(served.build, speed, scene=served.scene, served=True)
     return Panel(served.title, session, Address.read(panel, token))
 
@@ -175,12 +182,12 @@ class _Files:
         self.close()
 
     def close(self) -> None:
-        """Write the rest and close the files."""
+        """Write pending data and close the files."""
         self._catch_up.clear()
         self._stack.close()
 
     def write(self, *writers: AbstractContextManager[Callable[[], None] | None]) -> None:
-        """Open these files."""
+        """Open the files of these writers."""
         begun = (self._stack.enter_context(writer) for writer in writers)
         self._catch_up = [catch_up for catch_up in begun if catch_up is not None]
 
@@ -190,12 +197,12 @@ class _Files:
         return bool(self._catch_up)
 
     def catch_up(self) -> None:
-        """Write everything up to now."""
+        """Write all data up to now to the files."""
         for catch_up in self._catch_up:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the files when the session goes back in time, that is on a new bench."""
+        """Return a function that closes the files when the session goes back in time and so has a new bench."""
 
         def end(another: Bench) -> None:
             if another is not bench and self.open:
@@ -208,7 +215,7 @@ class _Files:
 
 @contextmanager
 def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Callable[[], None] | None]:
-    """Trace within this context; yield a function that writes everything up to now, or None."""
+    """Trace within this context; yield a function that writes pending data to the file, or None without a file."""
     if path is None:
         yield None
         return
@@ -221,7 +228,7 @@ def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Ca
 
 @contextmanager
 def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[Callable[[], None] | None]:
-    """Record within this context; yield a function that writes everything up to now, or None."""
+    """Record within this context; yield a function that writes pending data to the file, or None without a file."""
     if path is None:
         yield None
         return
@@ -232,7 +239,7 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
 
 
 def _prepare(bench: Bench, speed: float | None) -> None:
-    """Compile in advance so that no host has to wait, and log notes for the user."""
+    """Compile the controllers' code in advance, and log notes for the user."""
     products = Counter(controller.product.model for controller in bench.controllers.values())
     for model, number in products.items():
         made = product(model)
@@ -260,7 +267,7 @@ Show = Callable[[str | None], None]
 
 async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Show, files: _Files) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # clean up also if an error occurs while the panel advances time
+    server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances virtual time
     try:
         for name, url in wanted:
             await server.open(name, url)
@@ -291,7 +298,7 @@ def _start(server: Server, shown: "Panel | None") -> None:
 
 
 def _freeze_objects() -> None:
-    """Exclude existing objects from garbage collection, for shorter pauses."""
+    """Exclude all present objects from garbage collection, to shorten its pauses."""
     gc.collect()
     gc.freeze()
 

@@ -1,4 +1,4 @@
-"""Limit repeated log records: a client that sends nonsense for ever must not fill a disk."""
+"""Limit repeated log records, so that a client with endless invalid data does not fill the disk."""
 
 import logging
 from collections import Counter
@@ -9,10 +9,9 @@ OURS = "axistwin"
 
 
 class Sparing(logging.Filter):
-    """Pass the first records of each logger in full, then only counts at 16, 32, 64, … records, one line each.
+    """Pass the first records of each logger in full; later, only one line with the count at 16, 32, 64, … records.
 
-    Records with a traceback are limited, and all records of libraries.  One-line records of axistwin itself are not
-    limited.
+    Limited are records with a traceback and all records of libraries, but not one-line records of axistwin.
     """
 
     def __init__(self) -> None:

@@ -22,7 +22,7 @@ from axistwin.standin.journal import Journal, last_positions
 from axistwin.standin.sender import Sender, open_port
 
 COLLECT_S = 0.01
-"""Interval at which pulses go to the boards."""
+"""Interval in seconds at which pulses are sent to the boards."""
 WARNING = "axistwin is not a safety controller: wire the emergency stop and the limit chain to the drives' enable."
 
 
@@ -35,11 +35,11 @@ def stand_in(scene: str, board: str | None, dry_run: bool, unhomed: bool) -> int
     """Take the place of a dead controller: its host talks to the emulated one, and real motors turn.
 
     The scene's table [stand-in] maps axes, inputs and outputs to the pins of a board with Klipper's micro-controller
-    firmware.  Everything at the pins happens one constant horizon later.  While the motors are live, type `stop`
-    or Enter to stop them, and `go` to go on after a stop.
+    firmware.  All pin events happen later by a constant delay, the horizon.  While the motors are live, type `stop`
+    or Enter to stop them, and `go` to continue after a stop.
 
-    The journal of each run says where the motors are.  After a run that did not end properly the next one refuses to
-    start, until you give --unhomed and home the machine.
+    The journal of each run contains the positions of the motors.  After a run that did not end properly, the next run
+    does not start without --unhomed; home the machine then.
 
     \b
     axistwin stand-in table.toml --dry-run
@@ -65,7 +65,7 @@ def stand_in(scene: str, board: str | None, dry_run: bool, unhomed: bool) -> int
 
 
 class _Run:
-    """One run: boards, driver and journal."""
+    """A run with its boards, driver and journal."""
 
     def __init__(self, bench: Bench, plan: reading.Plan, positions: dict[str, int]) -> None:
         self.bench, self.plan, self._at_start = bench, plan, positions
@@ -122,7 +122,7 @@ class _Run:
         return code
 
     async def _end(self, senders: list[Sender]) -> None:
-        """Stop the motors, read where they are, and switch the drives off."""
+        """Stop the motors, read their positions, and switch the drives off."""
         if not self._driver.failed:
             self._driver.stopped.clear()
             self._driver.stop("end of the run")
@@ -137,7 +137,7 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait until an event has come, or `other` is done."""
+        """Wait for an event of a board, or until `other` is done."""
         self._changed.clear()
         waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
         _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
@@ -158,7 +158,7 @@ class _Run:
         asyncio.get_running_loop().call_later(COLLECT_S, self._collect)
 
     def _said(self, word: str) -> None:
-        """Follow a word of the person at the terminal."""
+        """Execute a word that the user has typed: stop or go."""
         if word == "go":
             self._driver.go_on(monotonic())
             _tell("going on")
@@ -171,7 +171,7 @@ def _tell(line: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Call `said` with each line that a person types; the end of input is no word."""
+    """Call `said` with each typed line, but not at the end of the input."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:
@@ -184,5 +184,5 @@ def _read_words(said: Callable[[str], None]) -> None:
     if sys.stdin is not None and not sys.stdin.closed:
         try:
             loop.add_reader(sys.stdin, read)
-        except (OSError, ValueError):  # a file, or no real input
+        except (OSError, ValueError):  # stdin is a file, or has no file descriptor
             return

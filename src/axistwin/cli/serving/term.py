@@ -33,9 +33,9 @@ INITIALISED_NS = 30 * S
 """Longest initialisation, in virtual time; after that the user has to initialise the controller."""
 
 STARTED_S = 1.5
-"""Time from power-up until any controller is ready for the first word of a lesson."""
+"""Virtual time in seconds from power-up until every model is ready for the first command of a lesson."""
 LOOK_S = 0.1
-"""Interval at which the step of a lesson is checked."""
+"""Interval in seconds between two checks of a lesson's step."""
 
 Lines = asyncio.Queue[bytes | LinkError | None]
 """Typed lines; None: end of the input; an error: the port has failed."""
@@ -52,7 +52,7 @@ Lines = asyncio.Queue[bytes | LinkError | None]
 @click.option(
     "--tutor/--no-tutor",
     default=None,
-    help="Explain what is typed and answered, for a virtual controller.  [default: with a person at a terminal]",
+    help="Explain typed lines and answers, for a virtual controller.  [default: only at a terminal]",
 )
 @click.option(
     "--keyboard",
@@ -78,8 +78,8 @@ def term(
 ) -> int:
     """Open a terminal to a controller: a virtual MODEL in this process, or a controller at a PORT.
 
-    PORT is a URL or a device of pyserial.  A typed line is sent on Enter.  Data from the controller are shown as they
-    come, with control characters by name.  `:help` lists the terminal's own commands, `:next` says what to type.  At a
+    PORT is a URL or a device of pyserial.  A typed line is sent on Enter.  Received data are shown at once, with
+    control characters by name.  `:help` lists the terminal's own commands, `:next` says what to type.  At a
     terminal the line can be edited, Tab completes, the last line shows time, positions and state, and asides in grey
     explain refused lines and answers.
 
@@ -148,7 +148,7 @@ async def _virtual(
 
 
 async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) -> tuple[bool, int]:
-    """Open a terminal for a lesson.  Return True if the lesson is over, and the exit code."""
+    """Open a terminal for a lesson.  Return True if the lesson is finished, and the exit code."""
     from axistwin.sessions.session import Session
     from axistwin.terminal.virtual import BoardEnd, SerialEnd
 
@@ -181,7 +181,7 @@ async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) 
 
 
 async def _watch(commands: LocalCommands, lines: Lines) -> None:
-    """End the conversation when the lesson is over."""
+    """End the input when the lesson is finished."""
     while not commands.check_lesson():
         await asyncio.sleep(LOOK_S)
     lines.put_nowait(None)
@@ -207,10 +207,10 @@ async def _with_person(
     keyboard: str,
     virtual: "VirtualEnd | None" = None,
 ) -> int:
-    """Converse with a person at a line editor, or with the lines of a plain terminal, a pipe or a file."""
+    """Process lines from a line editor, or from a plain terminal, a pipe or a file."""
     if not _edited():
         return await _converse(screen, commands, _typed(lines), end, keyboard)
-    from prompt_toolkit.patch_stdout import patch_stdout  # lazy import: only for a person
+    from prompt_toolkit.patch_stdout import patch_stdout  # lazy import: only for the line editor
 
     from axistwin.terminal.editor import LineEditor, history
 

@@ -1,1 +1,1 @@
-"""Commands for the first hour: examples, new scenes, pages, completion."""
+"""Commands for beginners: examples, new scenes, documentation, shell completion."""

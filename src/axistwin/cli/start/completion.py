@@ -12,7 +12,7 @@ SHELLS = ("bash", "zsh", "fish", "powershell")
 def completion(shell: str) -> None:
     """Print the script that completes commands, options, models, scenes and programs in SHELL.
 
-    Add the line for your shell to its start-up file; PowerShell's is named by $PROFILE.
+    Add the line for your shell to its start-up file (in PowerShell: $PROFILE).
 
     \b
     Examples:

@@ -15,17 +15,18 @@ from axistwin.storage import reason
 
 @click.command()
 @click.argument("directory", type=click.Path(file_okay=False, path_type=Path), metavar="DIR")
-@click.option("--models", metavar="MODEL,…", help="The controllers: if1, if2, 1810, 1811, smartmotor.")
+@click.option("--models", metavar="MODEL,…", help="Models of the controllers: if1, if2, 1810, 1811, smartmotor.")
 @click.option("--axes", metavar="N", help="Axes of each IF1 or IF2: 1 to 3.")
 @click.option("--travel", metavar="N", help="Distance between the limit switches, in pulses or counts.")
-@click.option("--host", metavar="HOST", help="scene: simulated; outside: your program at a port; both.")
+@click.option("--host", metavar="HOST", help="Host: scene (simulated), outside (your program at a port), or both.")
 @click.option("--port", metavar="URL", help="Port of the first controller, e.g. tcp://127.0.0.1:5001.")
-@click.option("--yes", "-y", is_flag=True, help="Ask nothing: use the default for each missing option.")
-@click.option("--panel", metavar="[H:]P", help="Then serve the scene, with a panel for browsers at this port.")
+@click.option("--yes", "-y", is_flag=True, help="Ask no questions: use the default for each missing option.")
+@click.option("--panel", metavar="[H:]P", help="Serve the new scene, with a panel for browsers at this port.")
 def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> Any:
     """Write a new scene into the directory DIR, from the answers to five questions.
 
-    The scene has comments, and a first program for each controller.  It runs at once.  An option answers its question.
+    The scene has comments, and a first program for each controller.  It can be run at once.  An option replaces its
+    question.
     No file is overwritten.
 
     \b

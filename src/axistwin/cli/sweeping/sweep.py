@@ -1,4 +1,4 @@
-"""`axistwin sweep`: run a scene many times with other values; measure, and test claims."""
+"""`axistwin sweep`: run a scene many times with different values; measure, and test claims."""
 
 import json
 import sys
@@ -23,22 +23,36 @@ COUNT = click.IntRange(min=1)
 
 @click.command()
 @click.argument("target", metavar="SCENE.toml|SWEEP.toml|RESULT.parquet", type=FILE)
-@click.option("--vary", metavar="PATH=VALUES", multiple=True, help="What varies, e.g. table.X.load.torque=0.05..0.4:8.")
 @click.option(
-    "--measure", metavar="NAME:SENTENCE", multiple=True, help="What is measured, e.g. 'end: final table.X.position'."
+    "--vary",
+    metavar="PATH=VALUES",
+    multiple=True,
+    help="A parameter and its values, e.g. table.X.load.torque=0.05..0.4:8.",
 )
 @click.option(
-    "--claim", metavar="NAME:SENTENCE", multiple=True, help="What must hold, e.g. 'safe: never table.X passes 12000'."
+    "--measure", metavar="NAME:SENTENCE", multiple=True, help="A measurement, e.g. 'end: final table.X.position'."
 )
-@click.option("--out", "-o", type=FILE, help="Results: FILE.parquet.  The same command goes on where it stopped.")
+@click.option(
+    "--claim",
+    metavar="NAME:SENTENCE",
+    multiple=True,
+    help="A claim that every run must meet, e.g. 'safe: never table.X passes 12000'.",
+)
+@click.option("--out", "-o", type=FILE, help="Results: FILE.parquet.  The same command continues an interrupted sweep.")
 @click.option("--for", "seconds", type=Number(min=0, min_open=True), help="Virtual time of each run.")
-@click.option("--design", type=click.Choice(list(DESIGNS)), help="Choice of the points; grid if left out.")
-@click.option("--runs", type=COUNT, help="Runs of a drawn design, or draws for each point of a grid.")
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of drawn values and of a search; 0 if left out.")
-@click.option("--search", type=COUNT, metavar="N", help="Look for the run that is worst for the claims, in N runs.")
+@click.option(
+    "--design", type=click.Choice(list(DESIGNS)), help="Design that chooses the parameter values; grid if left out."
+)
+@click.option("--runs", type=COUNT, help="Number of runs of a random design, or of random draws per grid point.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of random values and of a search; 0 if left out.")
+@click.option("--search", type=COUNT, metavar="N", help="Search in N runs for the run that fails the claims most.")
 @click.option("--program", type=FILE, help="A program or conversation that is part of every run.")
 @click.option("--host", metavar="MODULE:FUNCTION", help="A Python host, called with the bench of each run.")
-@click.option("--workers", type=click.IntRange(min=0), help="Processes; 0: this one; default: one for each core.")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=0),
+    help="Number of processes; 0: run in this process; default: one for each core.",
+)
 @click.option(
     "--limit",
     type=Number(min=0, min_open=True),
@@ -49,12 +63,12 @@ COUNT = click.IntRange(min=1)
 @click.option("--summary", "as_text", is_flag=True, help="Print a summary of the results.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **options: Any) -> int:
-    """Run a scene many times with other values; write one row a run as Parquet.
+    """Run a scene many times with different values; write one row per run as Parquet.
 
     PATH is controller.axis.option, controller.option, controller.program.NAME (the number first assigned to NAME),
     controller.NAME (a variable or gain at power-up), fault.NAME.parameter, script.N.at, wire.N.delay_ms or seed.
     VALUES: a..b (whole numbers: each), a..b:n, a..b:n:log, [a, b, c], normal(m, s), uniform(a, b),
-    triangular(a, c, b).  A run ends after --for, or else when everything rests, at most after 3,600 s.
+    triangular(a, c, b).  A run ends after --for, or when no event is due, after 3,600 s at most.
 
     A sweep file has the same options as keys; `axistwin check` checks the file.  Runs that fail a claim are kept as
     scenes beside the results, up to 20.  docs/sweeps.md lists all sentences.
@@ -124,7 +138,7 @@ def _has_parts(out: Path) -> bool:
 
 
 def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
-    """Print the summary that is asked for; return the exit code."""
+    """Print the requested summary; return the exit code."""
     table = journal.read(out)
     plan = journal.plan_of(out) if out.exists() else json.loads(table.schema.metadata[journal.PLAN])
     found = summary(table, plan)
@@ -148,7 +162,7 @@ def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
 
 @contextmanager
 def _progress() -> Iterator[Progress | None]:
-    """Show runs, failing runs and the time left, on a terminal."""
+    """Show the number of runs, of failing runs, and the remaining time, on a terminal."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -1,4 +1,4 @@
-"""Advancing a bench, with failed acts reported, a new plan followed, and pending output sent afterwards."""
+"""Advancing a bench: report failed acts, apply changes of the speed, and send pending output afterwards."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -20,8 +20,8 @@ class Port(Protocol):
 
 
 class Advancer(ABC):
-    """Advances the clock of one bench.  An event may start or stop the advance, or change its speed: the plan
-    changes.
+    """Advances the clock of one bench.  If an event starts or stops virtual time or changes its speed, `plan` is
+    counted up.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -29,7 +29,7 @@ class Advancer(ABC):
         self.advancing = False
         """True while the bench is being advanced.  An act in this state comes from the bench itself."""
         self.passes = 0
-        """Number of advances so far.  Inputs with the same number arrive together."""
+        """Number of advances.  Inputs between two advances have the same number: they arrive at the same time."""
         self.on_failure: Callable[[AxistwinError], None] | None = None
         """Called with the error when a planned act on the bench fails; the run continues.  None: raise the error."""
         self.on_defect: Callable[[Exception], None] | None = None
@@ -49,19 +49,19 @@ class Advancer(ABC):
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """While virtual time is stopped: advance the bench by one slice with `advance(over)`, and flush the ports.
+        """Advance the bench by one slice with `advance(over)`, outside the pacer's own advances; then flush the ports.
 
         `advance` must return at the end of a nanosecond, soon after `over()` is True.  Return the result of `advance`.
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # repeat after a failed act
+        while not found:  # after a failed act, advance again
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Advance the bench; then follow the new plan if an event has changed the plan."""
+        """Advance the bench; then call `follow_plan` if an event has changed `plan`."""
         plan, self.advancing = self.plan, True
         self.passes += 1
         try:

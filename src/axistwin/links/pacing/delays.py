@@ -1,7 +1,7 @@
 """Delays of the bench against the wall clock, counted for the user."""
 
 LATE_S = 0.025
-"""An event that is executed later than this counts as an overrun."""
+"""Delay in seconds above which an event counts as an overrun."""
 
 
 class Delays:
@@ -10,7 +10,7 @@ class Delays:
     def __init__(self) -> None:
         self.blocks = 0
         self.overruns = 0
-        """Number of these blocks in which the event was executed too late."""
+        """Number of blocks whose first event was late by more than `LATE_S`."""
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:

@@ -7,7 +7,7 @@ from axistwin.links.pacing.slices import Slice
 
 
 class FullSpeed:
-    """Advances a bench as long as work is left.  After `cancel` the object cannot be used again."""
+    """Advances a bench while events are due, in slices.  After `cancel` the object cannot be used again."""
 
     behind_s = 0.0
     """Delay against the wall clock: none."""
@@ -21,7 +21,7 @@ class FullSpeed:
         """Do nothing: virtual time is up to date."""
 
     def work(self) -> None:
-        """Run a slice, unless a slice is planned: the sockets are served first."""
+        """Run a slice, unless a slice is already planned after the next service of the sockets."""
         if self._next is None:
             self._slice()
 
@@ -37,7 +37,7 @@ class FullSpeed:
 
     @property
     def _idle(self) -> bool:
-        """True if no work is left."""
+        """True if no event is due, apart from endless background events after the agenda."""
         clock = self._clock
         return (clock.quiet and clock.now >= self._bench.agenda_ns) or clock.next_event_ns() is None
 

@@ -9,6 +9,7 @@ Input always finds the bench at the end of a nanosecond, with all events up to t
 
 import asyncio
 from collections.abc import Callable
+from typing import TypeVar
 
 from axistwin.links.pacing.advancing import Advancer
 from axistwin.links.pacing.delays import Delays
@@ -16,6 +17,8 @@ from axistwin.links.pacing.full_speed import FullSpeed
 from axistwin.links.pacing.real_time import RealTime
 from axistwin.links.pacing.speeds import checked_speed
 from axistwin.sim.clock import Clock
+
+T = TypeVar("T")
 
 
 class Pacer(Advancer):
@@ -63,7 +66,7 @@ class Pacer(Advancer):
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Pace this clock, from its present time.  Not allowed while the bench is being advanced."""
+        """Pace this clock instead of the present clock.  Not allowed while the bench is being advanced."""
         clock.patient = self.clock.patient
         self.clock = clock
         if self.running:
@@ -89,15 +92,17 @@ class Pacer(Advancer):
             self.sync()
             self.flush()
 
-    def inspect(self, read: Callable[[], object]) -> None:
-        """Advance virtual time to now, call `read`, and plan the next advance again.
+    def inspect(self, read: Callable[[], T]) -> T:
+        """Advance virtual time to now, call `read`, and plan the next advance again.  Return the result of `read`.
 
         The pacer sleeps while no event is due, even while a motor moves.  Reading the state of a SmartMotor makes the
         motor plan its block again, so that an event may become due earlier.
         """
         self.work()
-        read()
-        self.work()
+        try:
+            return read()
+        finally:
+            self.work()
 
     def follow_plan(self) -> None:
         """Apply the change that an event has requested: a new speed, or a stop."""
@@ -114,7 +119,7 @@ class Pacer(Advancer):
         return self.delays.report()
 
     def _restart(self) -> None:
-        """Pace from the present virtual time on."""
+        """Pace virtual time by the wall clock or at full speed, from its present value."""
         assert self._loop is not None
         self._cancel()
         if self._speed is None:

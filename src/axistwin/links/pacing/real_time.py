@@ -10,7 +10,7 @@ from axistwin.units import MOST_NS, S
 BLOCK_S = 0.005
 """Shortest interval between two advances of the bench by the wall clock."""
 MAX_LAG_S = 1.0
-"""A larger delay is not made up: virtual time continues from its present value."""
+"""Largest delay in seconds that is caught up; after a larger delay, virtual time continues from its present value."""
 
 
 class RealTime:
@@ -33,7 +33,7 @@ class RealTime:
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:
-        """Advance virtual time to now, or as near as one slice allows."""
+        """Advance virtual time to now, or by as much as one slice allows."""
         self._last_s = self._loop.time()
         target_ns, due_ns = self._target_ns(self._last_s), self._clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:

@@ -7,7 +7,7 @@ SLICE_S = 0.002
 
 
 class Slice:
-    """A slice of real time that begins now."""
+    """A slice of real time that begins when the object is created."""
 
     def __init__(self) -> None:
         self._end_s = perf_counter() + SLICE_S

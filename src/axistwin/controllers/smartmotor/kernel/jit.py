@@ -15,14 +15,13 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import cache
 from hashlib import sha256
-from importlib.util import find_spec
 from logging import getLogger
 from pathlib import Path
 from shutil import rmtree
 from types import FunctionType, ModuleType
 from typing import Any, TypeVar, cast
 
-from axistwin.errors import MissingExtraError, UsageError, installation
+from axistwin.errors import MissingExtraError, UsageError, installation, installed
 from axistwin.storage import user_cache, write_whole
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -59,7 +58,7 @@ def available() -> bool:
     """True if functions will be compiled; raise an error if AXISTWIN_JIT=on and Numba is missing."""
     if setting() == "off":
         return False
-    if find_spec("numba") is not None:
+    if installed("numba"):
         return True
     if setting() == "on":
         raise MissingExtraError("numba", "fast")

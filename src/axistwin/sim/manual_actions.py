@@ -1,10 +1,11 @@
-"""Actions of a person at a machine, reported so that they can be recorded.
+"""Reports of manual actions at a machine, for recordings: power on or off, a pushed shaft, a moved joystick.
 
-Actions of the bench itself (a scene's script, a fault) are not reported: they happen again in every run.
+Actions of the bench itself (a scene's script, a fault) are not reported: every run repeats them.
 """
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from typing import Any
 
 from axistwin.errors import UsageError
@@ -19,15 +20,15 @@ MOST_TORQUE = 1000.0
 
 
 def check_counts(counts: object, act: str) -> None:
-    """Raises UsageError if a person cannot move a part by this number of counts."""
+    """Raise UsageError unless `counts` is a whole number in the permitted range."""
     if type(counts) is not int:
-        raise UsageError(f"{act}({counts!r}): give a whole number of counts")
+        raise UsageError(f"{act}({counts!r}): expected a whole number of counts, e.g. 4000")
     if abs(counts) > MOST_COUNTS:
         raise UsageError(f"{act}({shortened(str(counts))}): expected {-MOST_COUNTS} to {MOST_COUNTS} counts, e.g. 4000")
 
 
 def check_torque(newton_metres: float) -> None:
-    """Raises UsageError if a person cannot apply this torque to a shaft."""
+    """Raise UsageError if a torque is outside the permitted range."""
     if not -MOST_TORQUE <= newton_metres <= MOST_TORQUE:
         raise UsageError(f"a torque of {newton_metres} N·m: give a number from -1000 to 1000")
 
@@ -42,8 +43,20 @@ def by_itself(clock: Clock) -> Iterator[None]:
         clock.by_itself = within
 
 
-class ByHand:
-    """Reports the actions of a person at one machine part: the name of the action and its values."""
+class ManualAct(StrEnum):
+    """Kinds of manual actions, named as in conversations and recordings."""
+
+    POWER = "power"
+    JOYSTICK = "joystick"
+    PUSH = "push"
+    LOAD = "load"
+    JAM = "jam"
+    AMBIENT = "ambient"
+    MASTER = "master"
+
+
+class ManualActions:
+    """Reports the manual actions at one machine part: the kind of action and its values."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -53,7 +66,7 @@ class ByHand:
         """Call `callback(act, *values)` before each action.  Return an unsubscribe function."""
         return self._begins.subscribe(callback)
 
-    def report(self, act: str, *values: Any) -> None:
-        """Report an action, unless the bench itself performs it."""
+    def report(self, act: ManualAct, *values: Any) -> None:
+        """Report an action, unless the bench itself performs the action."""
         if not self._clock.by_itself:
             self._begins.emit(act, *values)
