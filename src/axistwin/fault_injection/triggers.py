@@ -41,15 +41,15 @@ _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 def other_fault(text: str | None) -> str | None:
     """Return the name of the fault that this sentence waits for; None: it waits for something else."""
     found = _SENTENCE.fullmatch((text or "").strip())
-    return found["who"] if found is not None and _VERBS.get(found["verb"]) is _other_fault else None
+    return found["who"] if found is not None and VERBS.get(found["verb"]) is _other_fault else None
 
 
 def read(text: str, world: World, here: str = "") -> Arm:
     """Return the trigger that this sentence describes.  Raises UsageError for an invalid sentence."""
     found = _SENTENCE.fullmatch(text.strip())
-    if found is None or found["verb"] not in _VERBS:
-        raise UsageError(f"when={text!r}: expected a sentence, e.g. 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
-    return _VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
+    if found is None or found["verb"] not in VERBS:
+        raise UsageError(f"when={text!r}: expected a sentence, e.g. 'X passes 1000'; the verbs are {', '.join(VERBS)}")
+    return VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,7 @@ def _other_fault(wish: _Wish) -> Arm:
     )
 
 
-_VERBS: dict[str, Callable[[_Wish], Arm]] = {
+VERBS: dict[str, Callable[[_Wish], Arm]] = {
     "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _receives, "says": _receives,
     "raises": _raises, "runs": _runs, "begins": _other_fault, "ends": _other_fault,
 }  # fmt: skip

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from axistwin.errors import UsageError
+from axistwin.fault_injection.triggers import VERBS
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.sweeps.conditions import Condition, comparison, condition
 from axistwin.sweeps.recording import Recording
@@ -19,7 +20,6 @@ from axistwin.sweeps.series import Series, combined, minimum
 from axistwin.units import S, to_ns
 
 Answer = float | list[float] | None
-VERBS = "passes", "rises", "falls", "changes", "hears", "says", "raises", "runs", "begins", "ends"
 _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 
