@@ -65,7 +65,7 @@ def test_a_bad_cable_loses_no_pulse(seed):
     stops = kinds(metal, Stopped)
     made = [direction for _, direction in metal.small.pulses[2]]
     assert made == [+1] * 3000 + [-1] * 1000 if not stops else stops[0].reason
-    assert metal.board.channel.again > 0
+    assert metal.board.connection.channel.again > 0
 
 
 @pytest.mark.parametrize("at", [1, 17, 400, 1999])
@@ -233,7 +233,7 @@ def test_a_board_with_another_configuration():
     small.configured, small.crc = True, 7
     metal = Metal(small)
     metal.run(1.0)
-    expected = "the board is configured for another scene: press its reset button, then go on"
+    expected = "the board is configured for another scene: press its reset button, then try again"
     assert kinds(metal, Failed) == [Failed(expected)]
 
 

@@ -94,6 +94,10 @@ class Wiring:
     sample_s: float = 1e-3
     """Interval at which the board samples other inputs."""
 
+    def interval_s(self, given: InputPin) -> float:
+        """Return the interval at which the board samples an input."""
+        return self.sample_s if given.stops is None else self.stop_sample_s
+
     @cached_property
     def groups(self) -> tuple[str, ...]:
         """Controllers on the board: their axes stop together."""
