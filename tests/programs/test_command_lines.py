@@ -80,7 +80,7 @@ def test_somebody_closes_a_switch(tmp_path):
 def test_what_never_ends_is_stopped_and_told(tmp_path):
     record, outcome = run(tmp_path, ":X400:=0,1:$\nE\n")
     assert record.bench.seconds == 3600
-    assert outcome.note.startswith("line 2 and later lines were not sent: the one before is busy at 3600 s")
+    assert outcome.note.startswith("line 2 and later lines were not sent: the previous line is not finished at 3600 s")
     assert "--for" in outcome.note
 
 
@@ -155,4 +155,4 @@ def test_a_run_that_goes_on_is_told(tmp_path):
 
 def test_a_time_before_the_interface_is_ready_is_told(tmp_path):
     _, outcome = run(tmp_path, "X1$\n", until_s=1)
-    assert outcome.note == "no line was sent: the interface is not ready before 2.70667 s"
+    assert outcome.note == "no line was sent: the interface is not ready at 2.70667 s"

@@ -39,7 +39,7 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the fixes that do not overlap; each edit once."""
+    """Return diagnostics whose fixes do not overlap."""
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
     for each in fixable:
