@@ -43,7 +43,7 @@ def test_each_step_is_done_by_its_solution_only(model, number):
         for line in lesson.steps[step].solution:
             solve(learner, line)
         assert pupil.check(), lesson.steps[step].task
-    assert pupil.over
+    assert pupil.finished
     pupil.close()
 
 

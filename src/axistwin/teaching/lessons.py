@@ -79,7 +79,7 @@ def register(name: str, value: int | str) -> Check:
 
 
 IF1 = (
-    Lesson("The first word", (
+    Lesson("The first command", (
         Step("The interface measures the baud rate by an open bracket: type  (", ("(",), answered("U")),
         Step("Choose 8 data bits, no parity, 2 stop bits: type  U61", ("U61", ":wait 1.5"), register("state", "ready")),
         Step("Ask whether the interface is busy: type  E  (C: clear for commands)", ("E",), answered("C", "E")),
@@ -118,7 +118,7 @@ IF1 = (
 
 DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 BOARD = (
-    Lesson("The first word", (
+    Lesson("The first command", (
         Step("Ask for the position: type  83  or  position_from_absolute_zero", ("83",), answered("83")),
         Step("Ask for limits, home and motion: type  move_status", ("move_status",), answered("88")),
     )),
@@ -157,7 +157,7 @@ CLEAR = Step("Make pins C and D inputs, and clear the limit fault: type  UCI UDI
 START = Step("Give acceleration and velocity, and go to 4000: type  A=100 V=200000 P=4000 G",
              ("A=100 V=200000 P=4000 G", ":wait 5"), moved("shaft", 4000))  # fmt: skip
 MOTOR = (
-    Lesson("The first word", (
+    Lesson("The first command", (
         Step("Ask for the position: type  RP", ("RP",), answered("0", "RP")),
         Step("Ask for the status word: type  RW  (the tutor explains its bits)", ("RW",), answered("1670", "RW")),
     )),

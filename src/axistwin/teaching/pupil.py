@@ -33,23 +33,23 @@ class Pupil:
         self._acted = True
 
     @property
-    def over(self) -> bool:
+    def finished(self) -> bool:
         """True after the last step."""
         return self.step == len(self.lesson.steps)
 
     @property
     def task(self) -> str:
         """Task of the current step; "" after the last step."""
-        return "" if self.over else f"{self.step + 1}. {self.lesson.steps[self.step].task}"
+        return "" if self.finished else f"{self.step + 1}. {self.lesson.steps[self.step].task}"
 
     @property
     def solution(self) -> tuple[str, ...]:
         """Lines that solve the current task."""
-        return () if self.over else self.lesson.steps[self.step].solution
+        return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:
         """Return True, and go to the next step, if the current step is done."""
-        if self.over or not self._acted:
+        if self.finished or not self._acted:
             return False
         shown = (self._show(self._said), self._show(self._heard))
         done = self.lesson.steps[self.step].done(Evidence(self._controller, *shown, self._origin))

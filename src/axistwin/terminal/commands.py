@@ -84,8 +84,8 @@ class LocalCommands:
         if self.lesson is None:
             return False
         while self.lesson.check():
-            self.screen.show("done." if self.lesson.over else f"done.  {self.lesson.task}")
-        return self.lesson.over
+            self.screen.show("done." if self.lesson.finished else f"done.  {self.lesson.task}")
+        return self.lesson.finished
 
     async def obey(self, line: str) -> bool:
         """Execute a command; return False to leave.  An error is shown on the screen."""
