@@ -65,7 +65,7 @@ def test_a_program_loaded_into_a_motor_of_a_chain(scene):
         ('line = "1200 7E1"', "does not answer LOAD at 1200 7E1"),
     ],
 )
-def test_a_program_that_the_motor_does_not_take(scene, more, message):
+def test_a_program_that_the_motor_refuses(scene, more, message):
     checked, built = complaints(scene(CHAIN.format(on="right", more=more)))
     assert len(checked) == len(built) == 1
     assert message in checked[0]

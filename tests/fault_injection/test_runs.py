@@ -71,7 +71,7 @@ def test_a_line_of_a_program(motor):
     assert found == [zero_ns + (4 + 13 * n) * SAMPLE_NS for n in range(4)]
 
 
-def test_a_command_of_one_of_the_sequences(board):
+def test_a_command_of_a_sequence(board):
     """1 ms of the processor for the first command."""
     second, other = happens(board, "board runs 3:2"), happens(board, "board runs 4:2")
     falls = []
@@ -81,7 +81,7 @@ def test_a_command_of_one_of_the_sequences(board):
     assert other == []
 
 
-def test_a_fault_comes_at_a_line_and_is_over_when_it_is_due(motor):
+def test_a_fault_begins_at_a_line_and_ends_after_its_duration(motor):
     """The third time that line 4 runs; at that very nanosecond, when everything else has been done."""
     fault = motor.faults.add("stuck", "motor.E", level=False, when="motor runs 4", nth=3, duration=0.25)
     zero_ns = motor.now
@@ -94,7 +94,7 @@ def test_a_fault_comes_at_a_line_and_is_over_when_it_is_due(motor):
     assert levels == [(began_ns, False), (began_ns + 250_000_000, True)]
 
 
-def test_power_may_be_cut_at_a_line_of_each_family(table, motor, board):
+def test_power_is_cut_at_a_line_of_each_family(table, motor, board):
     """And what was running runs no more."""
     for bench, name, line, start in (
         (table, "table", "2", "> :H1:X500@400:Y500:$\\r\n+0.1\n! input1 high\n+0.1\n"),
@@ -107,7 +107,7 @@ def test_power_may_be_cut_at_a_line_of_each_family(table, motor, board):
         assert [found.running for found in bench[name].programs.values()] in ([None], [])
 
 
-def test_a_program_that_comes_later_is_waited_for(table):
+def test_a_trigger_accepts_a_program_that_is_stored_later(table):
     """Nothing is stored yet; what has been called off does not happen."""
     found = happens(table, "table runs 2")
     called_off = table.faults.add("jam", "table.X", when="table runs 2")
@@ -135,7 +135,7 @@ def test_a_program_that_comes_later_is_waited_for(table):
         ("board", "board runs ³:1", "when='board runs ³:1': expected e.g. 'board runs 3:2'"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_remedy(request, fixture, sentence, message):
+def test_errors_have_a_remedy(request, fixture, sentence, message):
     bench = request.getfixturevalue(fixture)
     with pytest.raises(UsageError) as told:
         sentences.read(f"power_cut {fixture} when='{sentence}'", bench.faults)
@@ -144,7 +144,7 @@ def test_what_is_wrong_is_told_with_its_remedy(request, fixture, sentence, messa
         play(parse(f"+1\n! fault power_cut when='{sentence}'\n", "t.talk"), bench)
 
 
-def test_a_device_without_programs_runs_nothing(table, monkeypatch):
+def test_a_device_without_programs_refuses_the_trigger(table, monkeypatch):
     """And tells of none."""
     controller = table["table"]
     monkeypatch.setattr(controller, "product", replace(controller.product, programs=()))
@@ -156,13 +156,13 @@ def test_a_device_without_programs_runs_nothing(table, monkeypatch):
 
 
 @pytest.mark.parametrize("model", FAMILIES)
-def test_what_a_controller_keeps_is_what_its_product_names(model):
+def test_the_programs_of_a_controller_are_those_of_its_product(model):
     controller = Bench().add(model)
     assert set(controller.programs) <= set(controller.product.programs)
     assert controller.product.programs
 
 
-def test_a_fault_that_is_mended_as_it_begins_ends_in_that_nanosecond():
+def test_a_fault_that_is_mended_while_it_begins_ends_at_once():
     """By somebody who is told of the edge that it makes."""
     bench = Bench()
     if1 = bench.add("if1")

@@ -9,7 +9,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "programs.md").read_text(encoding="
 ((_, PROGRAM), (_, SHOWN)) = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
 
 
-def test_the_example_prints_what_is_shown(capsys):
+def test_the_example_of_the_page_is_correct(capsys):
     exec(compile(PROGRAM, "docs/programs.md", "exec"), {})
     assert capsys.readouterr().out == SHOWN
 

@@ -76,7 +76,7 @@ def test_dict(axistwin_port):
     assert code == 0, told
 
 
-def test_what_was_said_is_kept_when_a_test_fails(run, tmp_path):
+def test_the_recording_of_a_failed_test_is_kept(run, tmp_path):
     code, told = run('''
 @pytest.mark.axistwin("if1")
 def test_it(host, axistwin_twin):
@@ -90,13 +90,13 @@ def test_it(host, axistwin_twin):
     assert "if1.led" in (tmp_path / trace).read_text()
 
 
-def test_without_a_marker_one_is_told_to_write_it(run):
+def test_a_missing_marker_is_an_error(run):
     code, told = run("def test_it(axistwin_port): pass")
     assert code == 1
     assert 'test_it.py::test_it: invalid marker: expected one model or scene, e.g. @pytest.mark.axistwin("if1")' in told
 
 
-def test_a_scene_that_is_wrong_is_told_with_its_place(run):
+def test_an_error_in_a_scene_is_reported(run):
     code, told = run(
         '@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\ndef test_it(axistwin_port): pass'
     )
@@ -104,7 +104,7 @@ def test_a_scene_that_is_wrong_is_told_with_its_place(run):
     assert "no model 'if9'" in told
 
 
-def test_a_run_without_the_plug_in_in_use_imports_only_the_plug_in(tmp_path):
+def test_an_unused_plug_in_imports_nothing_else(tmp_path):
     (tmp_path / "test_it.py").write_text("""
 def test_it():
     import sys
@@ -119,7 +119,7 @@ def test_it():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_only_what_is_there_is_named(run, tmp_path):
+def test_the_report_names_only_existing_files(run, tmp_path):
     code, told = run('''
 @pytest.fixture
 def broken(axistwin_twin):
@@ -140,7 +140,7 @@ def test_teardown(broken):
     assert all(path.exists() for path in named)
 
 
-def test_two_things_at_once_are_refused(run):
+def test_a_marker_with_two_models_is_refused(run):
     code, told = run('@pytest.mark.axistwin("if1", "if2")\ndef test_it(axistwin_port): pass')
     assert code == 1
     assert "invalid marker: expected one model or scene" in told

@@ -1,4 +1,4 @@
-"""**The** table of faults: each kind once, with the thing it acts on and its parameters."""
+"""The table of all kinds of faults, each with the thing it acts on and its parameters."""
 
 from difflib import get_close_matches
 

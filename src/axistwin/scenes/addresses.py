@@ -1,4 +1,4 @@
-"""Check the ports of a scene: fitting kinds, no port twice."""
+"""Check the ports of a scene: each has a valid kind, and none is used twice."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from axistwin.scenes.toml_places import Path
 
 
 def check_ports(contents: SceneFile, source: Source) -> None:
-    """Raise SceneError with the place of an impossible port."""
+    """Raise SceneError at the place of the first invalid port."""
     _check_shared(contents, source)
     taken: dict[tuple[str, ...], str] = {}
     for path, text, at_a_bus in _ports(contents, source):
