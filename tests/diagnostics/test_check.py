@@ -1,4 +1,4 @@
-"""`axistwin check`: places in files, what is printed, exit codes."""
+"""`axistwin check`: places in files, output, exit codes."""
 
 import json
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""`axistwin check --fix`: what is mended, and that a file is replaced whole or not at all."""
+"""`axistwin check --fix`: the applied fixes; a file is replaced completely or not at all."""
 
 import os
 from pathlib import Path
@@ -18,7 +18,7 @@ from axistwin.errors import AxistwinError
 
 @pytest.fixture
 def fix(tmp_path, monkeypatch):
-    """Write a file, mend it, and return what was said and what it holds then."""
+    """Write a file and fix it; return the output and the new contents."""
     monkeypatch.chdir(tmp_path)
 
     def run(name, data, *options):

@@ -1,4 +1,4 @@
-"""Many files at once, and what is found for people and for machines: text, JSON, SARIF, GitHub."""
+"""`axistwin check` for several files, and its output as text, JSON, SARIF and GitHub workflow commands."""
 
 import json
 import re
@@ -26,7 +26,7 @@ FILES = {
 
 @pytest.fixture
 def check(tmp_path, monkeypatch):
-    """Run `axistwin check` where these files are."""
+    """Run `axistwin check` in a folder with these files."""
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
         Path(name).write_text(text, encoding="utf-8")
@@ -228,7 +228,7 @@ def test_files_that_cannot_be_checked(check, arguments, error, message):
 
 
 def test_sarif_of_all_codes_is_valid(check):
-    """Each rule's example, fixes and ends of lines included; names that are no URIs as they stand."""
+    """All examples of rules are checked in one run; file names need escapes in URIs."""
     names = []
     for title, table in codes.tables().items():
         for rule in table:

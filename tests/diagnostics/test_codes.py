@@ -1,4 +1,4 @@
-"""The tables of codes: each code is found by its own example, and explained by `check --codes`."""
+"""The tables of codes: the example of each code has its diagnostic, and `check --codes` explains each code."""
 
 import json
 import re
@@ -99,6 +99,6 @@ def test_an_unknown_code():
 
 @pytest.mark.parametrize("form", ["sarif", "github"])
 def test_codes_are_not_printed_in_formats_for_diagnostics(form):
-    """What is found in files can be told so, a table of codes cannot."""
+    """Formats for diagnostics such as SARIF cannot contain a table of codes."""
     with pytest.raises(UsageError, match=f"--codes has no format {form}: expected text or json"):
         explain("--codes", "CM4", "--format", form)

@@ -1,4 +1,4 @@
-"""What an editor is told: hover, completion and symbols for every kind of text."""
+"""Hover, completion and symbols for every kind of text."""
 
 import pytest
 from hypothesis import given
@@ -16,7 +16,7 @@ ALL = {"if1": IF1, "181x": BOARD, "sms": MOTOR, "talk": TALK, "toml": SCENE}
 
 
 def place(text):
-    """Lines, and the line and index of the `|` in the text."""
+    """Return the lines of a text, and the line and index of the `|` in the text."""
     before, _, behind = text.partition("|")
     line = before.count("\n") + 1
     return (before + behind).split("\n"), line, len(before) - before.rfind("\n") - 1
@@ -201,7 +201,7 @@ def test_tables_and_keys_of_a_scene():
 
 
 def test_keys_of_a_servo_axis():
-    """Those of a stepper's are others."""
+    """The keys differ from those of an axis with a stepper motor."""
     motor = '[[controller]]\nmodel = "smartmotor"\n'
     assert offered(SCENE, motor + "axes.shaft.|") == ["limits", "motor", "load"]
     assert {"model", "kp", "supply_voltage_v"} <= set(offered(SCENE, motor + "[controller.axes.shaft.motor]\n|"))

@@ -1,4 +1,4 @@
-"""What docs/editors.md says to paste is what its editor can read."""
+"""The settings in docs/editors.md are valid for their editors."""
 
 import json
 import re

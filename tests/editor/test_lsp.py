@@ -1,4 +1,4 @@
-"""The language server over standard input and output, as an editor talks to it."""
+"""The language server over standard input and output, as an editor uses it."""
 
 import subprocess
 import sys

@@ -21,7 +21,7 @@ def bench():
 
 
 def says(bench, words, seconds=0.2):
-    """What the interface answers."""
+    """Return the answer of the interface."""
     bench["if1"].serial.write(words)
     bench.run(seconds)
     return bench["if1"].serial.read()
@@ -30,7 +30,7 @@ def says(bench, words, seconds=0.2):
 def test_characters_are_lost(bench):
     fault = bench.faults.add("lose", "if1.serial", count=2)
     assert says(bench, b"\r\rN\r") == b"0\r"
-    assert not fault.on, "it has met its two characters"
+    assert not fault.on, "the two characters have been lost"
     fault = bench.faults.add("lose", way="from", here="if1")
     assert says(bench, b"N\r") == b"\r"
     assert says(bench, b"N\r") == b"0\r"

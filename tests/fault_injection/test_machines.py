@@ -22,7 +22,7 @@ def bench():
 
 @pytest.fixture
 def motor():
-    """A SmartMotor of frame 23 in position mode, which has its bench as `bench`."""
+    """A SmartMotor of frame 23 in position mode."""
     bench = Bench()
     motor = bench.add("smartmotor", shaft={"motor": "frame23"})
     motor.serial.write(b"UCI UDI ZS MP A=100 V=100000 ")
@@ -31,7 +31,7 @@ def motor():
 
 
 def says(controller, words, seconds=0.2):
-    """What it answers."""
+    """Return the answer of the controller."""
     controller.serial.write(words)
     controller.bench.run(seconds)
     return controller.serial.read()
@@ -145,7 +145,7 @@ def test_an_encoder_loses_counts_slips_reverses_and_stops(bench):
     assert encoder.count == 893
     bench.faults.add("encoder_dead", "if1.X")
     bench.faults.mend("encoder_reversed")
-    assert if1.axes["X"].position == 110, "where the motor stands is something else"
+    assert if1.axes["X"].position == 110, "the position of the motor is correct"
 
 
 def test_a_servo_follows_its_faulty_encoder(motor):
@@ -208,10 +208,10 @@ def test_a_motor_with_reduced_torque_stalls(bench):
     fault.mend()
     bench.faults.add("stall", "if1.X", left=0.5)
     says(if1, b"X100$\r", 3.0)
-    assert axis.position == pytest.approx(100, abs=4), "half of it is enough for this load"
+    assert axis.position == pytest.approx(100, abs=4), "half of the torque is enough for this load"
     bench.faults.add("stall", "if1.X", left=0.1)
     says(if1, b"X100$\r", 3.0)
-    assert axis.position == pytest.approx(100, abs=8), "a tenth is not"
+    assert axis.position == pytest.approx(100, abs=8), "a tenth of the torque is not enough"
 
 
 def test_a_load_step(motor):
@@ -219,7 +219,7 @@ def test_a_load_step(motor):
     fault = motor.bench.faults.add("load", "smartmotor.shaft", torque=0.05)
     assert axis.outside_torque == 0.05
     motor.bench.faults.add("load", "smartmotor.shaft", torque=-0.02)
-    assert not fault.on, "another load takes its place"
+    assert not fault.on, "the second load replaces the first"
     assert axis.outside_torque == pytest.approx(-0.02)
     motor.bench.faults.mend("all")
     assert axis.outside_torque == pytest.approx(0)
@@ -227,19 +227,19 @@ def test_a_load_step(motor):
 
 @pytest.mark.parametrize("name", ["if1", "smartmotor"])
 def test_the_end_of_a_fault_keeps_the_loads_and_jams_of_the_user(name, bench, motor):
-    """Mending takes away what the fault has brought, and nothing else."""
+    """The user changes load and jam during a fault; the end of the fault removes only the fault's effect."""
     controller = {"if1": bench["if1"], "smartmotor": motor}[name]
     ((axis_name, axis), *_), faults = controller.axes.items(), controller.bench.faults
     load = faults.add("load", f"{name}.{axis_name}", torque=0.3)
     axis.load(0.0)
-    assert axis.outside_torque == 0.3, "it is still there"
+    assert axis.outside_torque == 0.3, "the load of the fault remains"
     axis.load(0.1)
     assert axis.outside_torque == pytest.approx(0.4)
     load.mend()
     assert axis.outside_torque == 0.1
     jam = faults.add("jam", f"{name}.{axis_name}")
     axis.jam(False)
-    assert axis.jammed, "that is not what holds it"
+    assert axis.jammed, "the jam of the fault remains"
     axis.jam(True)
     jam.mend()
     assert axis.jammed
@@ -316,7 +316,7 @@ def test_the_power_fails_during_a_character_of_the_answer(bench, kind):
     if1 = bench["if1"]
     bench.faults.add(kind, "if1", when="if1 says 0", duration=0.02)
     assert says(if1, b"N\r", 0.5) == b"0"
-    assert says(if1, b"N\r", 0.5) == b"", "it has to be initialised again"
+    assert says(if1, b"N\r", 0.5) == b"", "the interface must be initialised again"
     bench.run(1)
     assert says(if1, b"(", 0.5) == b"U\r"
 
@@ -354,7 +354,7 @@ def test_the_power_is_off_until_all_power_faults_have_ended(bench):
     assert says(bench["if1"], b"(") == b"U\r"
 
 
-# All of them
+# All kinds of faults
 
 PLACES = {"LINE": "if1.serial", "PIN": "if1.input1", "AXIS": "if1.X", "CONTROLLER": "if1"}
 VALUES = {

@@ -1,4 +1,4 @@
-"""When faults begin and end, and the same from a conversation, from Python and in a recording."""
+"""Begin and end of faults, added from Python, from a conversation and from a recording."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The page about the first hour, and README: what they show is what happens."""
+"""The examples in `docs/begin.md` are correct."""
 
 import json
 import re

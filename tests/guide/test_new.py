@@ -1,4 +1,4 @@
-"""A new scene runs at once, whatever the answers are."""
+"""`axistwin new`: the new scene can be run with any answers."""
 
 from itertools import product
 

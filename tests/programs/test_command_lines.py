@@ -1,4 +1,4 @@
-"""Command lines typed at a terminal."""
+"""Command lines of an IF1."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from axistwin.units import S
 
 
 def run(tmp_path: Path, text: str, until_s: float | None = None, **options) -> tuple[RunRecord, Outcome]:
-    """Type it at an IF1 that has just been switched on."""
+    """Send the lines to an IF1 that has just been switched on."""
     file = tmp_path / "a.if1"
     file.write_text(text)
     bench = Bench()
@@ -108,7 +108,7 @@ def test_lines_longer_than_the_buffer_wait_for_dtr(tmp_path):
     record, _ = run(tmp_path, "".join(f"X{n}$\n" for n in range(100, 110)))
     assert record.bench["if1"].axes["X"].position == sum(range(100, 110))
     long = ":" + ":".join(f"X{n}" for n in range(1, 40)) + ":$"
-    record, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # typed into the recalculation, when nothing is read
+    record, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # sent while the ramp is calculated and no character is read
     assert record.bench["if1"].axes["X"].position == sum(range(1, 40))
     assert heard(record)[-1] == b"0\r"
 

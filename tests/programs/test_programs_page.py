@@ -1,4 +1,4 @@
-"""The example in `docs/programs.md` prints what the page shows, and the table names what there is."""
+"""The example and the table in `docs/programs.md` are correct."""
 
 import re
 from pathlib import Path

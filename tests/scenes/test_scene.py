@@ -1,4 +1,4 @@
-"""Scenes: what a file may hold, what stands on the bench then, and what is said about a wrong one."""
+"""Scenes: the contents of a file, the bench that is built from it, and the errors in a file."""
 
 import json
 from collections.abc import Callable
@@ -104,7 +104,7 @@ def test_names_ports_and_options(scene, tmp_path):
     for message in (b"(", b"U61\r", b"[\r"):
         left.write(message)
         bench.run(1.0)
-    assert (tmp_path / "kept" / "left.json").exists(), "the directory is seen from the scene file"
+    assert (tmp_path / "kept" / "left.json").exists(), "the directory is relative to the scene file"
 
 
 def test_the_machine_of_an_axis(scene):
@@ -282,11 +282,11 @@ WRONG = {
         controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
         "5:10: bus://:1811: only an 1810 or 1811 is on a bus: expected e.g. tcp://127.0.0.1:5001",
     ),
-    "a state that is no name": (
+    "an invalid name of a state": (
         controllers("if2", more='state = "a\\u0000b"'),
         '3:1: controller.state: a file name cannot contain NUL, not "a\\u0000b"',
     ),
-    "a link that is no name": (
+    "an invalid name of a link": (
         controllers("if2", more='ports = ["pty:/tmp/\\u0000b"]'),
         "3:10: invalid port 'pty:/tmp/\\x00b': expected no NUL character",
     ),
@@ -298,7 +298,7 @@ WRONG = {
 
 
 def test_ports_without_conflict(scene):
-    """Of port 0 there are many; a number may be that of two machines."""
+    """Port 0 means any free port; two addresses may have the same port number."""
     made = scene(
         controllers("if1", more="ports = ['tcp://:0', 'tcp://:0', 'pty:', 'pty:', 'tcp://:5001']\n")
         + controllers("if2", more="ports = ['tcp://127.0.0.2:5001', 'serial:///dev/ttyS0']\n")
@@ -307,7 +307,7 @@ def test_ports_without_conflict(scene):
 
 
 def test_terminals_that_a_wire_can_drive(scene):
-    """User pins are what their motor makes of them, and so are the inputs of the others."""
+    """A wire may begin at a user pin of a motor, and at an input of another controller."""
     bench = scene(
         controllers("if1", "1811", "smartmotor")
         + "".join(

@@ -1,4 +1,4 @@
-"""What happens in a scene by itself: faults, a script, hosts, stored programs, a shaft on another axis."""
+"""Events of a scene: faults, script, hosts, stored programs, and an encoder on another axis."""
 
 import json
 from collections.abc import Callable
@@ -20,7 +20,7 @@ MOTOR = '[[controller]]\nmodel = "smartmotor"\nname = "knife"\n'
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Callable[..., Scene]:
-    """Load a scene from a text, with files beside it."""
+    """Load a scene from a text, with other files in the same folder."""
 
     def load(text: str, **files: str) -> Scene:
         for name, contents in files.items():
@@ -69,7 +69,6 @@ def test_a_fault_may_wait_for_a_later_fault_or_a_fault_in_the_script(scene):
 
 
 def test_faults_that_wait_for_one_another_are_refused(scene):
-    """None of them would ever begin."""
     text = IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "b begins"\nname = "a"\n'
     with pytest.raises(SceneError, match=r"s\.toml:6:1: a waits for itself through b: expected another event"):
         scene(text + '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "a ends"\nname = "b"\n').build()

@@ -1,4 +1,4 @@
-"""The pytest plug-in as a user has it who tests a host: a pytest of its own, inside this one."""
+"""The pytest plug-in, used by tests of a host that run in a pytest inside this one."""
 
 import os
 import subprocess

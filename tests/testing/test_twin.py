@@ -74,13 +74,13 @@ def test_a_host_may_wait_in_a_separate_thread(twin, host):
 
 
 def test_a_host_that_polls(twin, host):
-    def wait_until_it_stands():
+    def wait_until_it_stops():
         while (busy := ask(host, b"E\r")) != b"C\r":
             assert busy == b"E\r"
 
     initialised(twin, host)
     host.write(b"X1000@1000$\r")
-    twin.call(wait_until_it_stands)
+    twin.call(wait_until_it_stops)
     assert twin.bench["if1"].axes["X"].position == 1000
 
 
@@ -105,7 +105,7 @@ def test_a_run_is_reproducible(tmp_path):
 
 
 def test_the_test_continues_while_a_host_waits(twin, host):
-    """The host waits for an input; somebody at the machine closes it."""
+    """The host waits for an input; the test closes the input."""
 
     def move_and_wait():
         host.write(b">1X100$\r")
@@ -196,7 +196,7 @@ def test_a_bench_of_the_user():
         host.write(b"UCI UDI ZS MP A=500 V=500000 P=20000 G ")
         shaft = twin.bench["axis"].axes["shaft"]
         assert twin.run_until(lambda: shaft.position >= 10_000, 10)
-        assert 10_000 <= shaft.position < 10_200  # at the very sample
+        assert 10_000 <= shaft.position < 10_200  # at the exact sample
         assert not twin.run_until(lambda: shaft.position < 0, 0.1)
 
 
@@ -258,7 +258,6 @@ def test_an_unknown_kind_of_port_is_refused():
 
 @pytest.mark.parametrize("what", ["if1", {"controller": [{"model": "if1"}]}])
 def test_fixed_ports_need_a_scene_with_ports(what):
-    """Else nothing would be served, in silence."""
     with pytest.raises(UsageError, match="expected a scene that names ports"):
         axistwin.serve(what, fixed_ports=True)
 
@@ -289,14 +288,13 @@ def test_a_twin_outside_its_block_refuses_calls(use):
     ],
 )
 def test_errors_of_a_scene_in_a_dict_have_their_keys(changed, words):
-    """There is no file and no line."""
     with pytest.raises(axistwin.AxistwinError, match=f"^{words}"):
         axistwin.serve({"controller": [{"model": "1811"}, {"model": "if1", **changed}]})
 
 
 @pytest.fixture
 def resting():
-    """A bench on which nothing happens, at real time, by a wall clock that stands; what sets that forward by 5 s."""
+    """An idle bench at real time with a stopped wall clock, and a function that sets the wall clock forward by 5 s."""
     with axistwin.serve(axistwin.Bench(), speed=1.0) as twin:
         loop, pacer = twin._service.loop._loop, twin._service.server.pacer
         wall_s = loop.time()
