@@ -24,7 +24,7 @@ from axistwin.programs.running import check_headers, unknown_kind
 from axistwin.programs.stored_programs import load_source
 
 MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}
-"""Model of a program, if neither the user nor the first comments of the program name one."""
+"""Model for a program by its suffix, if neither the user nor the program's header gives a model."""
 PROGRAMS = (".talk", *MODELS)
 SCENE = ".toml"
 

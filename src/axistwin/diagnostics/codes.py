@@ -65,6 +65,6 @@ def explained(rule: Rule) -> Iterator[str]:
 
 
 def shown(example: str) -> list[str]:
-    """Return the lines of an example; only the beginning of a very long one."""
+    """Return the lines of an example; of a very long example, only the beginning."""
     text = example if len(example) <= LONGEST else f"{example[:60].rstrip()} …"
     return text.splitlines()

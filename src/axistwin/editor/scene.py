@@ -148,7 +148,7 @@ def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str,
 
 
 def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition that a node refers to; for alternatives, the first one that is a table."""
+    """Return the definition that a node refers to; if a node has alternatives, return the first table."""
     if "$ref" in node:
         return dict(schema["$defs"][node["$ref"].rpartition("/")[2]])
     choices = node.get("anyOf") or node.get("oneOf") or []

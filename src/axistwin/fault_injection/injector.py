@@ -119,7 +119,7 @@ class Fault:
             self.mend()
 
     def _over(self) -> None:
-        """Finish a fault that has ended by itself."""
+        """Set the state of a fault that has ended without `mend`."""
         if self.on:
             self.state = State.OVER
             self._faults.changes.emit(self, "ends")

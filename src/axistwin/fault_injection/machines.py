@@ -233,7 +233,7 @@ def power_cut(case: Case) -> Mend:
 
 
 def check_motor(spot: Spot) -> None:
-    """Raise UsageError if the controller is no motor."""
+    """Raise UsageError if the controller is not a SmartMotor."""
     _servo(spot)
 
 

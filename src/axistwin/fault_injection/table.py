@@ -101,7 +101,7 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """A fault that begins: its spot, its values, and `over`, which is called if the fault ends by itself."""
+    """A fault that begins: its spot and its values; the fault calls `over` if it ends without `mend`."""
 
     clock: Clock
     spot: Spot

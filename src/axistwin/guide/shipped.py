@@ -11,7 +11,7 @@ from axistwin.storage import reason
 PACKAGE = Path(__file__).parents[1]
 CLONE = PACKAGE.parents[1]
 LOOSE = ".toml"
-"""Suffix of a scene that has no folder of its own; other files without a folder belong to this scene."""
+"""Suffix of the scene that lies directly in the folder of examples; other files there belong to this scene."""
 
 
 def folder(name: str) -> Path:

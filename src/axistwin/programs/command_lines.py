@@ -165,7 +165,7 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the host's format for the open bracket, and the message that then selects the format `wanted`."""
+    """Return the host's line format for sending the open bracket, and the message that selects `wanted`."""
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 
 

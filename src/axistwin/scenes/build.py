@@ -205,7 +205,7 @@ class Builder:
             self._plan_fault(table, number, ("fault", number))
 
     def _scripted(self) -> list[str]:
-        """Return the names that the script gives to faults."""
+        """Return the names of the faults that the script adds."""
         named = (name_in(act) for table in self.contents.script for act in table.do)
         return [name for name in named if name is not None]
 

@@ -67,7 +67,7 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """Write the data again, for a file whose layout does not allow insertions."""
+        """Return the data with the changes, for a file whose layout does not allow insertions."""
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
             data[kind][number] = {**data[kind][number], **values}
@@ -99,7 +99,7 @@ class Copy:
                 yield (str(path[0]), int(path[1])), {"host": hosts}
 
     def _copied(self, source: Source, file: Path) -> str:
-        """Copy a program next to the scene; return its name, the old one where possible."""
+        """Copy a program to the folder of the scene; return its name, which is kept if possible."""
         path = source.file.parent / file
         text = self.read.get(str(path))
         text = program_text(path) if text is None else text
@@ -112,7 +112,7 @@ class Copy:
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Return an act of the script; a program to load is copied next to the scene."""
+        """Return an act of the script for the copy; copy the program that the act loads."""
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
 

@@ -123,7 +123,7 @@ def _conversation(bench: Bench, name: str, file: str, text: str) -> Conversation
 
 
 class _ConversationHost:
-    """A host that performs the acts of a conversation and waits for its replies.
+    """A host that performs the acts of a conversation and waits for the expected replies.
 
     Assertions (`=`) are skipped.
     """

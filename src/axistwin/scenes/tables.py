@@ -229,7 +229,7 @@ Acts = Annotated[list[str], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 class ScriptTable(Table):
-    """Actions at the machine at one time."""
+    """An entry of the script: actions at the machine, all at the same time."""
 
     at: Annotated[float, Field(ge=0)]
     """Time, in seconds from the beginning."""

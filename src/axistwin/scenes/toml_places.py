@@ -30,7 +30,7 @@ _VALUE = re.compile(
 
 
 def places(text: str) -> dict[Path, Place]:
-    """Return the place of each table header, each key and each element of a list; for repeated ones, the first."""
+    """Return the place of each table header, key and list element; of repeated headers, the first place."""
     return dict(reversed([*_Scanner(text).scan()]))
 
 

@@ -343,7 +343,7 @@ class Board:
             motor.waiting.clear()
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output, one horizon after this time."""
+        """Set an output at this time, in s of the host's clock, plus the horizon."""
         if self.state is State.READY:
             connection = self.connection
             output = next(each for each in self.wiring.outputs if each.source == source)

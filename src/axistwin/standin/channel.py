@@ -56,7 +56,7 @@ class Channel:
         self._waiting.append((content, sent))
 
     def silent_s(self, now_s: float) -> float:
-        """Return for how many seconds the board has acknowledged nothing although blocks are waiting for it."""
+        """Return the time in seconds since the last acknowledgement; 0 if all blocks are acknowledged."""
         return 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
 
     def receive(self, data: bytes, now_s: float) -> Iterator[bytes]:
@@ -87,7 +87,7 @@ class Channel:
             self._unacknowledged[0].lost = True
 
     def _renumber(self, sequence: int) -> None:
-        """Number the blocks from `sequence`: the board goes on counting from an earlier host."""
+        """Number the blocks from `sequence`, because the board continues the numbers of an earlier host."""
         self._first = sequence
         for number, sent in enumerate(self._unacknowledged, sequence):
             sent.data, sent.lost = frames.block(number, sent.content), True

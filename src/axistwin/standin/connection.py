@@ -130,7 +130,7 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> int:
-        """Return the board's time at which a command that is sent now has arrived, in ticks of 32 bits."""
+        """Return the time at which a command sent now has certainly arrived, in ticks of the board (32 bits)."""
         return int(self.clock.ticks(self.now_s + SOON_S)) & 0xFFFF_FFFF
 
     def ticks(self, seconds: float) -> int:

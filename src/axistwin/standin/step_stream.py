@@ -89,7 +89,7 @@ class StepStream:
     def send_due(self) -> float:
         """Send the earliest commands that fit into the board's queue.
 
-        Return by how many seconds the next command is late; 0 if it is in time.
+        Return the delay of the next command in seconds if it is late; 0 if it is in time.
         """
         clock = self._connection.clock
         now = clock.ticks(self._connection.now_s)

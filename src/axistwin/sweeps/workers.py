@@ -176,7 +176,7 @@ class _Worker:
         return row
 
     def busy_s(self) -> float:
-        """Return for how many seconds the process has been busy with its run; 0 if it is idle."""
+        """Return the time in seconds since the current run began; 0 if the process is idle."""
         since_s = self._since_s
         return 0.0 if since_s is None else monotonic() - since_s
 

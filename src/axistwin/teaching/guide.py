@@ -122,7 +122,7 @@ def _whole(text: str) -> int | None:
 
 
 def described(command: Command) -> str:
-    """Return a line of the command table as one line: code, name, notation, parameters, chapter."""
+    """Return a command as one line of text: code, name, notation, parameters, chapter."""
     code = f"{command.code:02X}" if isinstance(command.code, int) else show_controls(command.code)
     syntax = show_controls(command.syntax)
     notation = f"   {syntax}" if syntax != code else ""
