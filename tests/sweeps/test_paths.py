@@ -60,7 +60,7 @@ def test_numbers_of_a_program_and_variables_of_a_motor(tmp_path):
         ("fault.cash.at", "did you mean 'crash'?"),
         ("fault.crash", "expected e.g. fault.NAME.parameter"),
         ("fault.crash.kind", "'kind' cannot be varied"),
-        ("script.1.at", "the scene has 1, counted from 0"),
+        ("script.1.at", "the scene has 1; the first is 0"),
         ("wire.0.from", "'from' cannot be varied"),
     ],
 )

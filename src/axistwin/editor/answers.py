@@ -46,7 +46,7 @@ class Symbol:
 
 
 class Editing(Protocol):
-    """Queries of an editor for one kind of text.  `line`: from 1; `at`: index of the character after the cursor."""
+    """Interface for queries about one kind of text.  `line`: from 1; `at`: index of the character after the cursor."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the word at this place."""

@@ -58,7 +58,7 @@ class Terms:
 
 
 class Fault:
-    """One fault on a bench.  Its `name` is the name of its kind by default."""
+    """One fault on a bench.  By default, a fault has the name of its kind."""
 
     def __init__(
         self, faults: "Faults", name: str, kind: Kind, spot: Spot, values: Mapping[str, Any], seed: int | None
@@ -256,7 +256,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a waiting fault does not keep a run going
+            clock.background += 1  # a run may end before this event
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

@@ -54,7 +54,7 @@ def read(text: str, world: World, here: str = "") -> Arm:
 
 @dataclass(frozen=True)
 class _Wish:
-    """The parts of a sentence."""
+    """The words of an event: in "X passes 1000", `who` is X, `verb` is passes, `what` is 1000."""
 
     world: World
     here: str

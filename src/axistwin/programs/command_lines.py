@@ -104,7 +104,7 @@ class _LineSender:
         return found[0]
 
     def prepare(self, act: Act) -> Callable[[], bool]:
-        """Return the act as a callable that returns True if the act was done in time."""
+        """Return a callable that performs the act and returns True if the act was finished in time."""
         match act:
             case Wait():
                 return partial(self._wait, act.ns)

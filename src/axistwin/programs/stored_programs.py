@@ -116,7 +116,7 @@ def only_motor(bench: Bench, file: str) -> Controller:
 
 
 def _load(port: SerialPort, source: bytes, file: str) -> None:
-    """Load by the protocol of LOAD: the motor requests each block with 06 and decides its length."""
+    """Load a source with the command LOAD; the motor requests each block with 06 and determines its length."""
     port.write(READY + b"LOAD ")
     if not port.read().endswith(ACKNOWLEDGE):
         raise ProgramError(f"the motor does not answer LOAD at {port.host.format}", file=file)

@@ -35,7 +35,7 @@ FAULTS_A_SCENE = 1_000
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if following `leads_to` from `name` leads back to `name`."""
+    """True if `name` is part of a loop in the graph `leads_to`."""
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
         seen.add(at)

@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # for a pair; a missing key has its own message
+    "missing": "expected two numbers",  # an element of a pair is missing
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
@@ -78,7 +78,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # The data are validated as JSON, because `strict` then accepts a list for a pair and an integer for a float.
+        # Only for JSON, `strict` accepts a list for a pair and a whole number for a float.
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
@@ -198,7 +198,7 @@ _RULES = {
     "unexpected_keyword_argument": rules.UNKNOWN_KEY,
     "missing": rules.MISSING_KEY,
 }
-"""Rules by the error types of pydantic; every other type is about a value."""
+"""Rules for error types of pydantic; all other types are errors in a value."""
 
 
 def _unknown(error: ErrorDetails) -> bool:

@@ -32,7 +32,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return a parameter of a fault as a field; the fault's kind checks the value."""
+    """Return the field of a table for a parameter of a fault; the kind of fault checks its value."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     return kinds[parameter.sort] | None, Field(None, description=f"{parameter.doc}: {parameter.wanted}")
 

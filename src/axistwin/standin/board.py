@@ -313,7 +313,7 @@ class Board:
     # Pulses and outputs
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
-        """Make pulses at these times plus the horizon, if no limit forbids them; direction +1 or -1."""
+        """Make pulses one horizon (a constant delay) after these times, within the limits; direction +1 or -1."""
         motor = self._stream.motors.get(axis)
         if self.state is not State.READY or not len(times_s) or motor is None or motor.pins.controller in self.stopped:
             return
@@ -343,7 +343,7 @@ class Board:
             motor.waiting.clear()
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output at this time, in s of the host's clock, plus the horizon."""
+        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
         if self.state is State.READY:
             connection = self.connection
             output = next(each for each in self.wiring.outputs if each.source == source)

@@ -24,7 +24,7 @@ Procedure = Generator[tuple[str, int | None, bytes], dict[str, Any], None]
 
 @dataclass
 class _Request:
-    """A request whose response resumes `procedure`; `name` and `oid`: name and object number of the response."""
+    """A pending request; the response `name` from the object `oid` resumes `procedure`."""
 
     procedure: Procedure
     name: str
@@ -52,7 +52,7 @@ class Connection:
         self.channel, self.dictionary = Channel(), Dictionary()
 
     def drop(self) -> None:
-        """Drop the requests and the commands that have not been sent."""
+        """Drop all pending requests, and commands that have not been sent."""
         self._requests.clear()
         self.channel.drop_waiting()
 

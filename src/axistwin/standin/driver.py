@@ -23,10 +23,10 @@ class Output(Protocol):
     wiring: Wiring
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]") -> None:
-        """Make pulses at these times, in s of the host's clock, plus the horizon."""
+        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output at this time, in s of the host's clock, plus the horizon."""
+        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
         """Stop the axes of these controllers at once; () stops all axes."""

@@ -88,12 +88,12 @@ class Sender(Thread):
             self._deliver(self, self._board.events.popleft())
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
-        """Make pulses at these times, in s of the host's clock, plus the horizon."""
+        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
         with self._lock:
             self._board.queue(axis, direction, times_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output at this time, in s of the host's clock, plus the horizon."""
+        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
         with self._lock:
             self._board.set_output(source, level, at_s)
 

@@ -121,7 +121,7 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
         if not rest[0].isdecimal() or int(rest[0]) >= len(tables):
-            raise UsageError(f"{path}: no [[{kind}]] {rest[0]}: the scene has {len(tables)}, counted from 0")
+            raise UsageError(f"{path}: no [[{kind}]] {rest[0]}: the scene has {len(tables)}; the first is 0")
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
         raise UsageError(f"{path}: {'.'.join(rest[1:])!r} cannot be varied: {_there(rest[1], known)}")
@@ -174,7 +174,7 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             size = f"has {len(at)} elements" if isinstance(at, list) else "is not in the scene"
-            raise UsageError(f"{path}: no element {key}: the list {size}; elements count from 0")
+            raise UsageError(f"{path}: no element {key}: the list {size}; the first element is 0")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
         else:
@@ -190,7 +190,7 @@ def _put(node: Any, keys: Keys, value: Value) -> Any:
     if isinstance(node, list):
         assert isinstance(key, int), "lists have numbers as keys"
         return [*node[:key], _put(node[key], rest, value), *node[key + 1 :]]
-    table = {"model": node} if isinstance(node, str) else node or {}  # a text is the name of a data sheet
+    table = {"model": node} if isinstance(node, str) else node or {}  # "frame23" is short for { model = "frame23" }
     return {**table, key: _put(table.get(key), rest, value)}
 
 

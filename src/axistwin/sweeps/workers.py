@@ -197,7 +197,7 @@ class _Worker:
 
 
 def work() -> None:
-    """Run tasks from standard input until it ends: the main function of a worker process."""
+    """Run tasks until the end of standard input: the main function of a worker process."""
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")

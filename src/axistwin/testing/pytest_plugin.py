@@ -87,6 +87,6 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
 
 
 def _shown(path: Path) -> str:
-    """Return the path; inside the current directory, relative to that directory."""
+    """Return the path as shown to the user: relative to the current directory, if the path is inside it."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
