@@ -90,20 +90,6 @@ def test_it(host, axistwin_twin):
     assert "if1.led" in (tmp_path / trace).read_text()
 
 
-def test_a_missing_marker_is_an_error(run):
-    code, told = run("def test_it(axistwin_port): pass")
-    assert code == 1
-    assert 'test_it.py::test_it: invalid marker: expected one model or scene, e.g. @pytest.mark.axistwin("if1")' in told
-
-
-def test_an_error_in_a_scene_is_reported(run):
-    code, told = run(
-        '@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\ndef test_it(axistwin_port): pass'
-    )
-    assert code == 1
-    assert "no model 'if9'" in told
-
-
 def test_an_unused_plug_in_imports_nothing_else(tmp_path):
     (tmp_path / "test_it.py").write_text("""
 def test_it():
@@ -140,7 +126,16 @@ def test_teardown(broken):
     assert all(path.exists() for path in named)
 
 
-def test_a_marker_with_two_models_is_refused(run):
-    code, told = run('@pytest.mark.axistwin("if1", "if2")\ndef test_it(axistwin_port): pass')
+@pytest.mark.parametrize(
+    ("marker", "message"),
+    [
+        ("", 'test_it.py::test_it: invalid marker: expected one model or scene, e.g. @pytest.mark.axistwin("if1")'),
+        ('@pytest.mark.axistwin("if1", "if2")\n', "invalid marker: expected one model or scene"),
+        ('@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\n', "no model 'if9'"),
+    ],
+    ids=["no marker", "two models", "an error in the scene"],
+)
+def test_an_invalid_marker_is_an_error(run, marker, message):
+    code, told = run(f"{marker}def test_it(axistwin_port): pass")
     assert code == 1
-    assert "invalid marker: expected one model or scene" in told
+    assert message in told

@@ -218,16 +218,21 @@ def test_a_bug_in_the_bench_is_raised(twin):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("what", "options", "words"),
     [
-        (({"controller": [{"model": "if9"}]},), "no model 'if9'"),
-        (({"controller": [{"model": object()}]},), "is not allowed in a scene"),
-        (("if9",), "no model 'if9'"),
+        ({"controller": [{"model": "if9"}]}, {}, "no model 'if9'"),
+        ({"controller": [{"model": object()}]}, {}, "is not allowed in a scene"),
+        ("if9", {}, "no model 'if9'"),
+        ("if1", {"scheme": "udp"}, "invalid kind of port 'udp': expected tcp, rfc2217, pty"),
+        ("if1", {"fixed_ports": True}, "expected a scene that names ports"),
+        ({"controller": [{"model": "if1"}]}, {"fixed_ports": True}, "expected a scene that names ports"),
+        ("if1", {"speed": "fast"}, r"invalid speed 'fast': .* or max, or \"manual\"$"),
     ],
 )
-def test_models_and_scenes_that_cannot_be_served(arguments, words):
-    with pytest.raises(axistwin.AxistwinError, match=words):
-        axistwin.serve(*arguments)
+def test_invalid_arguments_of_serve(what, options, words):
+    with pytest.raises(axistwin.AxistwinError, match=words) as raised:
+        axistwin.serve(what, **options)
+    assert isinstance(raised.value, UsageError) or not options
 
 
 def test_invalid_times_are_refused(twin):
@@ -249,22 +254,6 @@ def test_a_closed_twin_refuses_calls():
         pass
     with pytest.raises(UsageError, match="this twin is closed"):
         twin.advance(1)
-
-
-def test_an_unknown_kind_of_port_is_refused():
-    with pytest.raises(UsageError, match="invalid kind of port 'udp': expected tcp, rfc2217, pty"):
-        axistwin.serve("if1", scheme="udp")
-
-
-@pytest.mark.parametrize("what", ["if1", {"controller": [{"model": "if1"}]}])
-def test_fixed_ports_need_a_scene_with_ports(what):
-    with pytest.raises(UsageError, match="expected a scene that names ports"):
-        axistwin.serve(what, fixed_ports=True)
-
-
-def test_an_invalid_speed_is_refused():
-    with pytest.raises(UsageError, match=r"invalid speed 'fast': .* or max, or \"manual\"$"):
-        axistwin.serve("if1", speed="fast")
 
 
 @pytest.mark.parametrize(
