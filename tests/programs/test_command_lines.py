@@ -77,13 +77,6 @@ def test_an_action_closes_a_switch(tmp_path):
     assert record.bench["if1"].axes["X"].position == 100
 
 
-def test_an_endless_program_is_stopped_with_a_note(tmp_path):
-    record, outcome = run(tmp_path, ":X400:=0,1:$\nE\n")
-    assert record.bench.seconds == 3600
-    assert outcome.note.startswith("line 2 and later lines were not sent: the previous line is not finished at 3600 s")
-    assert "--for" in outcome.note
-
-
 def test_an_endless_program_ends_at_the_given_time(tmp_path):
     record, outcome = run(tmp_path, ":X400:=0,1:$\n", until_s=60)
     assert record.bench.seconds == 60
@@ -95,13 +88,6 @@ def test_an_endless_sequence_is_stopped_after_a_pause(tmp_path):
     record, outcome = run(tmp_path, ":X400:=0,1:$\n+10\n#\nE\n")
     assert heard(record)[-1] == b"C\r"
     assert outcome == Outcome()
-
-
-def test_a_pause_beyond_the_end(tmp_path):
-    record, outcome = run(tmp_path, "X10$\n+100\nX10$\n", until_s=20)
-    assert record.bench.seconds == 20
-    assert record.bench["if1"].axes["X"].position == 10
-    assert outcome.note.startswith("line 2")
 
 
 def test_lines_longer_than_the_buffer_wait_for_dtr(tmp_path):
@@ -148,11 +134,22 @@ def test_a_program_of_unknown_kind(tmp_path):
         load(tmp_path / "a.txt")
 
 
-def test_axes_that_still_move_are_noted(tmp_path):
-    _, outcome = run(tmp_path, "XYG$\n")
-    assert outcome.note == "X and Y still running: run longer with --for SECONDS"
+BUSY = "line 2 and later lines were not sent: the previous line is not finished at"
 
 
-def test_a_time_before_the_interface_is_ready_is_noted(tmp_path):
-    _, outcome = run(tmp_path, "X1$\n", until_s=1)
-    assert outcome.note == "no line was sent: the interface is not ready at 2.70667 s"
+@pytest.mark.parametrize(
+    ("text", "until_s", "end_s", "position", "note"),
+    [
+        (":X400:=0,1:$\nE\n", None, 3600, None,
+         f"{BUSY} 3600 s: stopped after 3600 s, set another time with --for SECONDS"),
+        ("X10$\n+100\nX10$\n", 20, 20, 10, f"{BUSY} 20 s"),
+        ("XYG$\n", None, None, None, "X and Y still running: run longer with --for SECONDS"),
+        ("X1$\n", 1, None, 0, "no line was sent: the interface is not ready at 2.70667 s"),
+    ],
+    ids=["an endless sequence", "a pause beyond the end", "axes still move", "the end before the initialisation"],
+)  # fmt: skip
+def test_notes_about_an_incomplete_run(tmp_path, text, until_s, end_s, position, note):
+    record, outcome = run(tmp_path, text, until_s)
+    assert outcome.note == note
+    assert end_s is None or record.bench.seconds == end_s
+    assert position is None or record.bench["if1"].axes["X"].position == position
