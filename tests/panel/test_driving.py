@@ -35,8 +35,8 @@ def test_run_and_pause():
 def test_a_step_goes_to_the_next_event_and_one_that_never_comes_is_told():
     async def play(visit):
         visit.press("step-event")
-        await visit.until(lambda: visit.look.session.seconds > 0 and state(visit) == "paused")
-        assert visit.look.session.seconds == 1.0  # the lamp goes out at the end of the self-test
+        await visit.until(lambda: visit.context.session.seconds > 0 and state(visit) == "paused")
+        assert visit.context.session.seconds == 1.0  # the lamp goes out at the end of the self-test
         visit.press("step-statement")
         await visit.until(lambda: visit.messages)
         assert visit.messages == ["no such event within 60 virtual seconds: a line of a program begins"]
@@ -46,7 +46,7 @@ def test_a_step_goes_to_the_next_event_and_one_that_never_comes_is_told():
 
 def test_speed_by_slider_and_field():
     async def play(visit):
-        session = visit.look.session
+        session = visit.context.session
         assert (visit.found("speed-box").value, visit.found("speed").value) == ("max", len(SPEEDS) - 1)
         visit.trigger("speed", "change", 0)
         assert (session.speed, visit.found("speed-box").value) == (0.1, "0.1")
@@ -63,11 +63,11 @@ def test_speed_by_slider_and_field():
 
 def test_who_does_not_drive_changes_nothing():
     async def play(visit):
-        visit.look.people.driver = visit.look.people["another"]
+        visit.context.people.driver = visit.context.people["another"]
         visit.press("run")
         visit.trigger("speed", "change", 0)
         type_into(visit, "until", "if1.led falls")
-        assert (visit.look.session.running, visit.look.session.speed) == (False, None)
+        assert (visit.context.session.running, visit.context.session.speed) == (False, None)
         assert visit.found("speed").value == len(SPEEDS) - 1
         assert visit.messages == ["visitor 2 drives: press Drive to take over"] * 3
 
@@ -76,7 +76,7 @@ def test_who_does_not_drive_changes_nothing():
 
 def test_back_in_time_and_live_from_there():
     async def play(visit):
-        session = visit.look.session
+        session = visit.context.session
         type_into(visit, "until", "if1.led falls")
         await visit.until(lambda: not session.running)
         assert state(visit) == "paused: if1.led falls"
@@ -97,43 +97,43 @@ def test_back_in_time_and_live_from_there():
 
 def test_acts_during_a_move_are_performed_after_it_in_their_order():
     async def play(visit):
-        session, acts = visit.look.session, visit.look.acts
+        session, actions = visit.context.session, visit.context.actions
         type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: acts.state is State.QUIET)
+        await visit.until(lambda: actions.state is State.QUIET)
         type_into(visit, "moment", "0.25")
-        assert (acts.state, visit.found("run").text) == (State.BUSY, "Stop")
+        assert (actions.state, visit.found("run").text) == (State.BUSY, "Stop")
         visit.press("step-event")
-        visit.trigger("run", "click", "Run")  # the browser still shows Run
+        visit.trigger("run", "click", "Run")  # the button in the browser still shows Run
         assert not session.running
         await visit.until(lambda: session.running)
-        assert session.seconds >= 1.0  # the step has been before
+        assert session.seconds >= 1.0  # the run has followed the step
         visit.trigger("run", "click", "Pause")
-        assert (state(visit), acts.state, visit.messages) == ("paused", State.QUIET, [])
+        assert (state(visit), actions.state, visit.messages) == ("paused", State.QUIET, [])
 
     show(bench_of("if1"), driving, play)
 
 
 def test_stop_drops_the_acts_that_wait():
     async def play(visit):
-        session, acts = visit.look.session, visit.look.acts
+        session, actions = visit.context.session, visit.context.actions
         type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: acts.state is State.QUIET)
+        await visit.until(lambda: actions.state is State.QUIET)
         type_into(visit, "moment", "0.5")
         visit.press("step-event")
         visit.trigger("run", "click", "Run")
         visit.trigger("run", "click", "Stop")
-        await visit.until(lambda: acts.state is State.QUIET)
+        await visit.until(lambda: actions.state is State.QUIET)
         assert (session.running, session.busy, visit.messages) == (False, False, [])
-        assert session.seconds <= 0.5  # neither the step nor the run has been
+        assert session.seconds <= 0.5  # both the step and the run have been dropped
 
     show(bench_of("if1"), driving, play)
 
 
 def test_an_error_of_an_act_that_has_waited_is_shown():
     async def play(visit):
-        acts = visit.look.acts
+        actions = visit.context.actions
         type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: acts.state is State.QUIET)
+        await visit.until(lambda: actions.state is State.QUIET)
         type_into(visit, "moment", "0.5")
         type_into(visit, "new-break", "nobody falls")
         assert visit.messages == []
@@ -145,7 +145,7 @@ def test_an_error_of_an_act_that_has_waited_is_shown():
 
 def test_breaks_are_added_switched_off_and_removed():
     async def play(visit):
-        session = visit.look.session
+        session = visit.context.session
         type_into(visit, "new-break", "if1.led falls")
         assert visit.found("breaks").text == "Breaks (1)"
         visit.press("run")

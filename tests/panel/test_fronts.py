@@ -1,4 +1,4 @@
-"""The front panel on the page: any controller's, drawn from data."""
+"""Front panels of controllers on the page."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from .showing import bench_of, show
 
 
 def of(name):
-    return lambda look: front(look, name)
+    return lambda context: front(context, name)
 
 
 def test_the_lamp_of_an_if1_is_lit_during_the_self_test_and_flashes_when_it_waits_for_the_format():
@@ -68,7 +68,7 @@ def test_the_list_of_all_registers_is_made_when_it_is_opened_and_kept_open_for_t
         for _ in range(5):
             visit.frame()
         assert visit.found("1811-register-status").text == str(0x50)
-        assert visit.look.person.settings["1811 registers"] is True
+        assert visit.context.person.settings["1811 registers"] is True
 
     show(bench_of("1811"), of("1811"), play)
 
@@ -77,7 +77,7 @@ def test_another_bench_takes_the_place_of_the_one_before():
     def play(visit):
         visit.run(1.5)
         assert not visit.lit("if1-LED-Interface")
-        visit.look.session.bench = bench_of("if1")()
+        visit.context.session.bench = bench_of("if1")()
         visit.frame()
         assert visit.lit("if1-LED-Interface")
 

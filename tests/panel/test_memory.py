@@ -1,4 +1,4 @@
-"""Deleted pages are freed without garbage collection, and garbage collection skips pages."""
+"""Memory management: deleted pages are freed without garbage collection, which skips open pages."""
 
 import asyncio
 import gc
@@ -6,14 +6,14 @@ import weakref
 from functools import partial
 
 from axistwin import Session
-from axistwin.panel import AT_A_TIME, Common, Look, Memory, People, release
+from axistwin.panel import AT_A_TIME, Common, Context, Memory, People, release
 from axistwin.panel.page import Visits, page, views
 
 from .showing import bench_of, show, stage
 
 
 def test_a_page_that_is_deleted_is_freed_by_counting_references():
-    """Few elements remain, although no garbage collection has run."""
+    """Garbage collection is switched off in this test."""
     people, common = People(), Common(Session(bench_of("if1"), None))
     left = []
 
@@ -29,9 +29,9 @@ def test_a_page_that_is_deleted_is_freed_by_counting_references():
 
     gc.disable()
     try:
-        stage.play(partial(page, lambda: Look(common, people, people["a"])), play)
+        stage.play(partial(page, lambda: Context(common, people, people["a"])), play)
         assert len(left) > 300
-        assert sum(each() is not None for each in left) <= 10  # cycles of NiceGUI's own
+        assert sum(each() is not None for each in left) <= 10  # NiceGUI itself keeps references to a few elements
     finally:
         gc.enable()
 
@@ -46,8 +46,8 @@ def test_the_loop_has_its_turn_between_a_few_elements():
             turns += 1
         assert turns == -(-len(elements) // AT_A_TIME)
 
-    def whole(look):
-        made = list(views(look))
+    def whole(context):
+        made = list(views(context))
         return lambda: [view() for view in made]
 
     show(bench_of("if1"), whole, play)

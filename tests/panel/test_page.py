@@ -1,4 +1,4 @@
-"""The complete page: tabs, users, terminals; a controller that is unknown to the panel."""
+"""The complete page: tabs, users, terminals, and a controller of another family."""
 
 from dataclasses import replace
 
@@ -15,13 +15,13 @@ from axistwin.panel.views.terminal import terminal
 from .showing import bench_of, show
 
 
-def whole(look):
-    return together(*views(look))
+def whole(context):
+    return together(*views(context))
 
 
 def said(visit):
     """Return the data that the host of an if1 has sent."""
-    events = visit.look.common(Talk).since("if1", 0)[1]
+    events = visit.context.common(Talk).since("if1", 0)[1]
     return b"".join(event.data for event in events if isinstance(event, Sent))
 
 
@@ -86,11 +86,11 @@ def test_a_line_that_motors_share_has_a_terminal_of_its_own():
 def test_who_drives_is_on_the_button_and_taking_over_is_told():
     def play(visit):
         told = []
-        visit.look.people.subscribe(told.append)
+        visit.context.people.subscribe(told.append)
         assert visit.found("people").text == "you drive"
         visit.choose("name", "Anna")
         visit.trigger("name", "keydown.enter")
-        visit.look.people.take_over(visit.look.people["another"])
+        visit.context.people.take_over(visit.context.people["another"])
         visit.frame()
         assert visit.found("people").text == "visitor 2 drives"
         visit.press("drive")
@@ -121,16 +121,16 @@ def test_a_view_is_made_when_it_is_looked_at_and_the_last_one_is_known_again():
         visit.user.find("Two").click()
         visit.frame()
         assert (made, set(fresh)) == (["One", "Two"], {"Two"})
-        assert visit.look.person.settings["tab thing"] == "Two"
+        assert visit.context.person.settings["tab thing"] == "Two"
 
-    show(bench_of("if1"), lambda look: tabs(look, "thing", kinds), play)
+    show(bench_of("if1"), lambda context: tabs(context, "thing", kinds), play)
 
 
 # Terminals
 
 
 def at(name):
-    return lambda look: terminal(look, name)
+    return lambda context: terminal(context, name)
 
 
 def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered():
@@ -139,7 +139,7 @@ def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered():
         type_into(visit, "say-if1", "(")
         assert said(visit) == b"(\r"
         assert visit.found("say-if1").value == ""
-        assert visit.look.person.lines["if1"] == ["("]
+        assert visit.context.person.lines["if1"] == ["("]
         type_into(visit, "say-if1", r"\x41\r")
         assert said(visit) == b"(\rA\r\r"
 
@@ -160,7 +160,7 @@ def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong():
 def test_break_control_lines_and_format():
     def play(visit):
         visit.run(1.5)
-        host, talk = visit.bench["if1"].serial.host, visit.look.common(Talk)
+        host, talk = visit.bench["if1"].serial.host, visit.context.common(Talk)
         visit.press("break-if1")
         assert [type(event) for event in talk.since("if1", 0)[1]] == [LineBreak]
         visit.choose("dtr-if1", False)

@@ -14,7 +14,7 @@ SOURCE = b"a=1\nWAIT=4000\na=2\nC1\nWAIT=4000\nGOTO1\n"
 
 
 def motor(source=SOURCE):
-    """Return a function that builds a bench with a motor that stores this program, at power-on."""
+    """Return a function that builds a bench with a motor that contains this program."""
 
     def build():
         bench = Bench()
@@ -25,7 +25,7 @@ def motor(source=SOURCE):
 
 
 def at(name):
-    return lambda look: program(look, name)
+    return lambda context: program(context, name)
 
 
 def listing(visit, name="motor"):
@@ -33,7 +33,7 @@ def listing(visit, name="motor"):
 
 
 def test_lines_are_listed_and_the_running_one_is_marked():
-    """The program starts automatically after 0.2 s, and waits for 4000 samples, almost a second, in line 2."""
+    """The program starts 0.2 s after power-on, and waits for 4000 samples, almost a second, in line 2."""
 
     def play(visit):
         assert listing(visit).lines == ("a=1", "WAIT=4000", "a=2", "C1", "WAIT=4000", "GOTO1")
@@ -50,13 +50,13 @@ def test_lines_are_listed_and_the_running_one_is_marked():
 def test_a_break_is_made_and_taken_away_by_its_line_number():
     def play(visit):
         visit.trigger("motor listing", "toggle", {"line": 4})
-        assert [each.sentence for each in visit.look.session.breaks] == ["motor runs 5"]
+        assert [each.sentence for each in visit.context.session.breaks] == ["motor runs 5"]
         assert listing(visit).on_breaks == (4,)
-        visit.look.session.breaks[0].on = False
+        visit.context.session.breaks[0].on = False
         visit.frame()
         assert (listing(visit).on_breaks, listing(visit).off_breaks) == ((), (4,))
         visit.trigger("motor listing", "toggle", {"line": 4})
-        assert not visit.look.session.breaks
+        assert not visit.context.session.breaks
         assert listing(visit).off_breaks == ()
 
     show(motor(), at("motor"), play)
@@ -64,8 +64,8 @@ def test_a_break_is_made_and_taken_away_by_its_line_number():
 
 def test_breaks_that_are_made_elsewhere_are_shown():
     def play(visit):
-        visit.look.session.add_break("motor runs 3")
-        visit.look.session.add_break("motor.shaft passes 100")
+        visit.context.session.add_break("motor runs 3")
+        visit.context.session.add_break("motor.shaft passes 100")
         visit.frame()
         assert listing(visit).on_breaks == (2,)
 
@@ -76,7 +76,7 @@ def test_breaks_that_are_made_elsewhere_are_shown():
 def test_what_is_no_line_makes_no_break(line):
     def play(visit):
         visit.trigger("motor listing", "toggle", {"line": line})
-        assert not visit.look.session.breaks
+        assert not visit.context.session.breaks
 
     show(motor(), at("motor"), play)
 
@@ -84,7 +84,7 @@ def test_what_is_no_line_makes_no_break(line):
 def test_at_a_line_that_never_runs_there_is_no_break_and_one_is_told_why():
     def play(visit):
         visit.trigger("motor listing", "toggle", {"line": 3})
-        assert not visit.look.session.breaks
+        assert not visit.context.session.breaks
         assert "C1" in visit.messages[-1]
 
     show(motor(), at("motor"), play)
@@ -92,9 +92,9 @@ def test_at_a_line_that_never_runs_there_is_no_break_and_one_is_told_why():
 
 def test_whoever_does_not_drive_makes_no_break():
     def play(visit):
-        visit.look.people.take_over(visit.look.people["another"])
+        visit.context.people.take_over(visit.context.people["another"])
         visit.trigger("motor listing", "toggle", {"line": 4})
-        assert not visit.look.session.breaks
+        assert not visit.context.session.breaks
         assert "drives" in visit.messages[-1]
 
     show(motor(), at("motor"), play)
@@ -181,7 +181,7 @@ def test_where_nothing_is_stored_that_is_said():
 
 
 def board():
-    """Build a board with two sequences: 29h waits 1000 ms, 2Ah waits 3 or 7 s."""
+    """Return a board with two sequences: one waits 1000 ms (29h), the other 3 s or 7 s (2Ah)."""
     bench = Bench()
     bench.add("1811", "board")
     bench.run(2)
@@ -201,7 +201,7 @@ def test_of_several_sequences_one_is_chosen_and_its_breaks_name_it():
         visit.frame()
         assert len(listing(visit, "board").lines) == 2
         visit.trigger("board listing", "toggle", {"line": 1})
-        assert [each.sentence for each in visit.look.session.breaks] == ["board runs 7:2"]
+        assert [each.sentence for each in visit.context.session.breaks] == ["board runs 7:2"]
         assert listing(visit, "board").on_breaks == (1,)
         visit.choose("board which", "sequence 3")
         visit.frame()
@@ -236,9 +236,9 @@ def test_following_it_shows_the_sequence_that_runs_which_its_buttons_start_and_e
 def test_what_is_wished_is_kept_for_the_person():
     def play(visit):
         visit.choose("motor follow", value=False)
-        assert visit.look.person.settings["motor follow"] is False
+        assert visit.context.person.settings["motor follow"] is False
         with visit.user.client, ui.row():
-            program(visit.look, "motor")
+            program(visit.context, "motor")
         boxes = visit.user.find(marker="motor follow").elements
         assert [box.value for box in boxes] == [False, False]
 

@@ -1,4 +1,4 @@
-"""Two axes that make a table: from above with trail and tool, and in three dimensions."""
+"""X-Y tables: the drawing from above with trail and tool, and the 3-D drawing."""
 
 from fractions import Fraction
 
@@ -15,17 +15,17 @@ TRAVEL = {"limits": (0, 2000)}
 TABLE = bench_of("if2", X=TRAVEL, Y=TRAVEL)
 
 
-def at(look):
-    return machines(look, "if2")
+def at(context):
+    return machines(context, "if2")
 
 
 def top(visit):
-    """Return the state of the view from above."""
+    """Return all values in the drawing from above."""
     return visit.found("table if2").shown
 
 
 def go(visit, **pulses):
-    """Move these axes by some pulses at the same time, and draw a frame."""
+    """Move axes at the same time by numbers of pulses, and draw a frame."""
     for axis, number in pulses.items():
         profile = Profile([Segment(Fraction(1000), Fraction(abs(number), 1000))])
         visit.bench["if2"].axes[axis].start(profile, 1 if number > 0 else -1)
@@ -33,7 +33,7 @@ def go(visit, **pulses):
 
 
 def pixels(shown, part):
-    """Return the place of a part: right and down."""
+    """Return the position of a part in pixels, to the right and down."""
     return [float(word.strip(" px)")) for word in shown[part, "move"].partition("(")[2].split(",")]
 
 
@@ -77,7 +77,7 @@ def test_a_long_trail_is_drawn_in_pieces_of_which_only_the_last_changes():
         assert top(visit)["trail1", "points"].split()[0] == first.split()[-1]
         go(visit, X=10)
         assert top(visit)["trail0", "points"] == first
-        assert len(corners(top(visit))) == PIECE + 10 + 1 + 1 + 1  # a corner where they join is in both
+        assert len(corners(top(visit))) == PIECE + 10 + 1 + 1 + 1  # adjacent elements share a corner
 
     show(TABLE, at, play)
 
@@ -104,7 +104,7 @@ def test_another_output_may_be_the_tool_or_none_and_the_person_keeps_it():
         visit.bench["if2"].pins["output3"].set(True)
         visit.run(0.1)
         assert top(visit)["tool", "text"] == "output3 high"
-        assert visit.look.person.settings["if2 tool"] == "output3"
+        assert visit.context.person.settings["if2 tool"] == "output3"
         visit.choose("if2 tool", "")
         visit.frame()
         assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "")
@@ -116,7 +116,7 @@ def test_three_dimensions_are_there_while_one_wants_them():
     def play(visit):
         assert not scenes(visit)
         visit.press("if2 3-D")
-        assert visit.look.person.settings["if2 3-D"] is True
+        assert visit.context.person.settings["if2 3-D"] is True
         (scene,) = scenes(visit)
         go(visit, X=1000)
         before = [(thing.x, thing.y, thing.z) for thing in scene.objects.values()]
@@ -137,9 +137,9 @@ def test_three_dimensions_are_there_while_one_wants_them():
 
 
 def test_whoever_wanted_three_dimensions_finds_them_again():
-    def wanting(look):
-        look.person.settings["if2 3-D"] = True
-        return at(look)
+    def wanting(context):
+        context.person.settings["if2 3-D"] = True
+        return at(context)
 
     show(TABLE, wanting, lambda visit: visit.user.find(kind=Scene))
 

@@ -1,4 +1,4 @@
-"""Terminals on the page: switches, sliders, the joystick, control lines; all acts pass through the session."""
+"""Terminals on the page: switches, sliders, the joystick, control lines; all actions go through the session."""
 
 from axistwin.panel.views.pins import pins
 from axistwin.sim import connect
@@ -7,7 +7,7 @@ from .showing import bench_of, show
 
 
 def of(name):
-    return lambda look: pins(look, name)
+    return lambda context: pins(context, name)
 
 
 def keys(name):
@@ -80,7 +80,7 @@ def test_a_slider_drives_volts_and_shows_what_the_converter_makes_of_them():
 
 def test_whoever_does_not_drive_touches_nothing_and_is_told_so():
     def play(visit):
-        visit.look.people.driver = visit.look.people["another"]
+        visit.context.people.driver = visit.context.people["another"]
         visit.press("if1-input2-high")
         assert not visit.bench["if1"].pins["input2"].level
         assert "visitor 2 drives" in visit.messages[-1]
@@ -90,7 +90,7 @@ def test_whoever_does_not_drive_touches_nothing_and_is_told_so():
 
 def test_a_slider_goes_back_where_it_was_when_one_may_not_touch_it():
     def play(visit):
-        visit.look.people.driver = visit.look.people["another"]
+        visit.context.people.driver = visit.context.people["another"]
         visit.choose("smartmotor-E-volts", 2.5)
         visit.trigger("smartmotor-E-volts", "update:modelValue", 2.5)
         assert visit.found("smartmotor-E-volts").value == 5.0

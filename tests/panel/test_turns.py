@@ -1,4 +1,4 @@
-"""A computation in pieces, with passes of the event loop in between."""
+"""Execute a computation in pieces; the event loop runs between two pieces."""
 
 import asyncio
 from types import SimpleNamespace
@@ -18,17 +18,17 @@ def clock(monkeypatch):
     """A clock that advances by a millisecond at each read."""
     now = [0.0]
 
-    def look():
+    def read():
         now[0] += 0.001
         return now[0]
 
-    monkeypatch.setattr(turns, "perf_counter", look)
+    monkeypatch.setattr(turns, "perf_counter", read)
     monkeypatch.setattr(turns, "TURN_S", 0.003)
     return now
 
 
 def run(compute):
-    """Return the result of `in_turns`, and the number of passes of the loop meanwhile."""
+    """Return the result of `in_turns`, and the number of passes of the event loop during the computation."""
 
     async def counted():
         had = 0
@@ -51,7 +51,7 @@ def run(compute):
 
 
 def test_the_loop_has_its_turn_whenever_the_time_is_over(clock):
-    """A piece starts, and ends after three reads of the clock: 3 ms."""
+    """A piece ends when the clock has been read three times, which takes 3 ms."""
     order = []
 
     def compute():
@@ -77,7 +77,7 @@ def test_what_is_raised_is_raised():
 
 
 def test_it_is_in_the_task_that_waits_for_it():
-    """NiceGUI needs this to find the page of a new element."""
+    """NiceGUI finds the page of a new element by the present task."""
 
     async def compare():
         return await in_turns(asyncio.current_task) is asyncio.current_task()
@@ -117,7 +117,7 @@ def test_a_page_pauses_every_few_elements(model, monkeypatch):
     """An element takes at most 0.2 ms: the work after 1.5 ms, before the piece ends, takes at most 3 ms."""
     made = []
 
-    def build(look):
+    def build(context):
         client, before = ui.context.client, 0
 
         def count():
@@ -127,7 +127,7 @@ def test_a_page_pauses_every_few_elements(model, monkeypatch):
 
         monkeypatch.setattr(turns._here, "work", SimpleNamespace(breathe=count), raising=False)
         try:
-            for _ in views(look):
+            for _ in views(context):
                 breathe()
         finally:
             monkeypatch.undo()
@@ -153,7 +153,7 @@ def test_a_tab_is_built_apart_from_the_frames_and_pauses_every_few_elements(mode
         visit.user.find(tab).click()
         with client:
             visit._refresh()
-            (build,) = visit.look.unbuilt or [lambda: None]
+            (build,) = visit.context.unbuilt or [lambda: None]
             assert client.next_element_id == before
             monkeypatch.setattr(turns._here, "work", SimpleNamespace(breathe=count), raising=False)
             try:
@@ -163,7 +163,7 @@ def test_a_tab_is_built_apart_from_the_frames_and_pauses_every_few_elements(mode
         count()
         assert max(made) <= MOST_ELEMENTS
 
-    show(bench_of(model), lambda look: together(*views(look)), play)
+    show(bench_of(model), lambda context: together(*views(context)), play)
 
 
 def test_a_defect_in_a_view_is_reported_once_and_is_no_end_for_others(caplog):

@@ -1,6 +1,6 @@
-"""The panel: a bench in a browser, to watch and to operate.
+"""The panel: a web page that shows a bench and controls it.
 
-Only this package imports NiceGUI, the extra `[panel]`.
+No other package imports NiceGUI, which the extra `[panel]` installs.
 """
 
 from typing import TYPE_CHECKING
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
-    from axistwin.panel.acts import State
+    from axistwin.panel.actions import State
+    from axistwin.panel.context import Common, Context, careful, together
     from axistwin.panel.gate import PERSON, Gate, is_loopback
-    from axistwin.panel.look import Common, Look, careful, together
     from axistwin.panel.memory import AT_A_TIME, Memory, release
     from axistwin.panel.people import People
     from axistwin.panel.talk import KEPT, Printer, Talk
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 else:
     __getattr__ = lazy(
         __name__,
-        acts="State",
+        actions="State",
         gate="PERSON Gate is_loopback",
-        look="Common Look careful together",
+        context="Common Context careful together",
         memory="AT_A_TIME Memory release",
         people="People",
         talk="KEPT Printer Talk",
@@ -30,6 +30,23 @@ else:
     )
 
 __all__ = [
-    "AT_A_TIME", "KEPT", "PERSON", "Address", "Common", "Gate", "Look", "Memory", "Panel", "People", "Printer",
-    "State", "Talk", "breathe", "careful", "in_turns", "is_loopback", "release", "together",
+    "AT_A_TIME",
+    "KEPT",
+    "PERSON",
+    "Address",
+    "Common",
+    "Context",
+    "Gate",
+    "Memory",
+    "Panel",
+    "People",
+    "Printer",
+    "State",
+    "Talk",
+    "breathe",
+    "careful",
+    "in_turns",
+    "is_loopback",
+    "release",
+    "together",
 ]  # fmt: skip

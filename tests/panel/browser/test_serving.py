@@ -1,4 +1,4 @@
-"""Files and messages of `serve` with an open page."""
+"""`axistwin serve` while a page is open: its trace files and its messages."""
 
 import re
 
@@ -14,7 +14,7 @@ def test_trace_and_recording_are_of_the_first_run_and_end_told_when_somebody_goe
     with shown("if1", *options, told=told) as address, visiting(address) as visit:
         page = visit.page
         clock = page.get_by_test_id("clock")
-        expect(clock).to_have_text("1.000 s")  # the self-test is over, and nothing more happens
+        expect(clock).to_have_text("1.000 s")  # the self-test has ended, and there are no further events
         page.get_by_role("textbox", name="go to this moment").fill("0.5")
         press(page.get_by_role("textbox", name="go to this moment"), "Enter")
         expect(clock).to_have_text("0.500000 s")
@@ -29,7 +29,9 @@ def test_trace_and_recording_are_of_the_first_run_and_end_told_when_somebody_goe
 
 def test_it_ends_without_a_word_also_while_somebody_looks_on(shown, browser):
     told = []
-    with shown("if1", "--speed", "max", told=told) as address:  # in real time, it may report delays
+    with shown(
+        "if1", "--speed", "max", told=told
+    ) as address:  # at maximum speed, because in real time `serve` may report delays
         visit = Visit(browser, address)
         expect(visit.page.get_by_test_id("clock")).to_have_text(re.compile(r"^[1-9]"))
     visit.context.close()

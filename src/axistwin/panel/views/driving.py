@@ -1,4 +1,4 @@
-"""Control of virtual time: run, pause, step, speed, go to a time, run until a sentence, breakpoints; save."""
+"""Toolbars that control virtual time, breakpoints and saving of the session."""
 
 import io
 import zipfile
@@ -11,57 +11,57 @@ from axistwin.bench import Bench, endpoints
 from axistwin.errors import UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
-from axistwin.panel.look import Look, Refresh, seldom, together
+from axistwin.panel.context import Context, Refresh, seldom, together
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.keys import keys
 from axistwin.sessions.breaks import Break
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
-"""Positions of the slider; the field accepts any number."""
+"""Positions of the speed slider; the text field accepts any other speed, too."""
 STEPS = {
-    "event": "something can be seen",
+    "event": "a level, a message, a motion or a fault changes",
     "statement": "a line of a program begins",
     "move": "a move begins or ends",
 }
 STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
 SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
-"""Sends the act that the button shows at the time of the click."""
+"""JavaScript that sends the text on the button at the time of the click: Run, Pause or Stop."""
 OUTLINE = "dense outline no-caps color=white"
 SELDOM = 10
-"""Interval in frames of slow updates."""
+"""Interval, in frames, between two updates of delay and timeline."""
 
 
-def driving(look: Look) -> Refresh:
-    """Build the two toolbars."""
+def driving(context: Context) -> Refresh:
+    """Build the toolbars that control virtual time."""
     with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
-        button, show_button = _run(look)
-        views = [show_button, *_made(look, _speed, _state)]
+        button, show_button = _run(context)
+        views = [show_button, *_made(context, _speed, _state)]
     with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
-        views += _made(look, _timeline, _until, _breaks)
-        _save(look)
+        views += _made(context, _timeline, _until, _breaks)
+        _save(context)
         breathe()
-        keys(lambda key, shown: _drive(look, shown, button) if key == " " else _key(look, key))
+        keys(lambda key, shown: _drive(context, shown, button) if key == " " else _key(context, key))
     return together(*views)
 
 
-def _made(look: Look, *views: Callable[[Look], Refresh]) -> Iterator[Refresh]:
+def _made(context: Context, *views: Callable[[Context], Refresh]) -> Iterator[Refresh]:
     for view in views:
-        yield view(look)
+        yield view(context)
         breathe()
 
 
 # Running
 
 
-def _run(look: Look) -> tuple[ui.button, Refresh]:
+def _run(context: Context) -> tuple[ui.button, Refresh]:
     button = ui.button().props("dense no-caps").classes("run").mark("run")
-    button.on("click", lambda event: _drive(look, event.args, button), js_handler=SHOWN)
+    button.on("click", lambda event: _drive(context, event.args, button), js_handler=SHOWN)
     for kind, what in STEPS.items():
-        step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
-        step.props(OUTLINE).mark(f"step-{kind}").tooltip(f"on to where {what}")
+        step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(context, kind))
+        step.props(OUTLINE).mark(f"step-{kind}").tooltip(f"run until {what}")
 
     def refresh() -> None:
-        text = "Stop" if look.acts.busy else "Pause" if look.session.running else "Run"
+        text = "Stop" if context.actions.busy else "Pause" if context.session.running else "Run"
         if button.text != text:
             button.text = button.props["data-shown"] = text
             button.set_icon("play_arrow" if text == "Run" else "pause")
@@ -69,61 +69,61 @@ def _run(look: Look) -> tuple[ui.button, Refresh]:
     return button, refresh
 
 
-def _drive(look: Look, shown: object, button: ui.button) -> None:
-    """Perform the act that the button showed at the click, even if the state has changed since then."""
-    session = look.session
+def _drive(context: Context, shown: object, button: ui.button) -> None:
+    """Perform the action named on the button at the time of the click, even if the state has changed since then."""
+    session = context.session
     match shown if isinstance(shown, str) else button.text:
         case "Stop":
-            look.touch(look.acts.stop, now=True)
+            context.touch(context.actions.stop, now=True)
         case "Pause":
-            look.touch(lambda: session.pause() if session.running else None)
+            context.touch(lambda: session.pause() if session.running else None)
         case _:
-            look.touch(lambda: None if session.running else session.run())
+            context.touch(lambda: None if session.running else session.run())
 
 
-def _step(look: Look, kind: str) -> Awaitable[None] | None:
+def _step(context: Context, kind: str) -> Awaitable[None] | None:
     def done(found: object) -> None:
         if found is False:
             ui.notify(f"no such event within 60 virtual seconds: {STEPS[kind]}", type="warning")
 
-    return look.move(lambda: look.session.step(kind), done)
+    return context.move(lambda: context.session.step(kind), done)
 
 
-def _key(look: Look, key: str) -> Awaitable[None] | None:
+def _key(context: Context, key: str) -> Awaitable[None] | None:
     match key:
         case "+":
-            _change_speed(look, 1)
+            _change_speed(context, 1)
         case "-":
-            _change_speed(look, -1)
+            _change_speed(context, -1)
         case _:
-            return _step(look, STEPS_BY_KEY[key])
+            return _step(context, STEPS_BY_KEY[key])
     return None
 
 
 # Speed
 
 
-def _speed(look: Look) -> Refresh:
+def _speed(context: Context) -> Refresh:
     slider = ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"')
     slider.classes("speed").mark("speed")
-    box = ui.input(value=_speed_text(look.session.speed)).props('dense outlined aria-label="times real time"')
+    box = ui.input(value=_speed_text(context.session.speed)).props('dense outlined aria-label="times real time"')
     box.classes("speed-box").mark("speed-box").tooltip("times real time, or max")
     shown: float | None = -1.0
 
     def show() -> None:
         nonlocal shown
-        shown = look.session.speed
+        shown = context.session.speed
         box.value, slider.value = _speed_text(shown), _nearest(shown)
 
-    def wish(act: Callable[[], object]) -> None:
-        look.touch(act, now=True)
-        show()  # not at the next frame: the user may type again before
+    def change(action: Callable[[], object]) -> None:
+        context.touch(action, now=True)
+        show()  # at once: before the next frame, the user may type again
 
-    slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
-    box.on("keydown.enter", lambda: wish(lambda: _set_speed(look, read_speed(box.value.strip()))))
+    slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
+    box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))
 
     def refresh() -> None:
-        if look.session.speed != shown:
+        if context.session.speed != shown:
             show()
 
     return refresh
@@ -134,40 +134,40 @@ def _speed_text(speed: float | None) -> str:
 
 
 def _nearest(speed: float | None) -> int:
-    """Return the slider's position nearest to a speed."""
+    """Return the index of the speed in `SPEEDS` that is nearest to `speed`."""
     if speed is None:
         return len(SPEEDS) - 1
     return min(range(len(SPEEDS) - 1), key=lambda n: abs((SPEEDS[n] or 0.0) - speed))
 
 
-def _set_speed(look: Look, speed: float | None) -> None:
-    look.session.speed = speed
+def _set_speed(context: Context, speed: float | None) -> None:
+    context.session.speed = speed
 
 
-def _change_speed(look: Look, by: int) -> None:
-    place = _nearest(look.session.speed) + by
-    look.touch(lambda: _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]), now=True)
+def _change_speed(context: Context, by: int) -> None:
+    place = _nearest(context.session.speed) + by
+    context.touch(lambda: _set_speed(context, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]), now=True)
 
 
 # State
 
 
-def _state(look: Look) -> Refresh:
-    """Show the state as text, also for screen readers."""
+def _state(context: Context) -> Refresh:
+    """Show the state as text that screen readers announce."""
     words = ui.label().classes("state").props("role=status aria-live=polite").mark("state")
     late = ui.label().classes("quiet").mark("late")
 
     def show_delay() -> None:
-        late.text = look.session.pacer.report() or ""
+        late.text = context.session.pacer.report() or ""
 
     def refresh() -> None:
-        words.text = _in_words(look)
+        words.text = _in_words(context)
 
-    return together(refresh, seldom(look, SELDOM, show_delay))
+    return together(refresh, seldom(context, SELDOM, show_delay))
 
 
-def _in_words(look: Look) -> str:
-    session = look.session
+def _in_words(context: Context) -> str:
+    session = context.session
     if session.progress is not None:
         return f"replaying the run: {session.progress:.0%}"
     if session.busy:
@@ -181,7 +181,7 @@ def _in_words(look: Look) -> str:
 # Time
 
 
-def _timeline(look: Look) -> Refresh:
+def _timeline(context: Context) -> Refresh:
     slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds"')
     slider.classes("timeline").mark("timeline")
     box = ui.input(placeholder="seconds").props('dense outlined aria-label="go to this moment"')
@@ -192,24 +192,24 @@ def _timeline(look: Look) -> Refresh:
         nonlocal dragged
         dragged = event.args == "start"
 
-    slider.on("pan", drag).on("change", lambda event: _go_to(look, float(event.args)))
-    box.on("keydown.enter", lambda: _go_to(look, box.value))
-    forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest)).props(OUTLINE)
-    forget.mark("forget").tooltip("the rest of what was recorded is forgotten")
+    slider.on("pan", drag).on("change", lambda event: _go_to(context, float(event.args)))
+    box.on("keydown.enter", lambda: _go_to(context, box.value))
+    forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
+    forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
 
     def refresh() -> None:
         if not dragged:
-            forget.set_visibility(look.session.repeating)
-            end = max(round(look.session.recorded_seconds, 3), 0.001)
-            if slider.props["max"] != end:  # each assignment is sent
+            forget.set_visibility(context.session.repeating)
+            end = max(round(context.session.recorded_seconds, 3), 0.001)
+            if slider.props["max"] != end:  # an assignment is sent to the browser, even without a change
                 slider.props["max"] = end
-            slider.value = round(look.session.seconds, 3)
+            slider.value = round(context.session.seconds, 3)
 
-    return seldom(look, SELDOM, refresh)
+    return seldom(context, SELDOM, refresh)
 
 
-def _go_to(look: Look, moment: float | str) -> Awaitable[None] | None:
-    return look.move(lambda: look.session.go_to(_seconds(moment)))
+def _go_to(context: Context, moment: float | str) -> Awaitable[None] | None:
+    return context.move(lambda: context.session.go_to(_seconds(moment)))
 
 
 def _seconds(moment: float | str) -> float:
@@ -223,7 +223,7 @@ def _seconds(moment: float | str) -> float:
 
 
 def _stems(bench: Bench) -> list[str]:
-    """Return the beginnings of sentences for breakpoints: see `fault_injection/triggers.py`."""
+    """Return suggestions for sentences of breakpoints, e.g. `table.X passes 0`; see `fault_injection/triggers.py`."""
     found = []
     for name, controller in bench.controllers.items():
         found += [f"{name}.{axis} passes 0" for axis in controller.axes]
@@ -236,65 +236,67 @@ def _stems(bench: Bench) -> list[str]:
     return found + [f"{fault} {verb}" for fault in bench.faults.names for verb in ("begins", "ends")]
 
 
-def _until(look: Look) -> Refresh:
+def _until(context: Context) -> Refresh:
     def run() -> None:
-        look.touch(lambda: look.session.run_until(box.value.strip()))
+        context.touch(lambda: context.session.run_until(box.value.strip()))
 
-    box = ui.input(placeholder="run until …", autocomplete=_stems(look.bench)).on("keydown.enter", run)
+    box = ui.input(placeholder="run until …", autocomplete=_stems(context.bench)).on("keydown.enter", run)
     box.props('dense outlined aria-label="run until"').classes("sentence").mark("until")
-    box.tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
+    box.tooltip("e.g. table.X passes 1000, table.output1 rises, or motor runs 12")
     ui.button("Until", on_click=run).props(OUTLINE).mark("run-until")
     return lambda: None
 
 
-def _breaks(look: Look) -> Refresh:
+def _breaks(context: Context) -> Refresh:
     button = ui.button("Breaks", icon="pan_tool").props(OUTLINE).mark("breaks")
     with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
-        box = ui.input("stop whenever", autocomplete=_stems(look.bench)).classes("sentence").mark("new-break")
-        box.on("keydown.enter", lambda: look.touch(lambda: look.session.add_break(box.value.strip())))
+        box = ui.input("stop whenever", autocomplete=_stems(context.bench)).classes("sentence").mark("new-break")
+        box.on("keydown.enter", lambda: context.touch(lambda: context.session.add_break(box.value.strip())))
         those = ui.column().mark("those-breaks")
     shown: list[tuple[str, bool, int]] = []
 
     def refresh() -> None:
         nonlocal shown
-        now = [(each.sentence, each.on, each.hits) for each in look.session.breaks]
+        now = [(each.sentence, each.on, each.hits) for each in context.session.breaks]
         if now != shown:
             shown = now
             button.text = f"Breaks ({len(now)})" if now else "Breaks"
-            _list_breaks(look, those)
+            _list_breaks(context, those)
 
     return refresh
 
 
-def _list_breaks(look: Look, those: ui.column) -> None:
+def _list_breaks(context: Context, those: ui.column) -> None:
     those.clear()
     with those:
-        for each in look.session.breaks:
+        for each in context.session.breaks:
             with ui.row().classes("break"):
-                ui.checkbox(each.sentence, value=each.on, on_change=partial(_switch, look, each))
+                ui.checkbox(each.sentence, value=each.on, on_change=partial(_switch, context, each))
                 ui.label(f"{each.hits} times" if each.hits != 1 else "once").classes("quiet")
-                ui.button(icon="delete", on_click=partial(_remove, look, each)).props('flat dense aria-label="remove"')
+                ui.button(icon="delete", on_click=partial(_remove, context, each)).props(
+                    'flat dense aria-label="remove"'
+                )
 
 
-def _switch(look: Look, each: Break, event: events.ValueChangeEventArguments[bool | None]) -> None:
-    look.touch(lambda: setattr(each, "on", bool(event.value)), now=True)
+def _switch(context: Context, each: Break, event: events.ValueChangeEventArguments[bool | None]) -> None:
+    context.touch(lambda: setattr(each, "on", bool(event.value)), now=True)
 
 
-def _remove(look: Look, each: Break) -> None:
-    look.touch(lambda: look.session.remove_break(each), now=True)
+def _remove(context: Context, each: Break) -> None:
+    context.touch(lambda: context.session.remove_break(each), now=True)
 
 
 # Saving
 
 
-def _save(look: Look) -> None:
-    button = ui.button("Save", icon="save", on_click=lambda: _download(look)).props(OUTLINE).mark("save")
-    button.tooltip("the session as a scene that repeats it, with what the hosts said")
+def _save(context: Context) -> None:
+    button = ui.button("Save", icon="save", on_click=lambda: _download(context)).props(OUTLINE).mark("save")
+    button.tooltip("save the session, with the messages of all hosts, as a scene that repeats it")
 
 
-def _download(look: Look) -> None:
+def _download(context: Context) -> None:
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in look.session.save().items():
+        for name, text in context.session.save().items():
             archive.writestr(name, text)
     ui.download.content(packed.getvalue(), "session.zip")

@@ -1,4 +1,4 @@
-"""Faults: power switches, the ambient temperature, and a form to inject and remove faults of all kinds."""
+"""Power switches, ambient temperatures, the list of faults, and the form to inject a fault."""
 
 import shlex
 from functools import partial
@@ -10,34 +10,34 @@ from axistwin.bench.actions import targets
 from axistwin.fault_injection.injector import Fault, State
 from axistwin.fault_injection.kinds import KINDS, THINGS
 from axistwin.fault_injection.table import Kind, Parameter, Sort
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.context import Context, Refresh
 from axistwin.panel.views.parts import Key, called, drawer
 from axistwin.units import to_seconds
 
 TERMS = {
-    "at": ("at", "s", "seconds since the beginning; empty: now"),
-    "when": ("when", "", "a sentence such as X passes 1000"),
-    "nth": ("for the n-th time", "", "of what `when` says"),
-    "duration": ("for", "s", "seconds; empty: until removed"),
-    "seed": ("seed", "", "for what is left to chance"),
-    "name": ("name", "", "empty: its kind's"),
+    "at": ("at", "s", "virtual time in seconds; empty: now"),
+    "when": ("when", "", "a sentence, e.g. X passes 1000"),
+    "nth": ("for the n-th time", "", "number of times that the sentence comes true; empty: 1"),
+    "duration": ("for", "s", "seconds; empty: until the fault is removed"),
+    "seed": ("seed", "", "seed of random values"),
+    "name": ("name", "", "empty: the name of the kind"),
 }
 CELSIUS = (-40, 150)
 
 
-def power(look: Look, name: str) -> Refresh:
-    """Build the power switch of a controller, and the ambient temperature of a motor."""
-    controller = look.bench[name]
+def power(context: Context, name: str) -> Refresh:
+    """Build the power switch of a controller and, if it has one, the field of its ambient temperature."""
+    controller = context.bench[name]
 
     def turn() -> None:
-        word = "off" if look.bench[name].powered else "on"
-        look.touch(partial(look.session.do, name, "power", word))
+        word = "off" if context.bench[name].powered else "on"
+        context.touch(partial(context.session.do, name, "power", word))
 
     key = called(Key("power:", f"power of {name}", turn).classes("power"), f"{name}-power")
-    show_ambient = _ambient(look, name) if "ambient" in targets(controller) else lambda: None
+    show_ambient = _ambient(context, name) if "ambient" in targets(controller) else lambda: None
 
     def refresh() -> None:
-        powered = look.bench.controllers[name].powered
+        powered = context.bench.controllers[name].powered
         key.show(powered)
         if key.text != (text := "power: on" if powered else "power: off"):
             key.text = text
@@ -46,61 +46,61 @@ def power(look: Look, name: str) -> Refresh:
     return refresh
 
 
-def _ambient(look: Look, name: str) -> Refresh:
+def _ambient(context: Context, name: str) -> Refresh:
     known: float | None = None
 
     def set_it() -> None:
         nonlocal known
-        known = None  # a rejected value is replaced by the present one
+        known = None  # the next frame shows the value in force, also if this value is rejected
         if number.value is not None:
-            look.touch(partial(look.session.do, name, "ambient", f"{number.value:g}"))
+            context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 
     number = ui.number("ambient, °C", min=CELSIUS[0], max=CELSIUS[1], step=1).props("dense").classes("ambient")
     called(number.on("change", set_it, []).on("keydown.enter", set_it, []), f"{name}-ambient")
 
     def refresh() -> None:
         nonlocal known
-        celsius = look.bench.controllers[name].ambient
+        celsius = context.bench.controllers[name].ambient
         if celsius != known:
             known = number.value = celsius
 
     return refresh
 
 
-def faults(look: Look) -> Refresh:
-    """Build the list of faults, and the form for a new fault."""
-    shown = _list(look)
-    with drawer(look, "faults form", "Inject a fault"):
-        _Form(look)
+def faults(context: Context) -> Refresh:
+    """Build the list of faults, and the form to inject a fault."""
+    shown = _list(context)
+    with drawer(context, "faults form", "Inject a fault"):
+        _Form(context)
     return shown
 
 
 # The list
 
 
-def _list(look: Look) -> Refresh:
+def _list(context: Context) -> Refresh:
     box = called(ui.element("ul").classes("faults"), "faults")
     box.props["aria-label"] = "faults"
     known: list[tuple[str, State]] | None = None
 
     def refresh() -> None:
         nonlocal known
-        now = [(fault.name, fault.state) for fault in look.bench.faults]
+        now = [(fault.name, fault.state) for fault in context.bench.faults]
         if now == known:
             return
         known = now
         box.clear()
         with box:
-            for fault in look.bench.faults:
-                _row(look, fault)
+            for fault in context.bench.faults:
+                _row(context, fault)
             if not now:
                 ui.label("No faults.").classes("quiet")
 
     return refresh
 
 
-def _row(look: Look, fault: Fault) -> None:
-    name, who = fault.name, _who(look, fault.spot.name)
+def _row(context: Context, fault: Fault) -> None:
+    name, who = fault.name, _who(context, fault.spot.name)
     began = "" if fault.began_ns is None else f" since {to_seconds(fault.began_ns):.3f} s"
     state = {State.WAITING: "waiting", State.ON: f"on{began}", State.OVER: "over"}[fault.state]
     values = ", ".join(f"{key} {_shown(value)}" for key, value in fault.values.items() if value is not None)
@@ -110,14 +110,14 @@ def _row(look: Look, fault: Fault) -> None:
         ui.label(what).props["title"] = fault.kind.doc
         called(ui.label(state).classes("why"), f"fault-{name}-state")
         if fault.state is not State.OVER:
-            mend = partial(look.session.do, who, "mend", name)
-            called(Key("mend", f"mend {name}", lambda: look.touch(mend)), f"mend-{name}")
+            mend = partial(context.session.do, who, "mend", name)
+            called(Key("mend", f"mend {name}", lambda: context.touch(mend)), f"mend-{name}")
 
 
-def _who(look: Look, spot: str) -> str:
-    """Return the controller of a fault's place; for a line with several motors, any."""
+def _who(context: Context, spot: str) -> str:
+    """Return the controller on which a fault acts; for a line with several motors, the first controller."""
     own = spot.partition(".")[0]
-    return own if own in look.bench.controllers else next(iter(look.bench.controllers))
+    return own if own in context.bench.controllers else next(iter(context.bench.controllers))
 
 
 def _shown(value: Any) -> str:
@@ -128,10 +128,10 @@ def _shown(value: Any) -> str:
 
 
 class _Form:
-    """Form for a fault of any kind: its place, its parameters, its start and end."""
+    """Form for a new fault: its kind, the thing it acts on, its parameters, its start and its end."""
 
-    def __init__(self, look: Look) -> None:
-        self._look = look
+    def __init__(self, context: Context) -> None:
+        self._context = context
         with ui.element("div").classes("form"):
             self._kind = ui.select(
                 {kind.name: f"{kind.name}: {kind.doc}" for kind in KINDS.values()}, label="kind", value="lose",
@@ -146,11 +146,11 @@ class _Form:
 
     @property
     def kind(self) -> Kind:
-        """The selected kind."""
+        """The selected kind of fault."""
         return KINDS[str(self._kind.value)]
 
     def _build(self) -> None:
-        """Build the fields of the selected kind."""
+        """Build the fields for the parameters of the selected kind."""
         self._own.clear()
         spots = self._spots()
         with self._own:
@@ -159,8 +159,8 @@ class _Form:
             self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
 
     def _spots(self) -> list[str]:
-        """Return the places on which the selected kind can act, by their full names."""
-        found = self._look.bench.faults.spots(self.kind.on)
+        """Return the full names of the things on which a fault of the selected kind can act."""
+        found = self._context.bench.faults.spots(self.kind.on)
         spots = {name: find() for name, find in found.items()}
         return list(dict.fromkeys(spot.name for spot in spots.values()))
 
@@ -171,18 +171,18 @@ class _Form:
 
     def _put(self) -> None:
         if self._on.value is None:
-            ui.notify(f"there is no {THINGS[self.kind.on]} here", type="warning")
+            ui.notify(f"the bench has no {THINGS[self.kind.on]}", type="warning")
             return
         words = [self.kind.name, f"on={self._on.value}"]
         for name, field in (*self._values.items(), *self._terms.items()):
             if field.value not in (None, ""):
                 words.append(f"{name}={shlex.quote(str(field.value).strip())}")
         on = str(self._on.value)
-        self._look.touch(partial(self._look.session.do, _who(self._look, on), "fault", " ".join(words)))
+        self._context.touch(partial(self._context.session.do, _who(self._context, on), "fault", " ".join(words)))
 
 
 def _field(parameter: Parameter) -> ui.input | ui.select:
-    """Build the field of a parameter, with its range and its default."""
+    """Build the field for a parameter of a fault, with its range and its default value."""
     label = f"{parameter.name}, {parameter.unit}" if parameter.unit else parameter.name
     mark = f"fault-{parameter.name}"
     if parameter.sort in (Sort.LEVEL, Sort.WORD):

@@ -1,7 +1,4 @@
-"""The front panel of a controller, as its product describes it, and a list of all registers.
-
-Without a description, the panel shows the controller's terminals and registers.
-"""
+"""The front panel of a controller, as its product describes it, and a list of all registers."""
 
 from collections.abc import Callable, Iterable
 
@@ -9,31 +6,31 @@ from nicegui import ui
 
 from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
-from axistwin.panel.look import Look, Refresh, seldom, together
+from axistwin.panel.context import Context, Refresh, seldom, together
 from axistwin.panel.turns import breathe
-from axistwin.panel.views.parts import Light, Told, called, drawer
+from axistwin.panel.views.parts import Light, Readout, called, drawer
 
 Show = Callable[[int | str | None], None]
-"""Shows a value; None: no power."""
+"""Function that shows a value; None: the controller has no power."""
 SELDOM = 5
-"""Interval in frames at which the list of registers is updated."""
+"""Interval, in frames, between two updates of the list of registers."""
 
 
-def front(look: Look, name: str) -> Refresh:
-    """Build lamps, texts and readings by groups; below, explanations and all registers."""
-    controller = look.bench[name]
+def front(context: Context, name: str) -> Refresh:
+    """Build the lamps, texts and readings of a front panel, their explanations, and the list of all registers."""
+    controller = context.bench[name]
     groups = controller.product.front or generic(controller)
     with ui.element("section").classes("front") as section:
         section.props["aria-label"] = f"front of {name}"
-        shown = [_group(look, name, group) for group in groups]
+        shown = [_group(context, name, group) for group in groups]
     if controller.product.front:
-        _meaning(look, name, groups)
-        shown.append(_registers(look, name))
+        _meaning(context, name, groups)
+        shown.append(_registers(context, name))
     return together(*shown)
 
 
 def generic(controller: Controller) -> tuple[Group, ...]:
-    """Return the groups of a controller without a description: terminals and registers."""
+    """Return a front panel with all terminals and registers, for a product that does not describe its front panel."""
     outputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if pin.is_output)
     inputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if not pin.is_output)
     registers = tuple(Word(name, name, name) for name in controller.registers)
@@ -46,21 +43,21 @@ def generic(controller: Controller) -> tuple[Group, ...]:
 
 
 NOTHING = object()
-"""Value of an item before its first update."""
+"""Value of a source before its first update; it differs from all values of terminals and registers."""
 
 
 class _Source:
-    """A terminal or a register, and the items that show its value."""
+    """A terminal or a register, with the functions that show its value on the page."""
 
-    def __init__(self, look: Look, who: str, name: str) -> None:
-        self._look, self._who, self._name = look, who, name
-        self._terminal = name in look.bench[who].terminals
+    def __init__(self, context: Context, who: str, name: str) -> None:
+        self._context, self._who, self._name = context, who, name
+        self._terminal = name in context.bench[who].terminals
         self._known: int | str | object | None = NOTHING
         self.shows: list[Show] = []
 
     def refresh(self) -> None:
-        """Read the value, and show a new value."""
-        controller = self._look.bench.controllers[self._who]
+        """Read the value, and show the value if it has changed."""
+        controller = self._context.bench.controllers[self._who]
         value: int | str | None = None
         if not controller.powered:
             pass
@@ -74,8 +71,8 @@ class _Source:
                 show(value)
 
 
-def _group(look: Look, name: str, group: Group) -> Refresh:
-    sources = {source: _Source(look, name, source) for source in group.sources}
+def _group(context: Context, name: str, group: Group) -> Refresh:
+    sources = {source: _Source(context, name, source) for source in group.sources}
     with ui.element("div").classes("group") as box:
         box.props.update({"role": "group", "aria-label": group.title})
         with ui.label(group.title).classes("group-title") as title:
@@ -92,21 +89,21 @@ def _item(who: str, item: Item, group: Group) -> Show:
     if isinstance(item, Lamp):
         lamp, light = item, called(Light(item.label, item.name, item.tone, tip), mark)
         return lambda value: light.show(lamp.shows(_number(value)))
-    told = called(Told(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip), mark)
+    readout = called(Readout(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip), mark)
     if isinstance(item, Word):
         word = item
-        return lambda value: told.show(word.shows(value), word.tones.get(value, Tone.PLAIN))
+        return lambda value: readout.show(word.shows(value), word.tones.get(value, Tone.PLAIN))
     reading = item
-    return lambda value: told.show(reading.shows(_number(value)))
+    return lambda value: readout.show(reading.shows(_number(value)))
 
 
 def _number(value: int | str | None) -> int | None:
     return None if value is None else int(value)
 
 
-def _meaning(look: Look, name: str, groups: Iterable[Group]) -> None:
-    """Build the explanations of the lamps, for users without a mouse."""
-    with drawer(look, f"{name} meaning", "What it means"):
+def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
+    """Build the explanations of lamps and readings, for users who cannot see tooltips."""
+    with drawer(context, f"{name} meaning", "What it means"):
         for group in groups:
             ui.label(f"{group.title}: {group.chapter}").classes("group-title")
             with ui.element("dl").classes("meaning"):
@@ -121,20 +118,20 @@ def _plain(tag: str, text: str) -> None:
         ui.label(text)
 
 
-def _plainly(told: Told) -> Show:
-    return lambda value: told.show("" if value is None else str(value))
+def _plainly(readout: Readout) -> Show:
+    return lambda value: readout.show("" if value is None else str(value))
 
 
-def _registers(look: Look, name: str) -> Refresh:
-    """Build the list of all registers when it is first opened."""
-    found = drawer(look, f"{name} registers", "All registers")
+def _registers(context: Context, name: str) -> Refresh:
+    """Build the drawer of all registers; its contents are built when the user first opens it."""
+    found = drawer(context, f"{name} registers", "All registers")
     sources: list[_Source] = []
 
     def build() -> None:
         with found, ui.element("div").classes("registers"):
-            for register in look.bench[name].registers:
-                source = _Source(look, name, register)
-                source.shows.append(_plainly(called(Told(register, register), f"{name}-register-{register}")))
+            for register in context.bench[name].registers:
+                source = _Source(context, name, register)
+                source.shows.append(_plainly(called(Readout(register, register), f"{name}-register-{register}")))
                 sources.append(source)
 
     def refresh() -> None:
@@ -145,4 +142,4 @@ def _registers(look: Look, name: str) -> Refresh:
         for source in sources:
             source.refresh()
 
-    return seldom(look, SELDOM, refresh)
+    return seldom(context, SELDOM, refresh)

@@ -1,26 +1,26 @@
-"""The users, the driver, and the user's name."""
+"""Menu of users: the driver, the other users, and the user's own name."""
 
 from nicegui import ui
 
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.context import Context, Refresh
 
 
-def people(look: Look) -> Refresh:
-    """Build a button with the driver's name, and a menu of all users."""
+def people(context: Context) -> Refresh:
+    """Build a button that shows the driver's name, and a menu with all users and a button to become the driver."""
     button = ui.button(icon="people").props("flat color=white no-caps").classes("people").mark("people")
     with button, ui.menu().props("no-focus"), ui.column().classes("people-menu"):
-        name = ui.input("your name", value=look.person.name).mark("name")
-        name.on("blur", lambda: look.people.rename(look.person, name.value))
-        name.on("keydown.enter", lambda: look.people.rename(look.person, name.value))
+        name = ui.input("your name", value=context.person.name).mark("name")
+        name.on("blur", lambda: context.people.rename(context.person, name.value))
+        name.on("keydown.enter", lambda: context.people.rename(context.person, name.value))
         those = ui.column()
-        take = ui.button("Drive", on_click=lambda: look.people.take_over(look.person)).mark("drive")
+        take = ui.button("Drive", on_click=lambda: context.people.take_over(context.person)).mark("drive")
     shown: list[tuple[str, bool]] = []
 
     def refresh() -> None:
         nonlocal shown
-        button.text = "you drive" if look.drives else f"{look.people.driver_name} drives"
-        take.set_enabled(not look.drives)
-        now = [(person.name, person is look.people.driver) for person in look.people.there]
+        button.text = "you drive" if context.drives else f"{context.people.driver_name} drives"
+        take.set_enabled(not context.drives)
+        now = [(person.name, person is context.people.driver) for person in context.people.there]
         if now != shown:
             shown = now
             _list(those, now)

@@ -1,7 +1,4 @@
-"""The stored programs of a controller: lines, the running line, and breakpoints at lines.
-
-A program is started and stopped by the messages of a host, which the product defines.
-"""
+"""The stored programs of a controller: listing, running line, breakpoints, loading, start and stop."""
 
 import re
 from collections.abc import Mapping
@@ -14,40 +11,42 @@ from nicegui.events import GenericEventArguments, UploadEventArguments
 
 from axistwin.bench import FAMILIES, Controller, endpoints
 from axistwin.controllers.product import Listing, Order
+from axistwin.panel.context import Context, Refresh, seldom
 from axistwin.panel.drawings.listing import Lines
-from axistwin.panel.look import Look, Refresh, seldom
 from axistwin.panel.turns import breathe
 from axistwin.scenes.hosting import KINDS
 
 MOST_BYTES = 1 << 18
-"""Greatest length of a program, ten times the longest real one; browsers do not send four times as much."""
+"""Largest size of a program: ten times the longest real program, and less than the limit of a browser's message."""
 TOO_LONG = f"the text is too long: expected at most {MOST_BYTES:,} characters"
 SUFFIXES = {**KINDS, ".sms": "smartmotor"}
-"""Family of each file suffix."""
+"""Controller family of each suffix of program files."""
 EMPTY = Listing("", ())
 SELDOM = 4
-"""Interval in frames while virtual time passes: a motor is advanced to find its line."""
+"""Interval, in frames, between two updates; each update takes long, because a motor is advanced to find its line."""
 
 
-def program(look: Look, name: str) -> Refresh:
+def program(context: Context, name: str) -> Refresh:
     """Build the view of the programs of one controller."""
-    return seldom(look, SELDOM, _View(look, name).refresh)
+    return seldom(context, SELDOM, _View(context, name).refresh)
 
 
 class _View:
-    def __init__(self, look: Look, name: str) -> None:
-        self.look, self.name = look, name
+    def __init__(self, context: Context, name: str) -> None:
+        self.context, self.name = context, name
         self._orders: dict[str, ui.row] = {}
         with ui.element("section").classes("program"):
             with ui.element("div").classes("program-head"):
-                keep = look.person.settings.__setitem__
+                keep = context.person.settings.__setitem__
                 self._choice = ui.select([], label="program").props(_DENSE)
                 self._choice.on_value_change(lambda event: keep(f"{name} program", event.value))
                 self._choice.mark(f"{name} which")
                 self._title = ui.label().classes("quiet").mark(f"{name} title")
                 self._state = ui.label().classes("running-line").mark(f"{name} runs")
                 follow = f"{name} follow"
-                self._follow = ui.checkbox("follow", value=bool(look.person.settings.get(follow, True))).props("dense")
+                self._follow = ui.checkbox("follow", value=bool(context.person.settings.get(follow, True))).props(
+                    "dense"
+                )
                 self._follow.on_value_change(lambda event: keep(follow, event.value))
                 self._follow.mark(f"{name} follow")
             self._lines = Lines(self._toggle).mark(f"{name} listing").props(f'data-test="listing {name}"')
@@ -57,10 +56,10 @@ class _View:
 
     @property
     def _controller(self) -> Controller:
-        return self.look.bench[self.name]
+        return self.context.bench[self.name]
 
     def refresh(self) -> None:
-        """Update lines, running line and breakpoints."""
+        """Update the listing, the running line and the breakpoints."""
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)
@@ -74,7 +73,7 @@ class _View:
         for each, row in self._orders.items():
             row.visible = each == which
 
-    # Which of them
+    # Choice of a program
 
     def _offer(self, programs: Mapping[str, Listing]) -> None:
         names = list(programs)
@@ -83,8 +82,8 @@ class _View:
         self._choice.visible = len(names) > 1
 
     def _which(self, programs: Mapping[str, Listing]) -> str:
-        """Return the selected program; while following, the running program."""
-        wanted = self.look.person.settings.get(f"{self.name} program")
+        """Return the name of the program to show: the running program while *follow* is on, else the selected one."""
+        wanted = self.context.person.settings.get(f"{self.name} program")
         if self._follow.value or wanted not in programs:
             running = (each for each, listing in programs.items() if listing.running is not None)
             wanted = next(running, wanted if wanted in programs else next(iter(programs), ""))
@@ -92,19 +91,19 @@ class _View:
             self._choice.value = wanted
         return str(wanted)
 
-    # Breaks
+    # Breakpoints
 
     def _toggle(self, index: int) -> None:
-        """Add a breakpoint at a line, or remove it."""
-        session, sentence = self.look.session, f"{self.name} runs {self._place(index)}"
+        """Add a breakpoint at a line; if the line has a breakpoint, remove that."""
+        session, sentence = self.context.session, f"{self.name} runs {self._place(index)}"
         there = next((each for each in session.breaks if each.sentence == sentence), None)
         if there is not None:
-            self.look.touch(partial(session.remove_break, there))
+            self.context.touch(partial(session.remove_break, there))
         else:
-            self.look.touch(lambda: session.add_break(sentence))
+            self.context.touch(lambda: session.add_break(sentence))
 
     def _place(self, index: int) -> str:
-        """Return the line as in a sentence: with the program's number if there are several."""
+        """Return the place of a line as in a sentence, e.g. `12`, or `3:12` for line 12 of sequence 3."""
         return f"{self._number(str(self._choice.value))}{index + 1}"
 
     def _number(self, which: str) -> str:
@@ -112,7 +111,7 @@ class _View:
 
     def _show_breaks(self, which: str) -> None:
         sentence = re.compile(rf"{re.escape(self.name)} runs {self._number(which)}(?P<line>\d+)", re.ASCII)
-        found = [(int(match["line"]) - 1, each.on) for each in self.look.session.breaks
+        found = [(int(match["line"]) - 1, each.on) for each in self.context.session.breaks
                  if (match := sentence.fullmatch(each.sentence))]  # fmt: skip
         self._lines.set_breaks({line for line, on in found if on}, {line for line, on in found if not on})
 
@@ -120,37 +119,39 @@ class _View:
 
     def _buttons(self) -> None:
         controller = self._controller
-        reached = self.name in endpoints.names(self.look.bench)
+        reached = self.name in endpoints.names(self.context.bench)
         with ui.element("div").classes("program-foot"):
             for which in controller.product.programs if reached else ():
                 with ui.row().classes("orders") as self._orders[which]:
                     for order in controller.product.orders(which):
                         self._order(order)
-            load = _Loading(self.look, self.name)
+            load = _Loading(self.context, self.name)
             breathe()
             ui.button("Load\u2026", icon="upload_file", on_click=load.open).props(_FLAT).mark(f"{self.name} load")
             cycle = ui.button("Off and on", icon="power_settings_new", on_click=self._power_cycle).props(_FLAT)
-            cycle.mark(f"{self.name} power-cycle").tooltip("Switch it off and on again; what it keeps is what it keeps")
+            cycle.mark(f"{self.name} power-cycle").tooltip(
+                "switch the power off and on; only non-volatile memory is kept"
+            )
 
     def _order(self, order: Order) -> None:
-        say = partial(self.look.session.say, self.name, order.says)
-        button = ui.button(order.label, on_click=lambda: self.look.touch(say)).props(_FLAT)
+        say = partial(self.context.session.say, self.name, order.says)
+        button = ui.button(order.label, on_click=lambda: self.context.touch(say)).props(_FLAT)
         button.mark(f"{self.name} {order.label}").tooltip(order.doc)
 
     def _power_cycle(self) -> None:
         def cycle() -> None:
             for level in ("off", "on"):
-                self.look.session.do(self.name, "power", level)
+                self.context.session.do(self.name, "power", level)
 
-        self.look.touch(cycle)
+        self.context.touch(cycle)
 
 
 class _Loading:
-    """Dialog to load a program from a file or from the clipboard."""
+    """Dialog that loads a program from a file or from pasted text."""
 
-    def __init__(self, look: Look, name: str) -> None:
-        self.look, self.name = look, name
-        family = FAMILIES[look.bench[name].product.model]
+    def __init__(self, context: Context, name: str) -> None:
+        self.context, self.name = context, name
+        family = FAMILIES[context.bench[name].product.model]
         suffix = next((each for each, whose in SUFFIXES.items() if whose == family), "")
         with ui.dialog() as self._dialog, ui.card().classes("loading"):
             ui.label(f"A program for {name}").classes("title")
@@ -169,13 +170,13 @@ class _Loading:
                 ui.button("Cancel", on_click=self._dialog.close).props("flat")
 
     def open(self) -> None:
-        """Open the empty dialog."""
+        """Open the dialog with empty fields."""
         self._upload.reset()
         self._text.value = ""
         self._dialog.open()
 
     def _refuse(self) -> None:
-        """Clear the previous text, and show an error."""
+        """Clear the text, and notify the user that the text is too long."""
         self._text.value = ""
         ui.notify(TOO_LONG, type="negative")
 
@@ -184,21 +185,21 @@ class _Loading:
         self._file.value = PurePath(event.file.name).name
 
     def _load(self, event: GenericEventArguments) -> None:
-        """Load the text; `event` contains the length of the text in the browser."""
+        """Load the text.  `event.args`: length of the text in the browser, which does not send very long texts."""
         text, file = str(self._text.value or ""), str(self._file.value or "")
         if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
             self._refuse()
             return
 
         def load() -> None:
-            self.look.session.load(self.name, file, text)
+            self.context.session.load(self.name, file, text)
             self._dialog.close()
 
-        self.look.touch(load)
+        self.context.touch(load)
 
 
 async def _read(file: FileUpload) -> str:
-    """Return the text of a file; old files may use any 8-bit code."""
+    """Return the text of a file in UTF-8 or, if the file is not valid UTF-8, in Latin-1."""
     data = await file.read()
     try:
         return data.decode()

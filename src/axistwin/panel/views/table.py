@@ -1,78 +1,81 @@
-"""Two axes of one controller that make a table: from above and, optionally, in three dimensions."""
+"""The X-Y table of a controller: from above and, if the user switches it on, in three dimensions."""
 
 from collections.abc import Callable
 
 from nicegui import ui
 
 from axistwin.bench import Controller
+from axistwin.panel.context import Context
 from axistwin.panel.drawings.table import NO_TOOL, Table
 from axistwin.panel.drawings.table3d import Table3D
 from axistwin.panel.drawings.trail import Trail, Trails, table_axes
-from axistwin.panel.look import Look
 
 TURN = 30.0
-"""Degrees."""
+"""Rotation of the 3-D view by one click, in degrees."""
 
 
-def table(look: Look, name: str) -> Callable[[bool], None]:
-    """Build the X-Y table of a controller, if any.  Returns its update function, with the parameter `smooth`."""
-    names = table_axes(look.bench[name])
+def table(context: Context, name: str) -> Callable[[bool], None]:
+    """Build the X-Y table of a controller, if it has two axes with limited travel.
+
+    The returned function updates the table; its argument is True for smooth transitions.
+    """
+    names = table_axes(context.bench[name])
     if names is None:
         return lambda smooth: None
-    trails, controller = look.common(Trails), look.bench[name]
+    trails, controller = context.common(Trails), context.bench[name]
     with ui.element("section").classes("axis table-box"):
         with ui.element("div").classes("table-head"):
             ui.label(" \u2013 ".join(names)).classes("axis-name").props("role=heading aria-level=3")
-            tool = _tool(look, controller)
-            solid = _Solid(look, controller, names)
+            tool = _tool(context, controller)
+            solid = _Solid(context, controller, names)
         flat = Table(controller, names)
         solid.make_room()
 
     def refresh(smooth: bool) -> None:
-        controller, trail = look.bench[name], trails[name]
+        controller, trail = context.bench[name], trails[name]
         flat.show(controller, trail, tool(), smooth=smooth)
         solid.show(controller, trail, tool())
 
     return refresh
 
 
-def _tool(look: Look, controller: Controller) -> Callable[[], str]:
-    """Build the selection of the output that lowers the tool; default: the first output."""
+def _tool(context: Context, controller: Controller) -> Callable[[], str]:
+    """Build the selection of the output that lowers the tool.  Returns a function that returns the selected output."""
     outputs = [name for name, pin in controller.pins.items() if pin.is_output]
     key = f"{controller.name} tool"
     first = outputs[0] if outputs else NO_TOOL
     choice = ui.select(
         {NO_TOOL: "no tool", **{name: name for name in outputs}},
         label="tool",
-        value=look.person.settings.get(key, first),
-        on_change=lambda event: look.person.settings.update({key: event.value}),
+        value=context.person.settings.get(key, first),
+        on_change=lambda event: context.person.settings.update({key: event.value}),
     )
     choice.props("dense options-dense outlined").classes("tool-choice").mark(key)
     return lambda: str(choice.value)
 
 
 class _Solid:
-    """The view in three dimensions, which exists while its switch is on."""
+    """The 3-D drawing of an X-Y table, and the switch that creates or deletes the drawing."""
 
-    def __init__(self, look: Look, controller: Controller, names: tuple[str, str]) -> None:
-        self._look, self._name, self._names = look, controller.name, names
+    def __init__(self, context: Context, controller: Controller, names: tuple[str, str]) -> None:
+        self._context, self._name, self._names = context, controller.name, names
         self._key = f"{controller.name} 3-D"
         self._view: Table3D | None = None
-        on = bool(look.person.settings.get(self._key))
+        on = bool(context.person.settings.get(self._key))
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """Reserve the place of the view."""
+        """Add an empty element to the page, in which the drawing is created."""
         self._room = ui.element("div").classes("solid")
         self._make()
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Update the view if it exists."""
+        """Update the drawing while the switch is on."""
         if self._view is not None:
             self._view.show(controller, trail, tool)
 
     def _changed(self) -> None:
-        self._look.person.settings[self._key] = self._switch.value
+        self._context.person.settings[self._key] = self._switch.value
         self._make()
 
     def _make(self) -> None:
@@ -80,7 +83,7 @@ class _Solid:
         self._view = None
         if self._switch.value:
             with self._room:
-                view = self._view = Table3D(self._look.bench[self._name], self._names)
+                view = self._view = Table3D(self._context.bench[self._name], self._names)
                 with ui.element("div").classes("turns"):
                     _turn(view, "rotate_left", "turn left", -TURN)
                     _turn(view, "rotate_right", "turn right", TURN)

@@ -1,22 +1,22 @@
-"""Tabs with views: each view is built when first opened, and updated while open."""
+"""Tabs, each with a view that is built when the tab is first opened, and updated while the tab is open."""
 
 from collections.abc import Callable
 from functools import partial
 
 from nicegui import ui
 
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.context import Context, Refresh
 from axistwin.panel.turns import breathe
 
 Kinds = dict[str, Callable[[], Refresh]]
 
 
-def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
-    """Build tabs; the tab that this user opened last is open."""
+def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
+    """Build tabs, and open the tab that this user has opened last."""
     made: dict[str, Refresh | None] = {}
     drawn = False
     setting = f"tab {name}"
-    wanted = str(look.person.settings.get(setting, ""))
+    wanted = str(context.person.settings.get(setting, ""))
     first = wanted if wanted in kinds else next(iter(kinds))
     with ui.tabs().props("dense no-caps align=left outside-arrows mobile-arrows").classes("tabs") as bar:
         for kind in kinds:
@@ -33,7 +33,7 @@ def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
             view()
 
     def keep(kind: str) -> None:
-        look.person.settings[setting] = kind
+        context.person.settings[setting] = kind
 
     bar.on_value_change(lambda event: keep(event.value))
     if first != wanted:
@@ -44,9 +44,9 @@ def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
         nonlocal drawn
         drawn = True
         kind = str(bar.value)
-        if kind not in made:  # the page is drawn, so that a terminal has its size
+        if kind not in made:  # not before the first frame, because a terminal needs its size
             made[kind] = None
-            look.unbuilt.append(partial(build, kind))
+            context.unbuilt.append(partial(build, kind))
         elif view := made[kind]:
             view()
 

@@ -1,4 +1,4 @@
-"""A terminal at each endpoint: the messages, and a line to send."""
+"""A terminal at an endpoint: a screen with the messages, and a field for a line to send."""
 
 from functools import partial
 
@@ -6,7 +6,7 @@ from nicegui import ui
 
 from axistwin.bench import actions, endpoints
 from axistwin.errors import ProgramError, UsageError
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.context import Context, Refresh
 from axistwin.panel.talk import Printer, Talk
 
 SCREEN = {
@@ -14,46 +14,46 @@ SCREEN = {
     "theme": {"background": "#10151c", "foreground": "#f0f3f7", "red": "#ff7b72"}, "screenReaderMode": True,
 }  # fmt: skip
 PASSED_ON = "(event) => event.key !== 'Tab'"
-"""Accepts all keys except Tab, which moves the focus.  The line below can send a TAB."""
+"""JavaScript that leaves the Tab key to the browser, which moves the focus; the screen receives all other keys."""
 FITTED = (
     "new ResizeObserver(() => this.element.clientWidth && getElement({id})?.fit()).observe(this.element.parentElement)"
 )
-"""Keeps the terminal as wide as its card."""
+"""JavaScript that adapts the width of the terminal to its card."""
 TERMINATORS = {"CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
 REMEMBERED = 100
 
 
-def terminal(look: Look, name: str) -> Refresh:
+def terminal(context: Context, name: str) -> Refresh:
     """Build the terminal of an endpoint: a controller, its second channel, or a line with several motors."""
-    whole = endpoints.at_a_bus(look.bench, name)
+    whole = endpoints.at_a_bus(context.bench, name)
     with ui.row().classes("terminal-head"):
         client = ui.label().classes("quiet").mark(f"client-{name}")
-    screen = ui.xterm(SCREEN, on_data=lambda event: _typed(look, name, event.data)).classes("terminal")
+    screen = ui.xterm(SCREEN, on_data=lambda event: _typed(context, name, event.data)).classes("terminal")
     screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
     screen.run_terminal_method(":attachCustomKeyEventHandler", f"({FITTED.format(id=screen.id)}, {PASSED_ON})")
-    _line(look, name, whole)
+    _line(context, name, whole)
     if not whole:
-        _buttons(look, name)
-    show = _roll(look, name, screen, whole)
+        _buttons(context, name)
+    show = _roll(context, name, screen, whole)
 
     def refresh() -> None:
         show()
-        connected = look.session.client(name)
+        connected = context.session.client(name)
         client.text = f"{connected} is connected" if connected else "no client is connected"
 
     return refresh
 
 
-def _roll(look: Look, name: str, screen: ui.xterm, whole: bool) -> Refresh:
-    """Return the function that prints new messages; after a change of the bench, all messages."""
-    talk, generation, count = look.common(Talk), -1, 0
-    printer = Printer(endpoints.codec_at(look.bench, name), whole)
+def _roll(context: Context, name: str, screen: ui.xterm, whole: bool) -> Refresh:
+    """Return a function that prints new messages; after the bench was replaced, it clears the screen first."""
+    talk, generation, count = context.common(Talk), -1, 0
+    printer = Printer(endpoints.codec_at(context.bench, name), whole)
 
     def show() -> None:
         nonlocal generation, count, printer
         if generation != talk.generation:
             generation, count = talk.generation, 0
-            printer = Printer(endpoints.codec_at(look.bench, name), whole)
+            printer = Printer(endpoints.codec_at(context.bench, name), whole)
             screen.run_terminal_method("reset")
             screen.fit()
         count, said = talk.since(name, count)
@@ -66,31 +66,31 @@ def _roll(look: Look, name: str, screen: ui.xterm, whole: bool) -> Refresh:
 # Input
 
 
-def _typed(look: Look, name: str, text: str) -> None:
-    """Send keys that are pressed on the screen without change."""
-    if endpoints.at_a_bus(look.bench, name):
+def _typed(context: Context, name: str, text: str) -> None:
+    """Send characters typed on the screen as they are."""
+    if endpoints.at_a_bus(context.bench, name):
         ui.notify("a board accepts whole commands only: type them in the line below", type="warning")
         return
     data = text.encode("latin-1", "replace")
-    look.touch(lambda: look.session.say(name, data))
+    context.touch(lambda: context.session.say(name, data))
 
 
-def _line(look: Look, name: str, whole: bool) -> None:
-    """Build the line that is sent as a whole."""
-    history = look.person.lines.setdefault(name, [])
+def _line(context: Context, name: str, whole: bool) -> None:
+    """Build the field for a line, which is sent when the user presses Enter."""
+    history = context.person.lines.setdefault(name, [])
     with ui.row().classes("terminal-line"):
-        hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for those that cannot be seen"
+        hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for control characters"
         box = ui.input(placeholder=hint, autocomplete=history).props(f'dense outlined aria-label="say to {name}"')
         box.classes("grow").mark(f"say-{name}").props(f'data-test="say {name}"')
-        ending = ui.select(list(TERMINATORS), value=look.person.ending).props('dense outlined aria-label="ended by"')
+        ending = ui.select(list(TERMINATORS), value=context.person.ending).props('dense outlined aria-label="ended by"')
         ending.set_visibility(not whole)
 
         def send() -> None:
-            look.person.ending = ending.value
-            look.touch(partial(say, box.value))
+            context.person.ending = ending.value
+            context.touch(partial(say, box.value))
 
         def say(line: str) -> None:
-            look.session.say(name, _bytes(look, name, line, whole, ending.value))
+            context.session.say(name, _bytes(context, name, line, whole, ending.value))
             history[:] = [*(each for each in history if each != line), line][-REMEMBERED:]
             if box.value == line:
                 box.value = ""
@@ -99,8 +99,8 @@ def _line(look: Look, name: str, whole: bool) -> None:
         ui.button("Send", on_click=send).props("dense no-caps").mark(f"send-{name}")
 
 
-def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
-    codec = endpoints.codec_at(look.bench, name)
+def _bytes(context: Context, name: str, text: str, whole: bool, ending: str) -> bytes:
+    codec = endpoints.codec_at(context.bench, name)
     try:
         return codec.read(text) if whole else codec.read(text) + TERMINATORS[ending]
     except ProgramError as error:
@@ -110,18 +110,18 @@ def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
 # Other controls at the host's end of a serial line
 
 
-def _buttons(look: Look, name: str) -> None:
-    port = look.bench.port(name)
+def _buttons(context: Context, name: str) -> None:
+    port = context.bench.port(name)
     with ui.row().classes("terminal-line"):
-        button = ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25"))
+        button = ui.button("Break", on_click=lambda: _do(context, name, "break", "0.25"))
         button.props("dense outline no-caps").mark(f"break-{name}")
         if port.handshake:
             for line, on in (("dtr", port.host.dtr), ("rts", port.host.rts)):
                 switch = ui.switch(line.upper(), value=on).mark(f"{line}-{name}")
-                switch.on_value_change(lambda e, line=line: _do(look, name, line, actions.level_name(e.value)))
+                switch.on_value_change(lambda e, line=line: _do(context, name, line, actions.level_name(e.value)))
         box = ui.input("format", value=str(port.host.format)).props("dense outlined").mark(f"format-{name}")
-        box.on("keydown.enter", lambda: _do(look, name, "line", box.value))
+        box.on("keydown.enter", lambda: _do(context, name, "line", box.value))
 
 
-def _do(look: Look, name: str, target: str, value: str) -> None:
-    look.touch(lambda: look.session.do(name, target, value))
+def _do(context: Context, name: str, target: str, value: str) -> None:
+    context.touch(lambda: context.session.do(name, target, value))
