@@ -1,4 +1,4 @@
-"""What SARIF 2.1.0 asks of the objects that we write: which properties there may be, which must be, which values."""
+"""Check of SARIF 2.1.0: allowed and required properties of the objects that axistwin writes, and their values."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -11,7 +11,7 @@ _URI_REFERENCE = re.compile(r"(?:[A-Za-z0-9._~!$&'()*+,;=:@/?#\[\]-]|%[0-9A-Fa-f
 
 
 def problems(log: object) -> list[Problem]:
-    """Everything in a log that its schema does not allow, with its place."""
+    """Return the errors in a log, each with its place."""
     return list(_object("sarifLog")(log, "$"))
 
 
@@ -82,7 +82,7 @@ OBJECTS: dict[str, tuple[tuple[str, ...], dict[str, Look]]] = {
     "result": (("message",), {
         "ruleId": TEXT, "ruleIndex": _number(-1), "level": LEVEL, "message": _object("message"),
         "locations": _list(_object("location")), "fixes": _list(_object("fix"), unique=True)}),
-    "message": (("text",), {"text": TEXT}),  # or an `id`, which we have not
+    "message": (("text",), {"text": TEXT}),  # an `id` is allowed too, but not used
     "location": ((), {"physicalLocation": _object("physicalLocation")}),
     "physicalLocation": (("artifactLocation",), {
         "artifactLocation": _object("artifactLocation"), "region": _object("region")}),
@@ -97,4 +97,4 @@ OBJECTS: dict[str, tuple[tuple[str, ...], dict[str, Look]]] = {
         "deletedRegion": _object("region"), "insertedContent": _object("artifactContent")}),
     "artifactContent": ((), {"text": TEXT}),
 }  # fmt: skip
-"""Each object: the properties that must be, and all that we use with what may be in them."""
+"""For each object: required properties, and the allowed values of all properties that are used."""

@@ -1,4 +1,4 @@
-"""`axistwin check`: places in files, what is printed, exit codes."""
+"""`axistwin check`: places in files, output, exit codes."""
 
 import json
 from collections.abc import Callable
@@ -52,19 +52,19 @@ def test_command_lines(check):
     assert result.stderr == "axistwin: moves.if1: 2 errors, 1 warning (1 can be fixed by --fix)\n"
 
 
-def test_warnings_alone_are_no_failure(check):
+def test_warnings_alone_do_not_fail(check):
     result = check("moves.if1", "S2\n")
     assert result.return_value == 0
     assert result.stderr == "axistwin: moves.if1: 1 warning\n"
 
 
-def test_nothing_wrong(check):
+def test_a_program_without_errors(check):
     result = check("moves.if1", "X1000$\n")
     assert (result.return_value, result.stdout) == (0, "")
     assert result.stderr == "axistwin: moves.if1: nothing wrong\n"
 
 
-def test_for_machines(check):
+def test_json_output(check):
     result = check("moves.if1", TYPED, "--json")
     found = json.loads(result.stdout)
     assert (result.return_value, result.stderr) == (1, "")
@@ -91,7 +91,7 @@ TALK = r"""; model: if1
 """
 
 
-def test_a_conversation_has_escapes_messages_in_pieces_and_power_cuts(check):
+def test_a_conversation_with_escapes_divided_messages_and_power_cuts(check):
     assert check("a.talk", TALK).stdout.splitlines() == [
         "a.talk:6:21: error: unknown character 'x': commands are upper case (manual: Full command list) [DP101]",
         (
@@ -108,14 +108,14 @@ def test_several_controllers_in_one_conversation(check):
     ]
 
 
-def test_what_cannot_be_read_as_a_program_is_an_error_at_its_place(check):
+def test_an_unreadable_line_is_an_error_at_its_place(check):
     result = check("a.talk", "> (\n+1\n?what\n")
     assert result.return_value == 1
     assert result.stdout.startswith("a.talk:3:1: error: unknown act")
     assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is not an ASCII character [AX104]\n"
 
 
-def test_programs_that_are_none(check, tmp_path):
+def test_files_that_are_not_programs(check, tmp_path):
     with pytest.raises(UsageError, match=r"a\.txt: unknown kind of program: expected \.talk"):
         check("a.txt", "")
     with pytest.raises(UsageError, match="no model 'if9'"):
@@ -132,30 +132,30 @@ EXAMPLES = sorted(
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=str)
-def test_the_examples_are_right(example):
+def test_the_examples_have_no_errors(example):
     model = ["if2"] if example.suffix == ".if1" else []
     result = CliRunner().invoke(axistwin, ["check", *model, str(example)], standalone_mode=False)
     assert result.stderr.endswith("nothing wrong\n")
 
 
-def test_every_line_that_cannot_be_read_is_told_with_the_others(check):
+def test_every_unreadable_line_is_reported(check):
     result = check("a.if1", "Xé$\n+soon\nx1$\n! input9 high\nY100$\n")
     assert [line.split(":")[1:3] for line in result.stdout.splitlines()] == [["1", "2"], ["2", "2"], ["3", "1"]]
 
 
 @pytest.mark.parametrize(("name", "contents"), [("long.if1", b"X" * (5 << 20)), ("odd.if1", b"\xff\xfe")])
-def test_what_is_no_text_of_a_sensible_size_is_refused(tmp_path, name, contents):
+def test_a_binary_or_huge_file_is_refused(tmp_path, name, contents):
     (tmp_path / name).write_bytes(contents)
     with pytest.raises(AxistwinError, match=r"cannot be read|not a text file"):
         diagnose(tmp_path / name, product("if1").check)
 
 
-def test_a_device_is_no_program():
+def test_a_device_file_is_refused():
     with pytest.raises(UsageError, match="not a file"):
         diagnose(Path("/dev/null"), product("if1").check)
 
 
-def test_a_file_that_is_no_text_is_a_finding_and_the_others_are_checked(tmp_path):
+def test_a_binary_file_is_an_error_and_other_files_are_checked(tmp_path):
     (tmp_path / "odd.if1").write_bytes(b"\xff\xfe")
     (tmp_path / "bad.if1").write_text("x1$\n")
     arguments = ["check", str(tmp_path / "odd.if1"), str(tmp_path / "bad.if1"), "--json"]

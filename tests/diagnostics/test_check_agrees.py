@@ -1,4 +1,4 @@
-"""`check` accepts exactly the scenes that can be built: both ask the same code, whatever is wrong."""
+"""`axistwin check` accepts exactly the scenes that can be built, and finds the same errors."""
 
 import random
 import re
@@ -31,7 +31,7 @@ do = "load a.sms"
 
 
 def complaints(scene: Path) -> tuple[list[str], list[str]]:
-    """What `check` finds, and what building it raises."""
+    """Return the errors that `axistwin check` finds, and the error that building the scene raises."""
     checked = [f"{each.line}:{each.column}: {each.message}" for each in diagnose_scene(scene)]
     try:
         Scene.load(scene).build()
@@ -52,7 +52,7 @@ def scene(tmp_path):
 
 def test_a_program_loaded_into_a_motor_of_a_chain(scene):
     checked, built = complaints(scene(CHAIN.format(on="left", more="")))
-    told = "left shares its serial line: a program can be loaded only over a line of its own"
+    told = "left shares its serial line with other motors: a program needs a line to this motor alone"
     assert checked == [f"13:1: {told}"]
     assert [error.endswith(f"s.toml:13:1: {told}") for error in built] == [True]
     assert complaints(scene(CHAIN.format(on="right", more=""))) == ([], [])
@@ -65,7 +65,7 @@ def test_a_program_loaded_into_a_motor_of_a_chain(scene):
         ('line = "1200 7E1"', "does not answer LOAD at 1200 7E1"),
     ],
 )
-def test_a_program_that_the_motor_does_not_take(scene, more, message):
+def test_a_program_that_the_motor_refuses(scene, more, message):
     checked, built = complaints(scene(CHAIN.format(on="right", more=more)))
     assert len(checked) == len(built) == 1
     assert message in checked[0]
@@ -84,7 +84,7 @@ def test_a_program_that_the_motor_does_not_take(scene, more, message):
     ],
 )
 def test_a_terminal_of_two_names(scene, wires, message):
-    """Of an 1811, `home` and `home_enable` are one pin."""
+    """`home` and `home_enable` of an 1811 are the same pin."""
     boards = "".join(f'[[controller]]\nmodel = "1811"\nname = "{name}"\n' for name in "ab")
     ends = "".join(f'[[wire]]\nfrom = "{source}"\nto = "{target}"\n' for source, target in wires)
     checked, built = complaints(scene(boards + ends))
@@ -97,12 +97,12 @@ def test_a_terminal_of_two_names(scene, wires, message):
 
 
 def values(text: str) -> list[str]:
-    """The words and numbers of a file, which take one another's places."""
+    """Return the words and numbers of a file, to be exchanged for one another."""
     return re.findall(r'"[^"\n]*"|[\w.-]+', text)
 
 
 def mutated(text: str, chance: random.Random) -> str:
-    """One word or line is another one, twice there, or not there."""
+    """Return the text with one word or line exchanged, doubled or removed."""
     lines = text.splitlines()
     at = chance.randrange(len(lines))
     match chance.randrange(4):
@@ -120,7 +120,7 @@ def mutated(text: str, chance: random.Random) -> str:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_mutated_examples(name, tmp_path):
-    """Fifty mutations of each: accepted by both or by none, and refused at the same place."""
+    """Check and build agree for fifty mutations of each example, and report the same place."""
     directory = tmp_path / "scene"
     shutil.copytree((EXAMPLES / name).parent, directory)
     file = directory / Path(name).name

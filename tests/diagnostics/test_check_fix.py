@@ -1,4 +1,4 @@
-"""`axistwin check --fix`: what is mended, and that a file is replaced whole or not at all."""
+"""`axistwin check --fix`: the applied fixes; a file is replaced completely or not at all."""
 
 import os
 from pathlib import Path
@@ -18,7 +18,7 @@ from axistwin.errors import AxistwinError
 
 @pytest.fixture
 def fix(tmp_path, monkeypatch):
-    """Write a file, mend it, and return what was said and what it holds then."""
+    """Write a file and fix it; return the output and the new contents."""
     monkeypatch.chdir(tmp_path)
 
     def run(name, data, *options):
@@ -53,7 +53,7 @@ MENDED = {
 
 
 @pytest.mark.parametrize(("name", "text"), MENDED)
-def test_what_is_mended(fix, name, text):
+def test_fixes(fix, name, text):
     result, mended = fix(name, text)
     assert mended == MENDED[name, text]
     assert result.return_value == 0
@@ -75,13 +75,13 @@ def test_what_is_mended(fix, name, text):
         ("a.sms", "VT=5 ADT=5\n"),
     ],
 )
-def test_what_only_a_person_can_know_is_left_alone(fix, name, text):
+def test_fixes_that_need_a_decision_are_not_applied(fix, name, text):
     result, mended = fix(name, text)
     assert mended == text
     assert "fixed" not in result.stdout
 
 
-def test_it_says_what_it_did_and_what_is_left(fix):
+def test_the_output_lists_applied_fixes_and_remaining_errors(fix):
     result, _ = fix("moves.if1", "x100$\n@30000$\n")
     assert result.stdout.splitlines() == [
         "moves.if1:1:1: fixed DP101: write X",
@@ -90,13 +90,13 @@ def test_it_says_what_it_did_and_what_is_left(fix):
     assert (result.stderr, result.return_value) == ("axistwin: moves.if1: 1 error\n", 1)
 
 
-def test_results_for_machines_stay_alone_on_their_channel(fix):
+def test_json_on_standard_output_is_not_mixed_with_messages(fix):
     result, _ = fix("moves.if1", "x100$\n", "--json")
     assert result.stdout.startswith("{")
     assert result.stderr == "moves.if1:1:1: fixed DP101: write X\n"
 
 
-def test_line_ends_codes_and_permissions_are_kept(fix, tmp_path):
+def test_line_ends_encoding_and_permissions_are_kept(fix, tmp_path):
     Path("home.sms").touch(mode=0o640)
     os.chmod("home.sms", 0o640)
     _, mended = fix("home.sms", "A100 'gr\xfc\xdfe\r\nEND".encode("latin-1"))
@@ -113,7 +113,7 @@ def test_a_link_is_followed(fix, tmp_path):
     assert (tmp_path / "there.if1").read_text() == "X1$\n"
 
 
-def test_a_file_that_cannot_be_replaced_stays_as_it_is(fix, tmp_path, monkeypatch):
+def test_a_file_that_cannot_be_replaced_is_unchanged(fix, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
@@ -124,7 +124,7 @@ def test_a_file_that_cannot_be_replaced_stays_as_it_is(fix, tmp_path, monkeypatc
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_a_file_in_which_there_is_nothing_to_mend_is_not_touched(fix, monkeypatch):
+def test_a_file_without_fixes_is_not_written(fix, monkeypatch):
     monkeypatch.setattr(os, "replace", None)
     fix("moves.if1", "X1$\n")
 
@@ -142,7 +142,7 @@ PIECES = st.sampled_from(
 
 @pytest.mark.parametrize(("suffix", "model"), [(".if1", "if1"), (".sms", "smartmotor"), (".181x", "1811")])
 @given(pieces=st.lists(PIECES, max_size=15))
-def test_mending_never_brings_errors_and_mending_twice_is_mending_once(suffix, model, pieces):
+def test_fixing_adds_no_errors_and_is_idempotent(suffix, model, pieces):
     made, text = product(model), "".join(pieces)
     before = diagnose_text(text, suffix, made)
     mended, done, left = check_fix.fix_text(text, lambda each: diagnose_text(each, suffix, made))
@@ -152,7 +152,7 @@ def test_mending_never_brings_errors_and_mending_twice_is_mending_once(suffix, m
     assert check_fix.fix_text(mended, lambda each: diagnose_text(each, suffix, made))[:2] == (mended, [])
 
 
-def test_a_name_in_capitals_is_the_same_kind(fix, tmp_path):
+def test_a_file_name_in_capitals_is_accepted(fix, tmp_path):
     (tmp_path / "OLD.SMS").write_bytes(b"END C5 endif '\xe9\n")
     arguments = ["check", "OLD.SMS", "--fix"]
     CliRunner().invoke(axistwin, arguments, catch_exceptions=False, standalone_mode=False)

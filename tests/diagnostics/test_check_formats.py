@@ -1,4 +1,4 @@
-"""Many files at once, and what is found for people and for machines: text, JSON, SARIF, GitHub."""
+"""`axistwin check` for several files, and its output as text, JSON, SARIF and GitHub workflow commands."""
 
 import json
 import re
@@ -26,7 +26,7 @@ FILES = {
 
 @pytest.fixture
 def check(tmp_path, monkeypatch):
-    """Run `axistwin check` where these files are."""
+    """Run `axistwin check` in a folder with these files."""
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
         Path(name).write_text(text, encoding="utf-8")
@@ -67,7 +67,7 @@ def test_a_scene(check):
     assert not Path("kept").exists()
 
 
-def test_a_scene_that_is_right_by_itself_but_cannot_be_built(check):
+def test_a_valid_scene_that_cannot_be_built(check):
     wire = '[[controller]]\nmodel = "if1"\n[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"\n'
     Path("bench.toml").write_text(wire, encoding="utf-8")
     (line,) = check("bench.toml").stdout.splitlines()
@@ -90,7 +90,7 @@ do = ["input1 high", "load late.if1"]
 """
 
 
-def test_a_scene_is_checked_with_all_that_it_names(check):
+def test_a_scene_is_checked_with_its_programs(check):
     for name, text in {
         "scene.toml": NAMING,
         "bad.if1": "X100$\nx\n",
@@ -120,24 +120,24 @@ def test_an_unreadable_line_of_a_host_is_reported_once(check):
     assert line.startswith("scene.toml → bad.if1:1:2: error:")
 
 
-def test_fixes_reach_the_programs_of_a_scene(check):
+def test_fixes_are_applied_to_the_programs_of_a_scene(check):
     Path("scene.toml").write_text('[[controller]]\nmodel = "smartmotor"\nprogram = "home.sms"\n')
     assert check("scene.toml", "--fix").return_value == 0
     assert Path("home.sms").read_text() == "A=100 \nEND\n"
 
 
 @pytest.mark.parametrize("example", sorted((Path(__file__).parents[2] / "examples").rglob("*.toml")), ids=str)
-def test_the_example_scenes_are_right(check, example):
+def test_the_example_scenes_have_no_errors(check, example):
     assert check(str(example)).stderr == f"axistwin: {example}: nothing wrong\n"
 
 
-def test_warnings_fail_only_where_that_is_asked_for(check):
+def test_warnings_fail_only_with_the_option(check):
     assert check("same.talk").return_value == 0
     assert check("same.talk", "--strict").return_value == 1
     assert check("fine.if1", "--strict").return_value == 0
 
 
-def test_json_has_places_with_their_ends(check):
+def test_json_has_begin_and_end_of_places(check):
     found = json.loads(check("a b.if1", "--format", "json").stdout)["diagnostics"]
     assert check("a b.if1", "--json").stdout == check("a b.if1", "--format", "json").stdout
     assert [(d["line"], d["column"], d["end_line"], d["end_column"], d["code"]) for d in found] == [
@@ -145,7 +145,7 @@ def test_json_has_places_with_their_ends(check):
     ]  # fmt: skip
 
 
-def test_github_shows_it_beside_the_line(check):
+def test_github_workflow_commands(check):
     (first, second) = check("a b.if1", "--format", "github").stdout.splitlines()
     assert first == (
         "::error file=a b.if1,line=1,col=1,endLine=1,endColumn=2,title=DP101::"
@@ -155,14 +155,14 @@ def test_github_shows_it_beside_the_line(check):
     assert second.startswith("::error file=a b.if1,line=2,")
 
 
-def test_github_escapes_what_it_would_take_for_its_own(check):
+def test_github_special_characters_are_escaped(check):
     Path("a,b:c.if1").write_text("%X$\n", encoding="utf-8")
     (line,) = check("a,b:c.if1", "--format", "github").stdout.splitlines()
     assert line.startswith("::error file=a%2Cb%3Ac.if1,line=1,")
     assert "::%25 must be the only command" in line
 
 
-def test_sarif_has_what_2_1_0_requires(check):
+def test_sarif_has_the_required_properties(check):
     result = check("a b.if1", "home.sms", "same.talk", "--format", "sarif")
     log = json.loads(result.stdout)
     assert (log["version"], result.return_value) == ("2.1.0", 1)
@@ -199,13 +199,13 @@ def test_a_fix_in_sarif(check):
     }]  # fmt: skip
 
 
-def test_sarif_names_absolute_files_by_a_uri_of_their_own(check, tmp_path):
+def test_sarif_has_file_uris_for_absolute_paths(check, tmp_path):
     log = json.loads(check(str(tmp_path / "home.sms"), "--format", "sarif").stdout)
     uri = log["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]
     assert uri == (tmp_path / "home.sms").as_uri()
 
 
-def test_nothing_wrong_is_a_whole_log_too(check):
+def test_a_log_without_results_is_complete(check):
     (run,) = json.loads(check("fine.if1", "--format", "sarif").stdout)["runs"]
     assert (run["results"], run["tool"]["driver"]["rules"]) == ([], [])
 
@@ -221,14 +221,14 @@ def test_nothing_wrong_is_a_whole_log_too(check):
         (("whose.talk",), UsageError, "model of this conversation is unknown"),
     ],
 )
-def test_what_cannot_be_checked(check, arguments, error, message):
+def test_files_that_cannot_be_checked(check, arguments, error, message):
     Path("whose.talk").write_text("> X\n", encoding="utf-8")
     with pytest.raises(error, match=message):
         check(*arguments)
 
 
-def test_sarif_of_everything_that_can_be_found_is_valid(check):
-    """Each rule's example, fixes and ends of lines included; names that are no URIs as they stand."""
+def test_sarif_of_all_codes_is_valid(check):
+    """All examples of rules are checked in one run; file names need escapes in URIs."""
     names = []
     for title, table in codes.tables().items():
         for rule in table:
@@ -244,7 +244,7 @@ def test_sarif_of_everything_that_can_be_found_is_valid(check):
     assert {name[:5] for name in names} <= {each["ruleId"] for each in results}
 
 
-def test_sarif_of_nothing_is_valid(check):
+def test_sarif_without_results_is_valid(check):
     log = json.loads(check("fine.if1", "--format", "sarif").stdout)
     assert sarif.problems(log) == []
     assert log["runs"][0]["results"] == []
@@ -259,7 +259,7 @@ def test_sarif_of_nothing_is_valid(check):
         (("runs", 0, "colour"), 3, "$.runs[0]: run knows no colour"),
     ],
 )
-def test_the_look_at_sarif_finds_what_is_wrong(check, path, value, problem):
+def test_the_sarif_checker_finds_errors(check, path, value, problem):
     log = json.loads(check("a b.if1", "--format", "sarif").stdout)
     *way, last = path
     place = log

@@ -1,4 +1,4 @@
-"""The tables of codes: each code is found by its own example, and explained by `check --codes`."""
+"""The tables of codes: the example of each code has its diagnostic, and `check --codes` explains each code."""
 
 import json
 import re
@@ -30,14 +30,14 @@ def found(title, rule):
 
 
 @pytest.mark.parametrize(("title", "rule"), RULES, ids=[rule.code for _, rule in RULES])
-def test_the_example_of_a_code_is_a_case_of_it(title, rule):
+def test_the_example_of_a_code_has_this_diagnostic(title, rule):
     cases = [diagnostic for diagnostic in found(title, rule) if diagnostic.code == rule.code]
     assert cases
     assert {case.severity for case in cases} == {rule.severity}
     assert all(case.end > (case.line, case.column) for case in cases)
 
 
-def test_each_code_stands_for_one_thing_and_in_order():
+def test_codes_are_unique_and_in_order():
     listed = [rule.code for _, rule in RULES]
     assert len(set(listed)) == len(listed)
     for table in codes.tables().values():
@@ -45,7 +45,7 @@ def test_each_code_stands_for_one_thing_and_in_order():
     assert all(re.fullmatch(r"(DP|CM|SM|AX|SC)\d{3}", code) for code in listed)
 
 
-def test_each_code_is_told_in_a_title_and_sentences():
+def test_each_code_has_a_title_and_an_explanation():
     for _, rule in RULES:
         assert rule.title[0] == rule.title[0].lower() or rule.title[:1] in "F%SR", rule.code
         assert rule.explanation.endswith("."), rule.code
@@ -61,7 +61,7 @@ WORDS = st.sampled_from(
 
 @pytest.mark.parametrize(("suffix", "model"), PROGRAMS, ids=lambda value: value.strip("."))
 @given(words=st.lists(WORDS, max_size=12))
-def test_whatever_is_found_has_a_code_of_a_table_and_its_severity(suffix, model, words):
+def test_each_diagnostic_has_a_known_code_and_its_severity(suffix, model, words):
     severities = {rule.code: rule.severity for _, rule in RULES}
     for diagnostic in diagnose_text("".join(words), suffix, product(model)):
         assert diagnostic.severity == severities[diagnostic.code]
@@ -85,20 +85,20 @@ def test_a_code_is_explained():
     ]
 
 
-def test_codes_are_explained_by_how_they_begin_or_all():
+def test_codes_are_selected_by_their_beginning():
     assert set(re.findall(r"^(\w+)  ", explain("--codes", "CM4").stdout, re.MULTILINE)) == {
         "CM401", "CM402", "CM403", "CM404",
     }  # fmt: skip
     assert len(json.loads(explain("--codes", "--json").stdout)) == len(RULES)
 
 
-def test_a_code_that_is_none():
+def test_an_unknown_code():
     with pytest.raises(UsageError, match="no code 'DP310': did you mean DP30"):
         explain("--codes", "DP310")
 
 
 @pytest.mark.parametrize("form", ["sarif", "github"])
-def test_codes_are_no_findings(form):
-    """What is found in files can be told so, a table of codes cannot."""
+def test_codes_are_not_printed_in_formats_for_diagnostics(form):
+    """Formats for diagnostics such as SARIF cannot contain a table of codes."""
     with pytest.raises(UsageError, match=f"--codes has no format {form}: expected text or json"):
         explain("--codes", "CM4", "--format", form)

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 
 
 class Client:
-    """Starts `axistwin lsp` and talks to it.  Whatever it waits for comes, or the test's time is up."""
+    """Starts `axistwin lsp` and exchanges messages with it."""
 
     def __init__(self) -> None:
         command = [sys.executable, "-c", "from axistwin.cli.main import main; main(['lsp'])"]
@@ -50,7 +50,7 @@ class Client:
             self.notified.append(message)
 
     def diagnostics(self, uri: str, version: int) -> list[dict[str, Any]]:
-        """What is published about this version of a document."""
+        """Return the diagnostics that are published for this version of a document."""
         while True:
             for message in self.notified:
                 told = message.get("params", {})
@@ -69,7 +69,7 @@ class Client:
         return self.ask(f"textDocument/{method}", {"textDocument": {"uri": uri}, "position": place})
 
     def tell_all(self, method: str, many: Iterable[object]) -> None:
-        """All at once."""
+        """Send several messages in one write."""
         self._send(*({"jsonrpc": "2.0", "method": method, "params": params} for params in many))
 
     def _send(self, *messages: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""What an editor is told: hover, completion and symbols for every kind of text."""
+"""Hover, completion and symbols for every kind of text."""
 
 import pytest
 from hypothesis import given
@@ -16,7 +16,7 @@ ALL = {"if1": IF1, "181x": BOARD, "sms": MOTOR, "talk": TALK, "toml": SCENE}
 
 
 def place(text):
-    """Lines, and the line and index of the `|` in the text."""
+    """Return the lines of a text, and the line and index of the `|` in the text."""
     before, _, behind = text.partition("|")
     line = before.count("\n") + 1
     return (before + behind).split("\n"), line, len(before) - before.rfind("\n") - 1
@@ -53,12 +53,12 @@ def test_the_characters_that_may_follow(text, there, not_there):
     assert not set(not_there) & set(found)
 
 
-def test_nothing_is_offered_in_comments_and_times():
+def test_no_completions_in_comments_and_times():
     assert offered(IF1, "X100$ ; the |") == []
     assert offered(IF1, "+1|") == []
 
 
-def test_a_number_belongs_to_its_command():
+def test_a_number_has_the_meaning_of_its_command():
     assert told(IF1, "X100 @ 5|00$")[:2] == ["**@** speed data", "`@ speed`"]
     assert told(IF1, "; X|") is None
 
@@ -74,7 +74,7 @@ def test_the_steps_of_a_sequence():
 # Commands of an 1811
 
 
-def test_commands_that_are_valid_here():
+def test_only_valid_commands_are_completed():
     assert "go_relative" in offered(BOARD, "|")
     assert "wait_seconds" not in offered(BOARD, "|")
     assert "wait_seconds" in offered(BOARD, "D9 01\n|")
@@ -83,13 +83,13 @@ def test_commands_that_are_valid_here():
     assert "perform_move" not in offered(BOARD, "53 01 04 00 00 00 00 00 02\n|")
 
 
-def test_values_of_a_parameter_that_has_few():
+def test_values_of_a_parameter():
     assert {"on", "off"} <= set(offered(BOARD, "go_on |"))
     assert offered(BOARD, "default_velocity_and_acceleration |")[:2] == ["00", "01"]
     assert offered(BOARD, "go_relative |") == []
 
 
-def test_the_parameter_that_is_looked_at_is_marked():
+def test_the_parameter_at_the_cursor_is_emphasised():
     assert "- **distance" in told(BOARD, "go_relative 25|000")[2]
     assert "- **distance" in told(BOARD, "33 00 00 61 A|8")[2]
     assert told(BOARD, "go_r|elative 25000")[0] == "**33** go relative"
@@ -108,14 +108,14 @@ def test_sequences_and_moves():
 # A SmartMotor's source
 
 
-def test_parts_of_a_block_are_offered_inside_it_only():
+def test_parts_of_a_block_are_completed_only_inside_the_block():
     assert {"ELSE", "ENDIF", "ELSEIF"} <= set(offered(MOTOR, "IF a b=1 |"))
     assert not {"ELSE", "ENDIF", "LOOP", "BREAK"} & set(offered(MOTOR, "IF a b=1 ENDIF |"))
     assert {"LOOP", "BREAK"} <= set(offered(MOTOR, "WHILE 1\n  |"))
     assert "ENDIF" not in offered(MOTOR, "IF a\nWHILE 1\n|")
 
 
-def test_what_a_program_cannot_say_is_not_offered():
+def test_commands_that_a_program_cannot_contain_are_not_completed():
     found = offered(MOTOR, "|")
     assert "GOSUBn" in found
     assert not {"LOAD", "KGON", "MD50"} & set(found)
@@ -130,7 +130,7 @@ def test_labels_variables_and_values():
     assert offered(MOTOR, "a=1 'not |") == []
 
 
-def test_commands_values_and_labels_are_told():
+def test_hover_over_commands_values_and_labels():
     assert told(MOTOR, "A|=100")[0] == "**A=** acceleration"
     assert told(MOTOR, "a=@P|E+1")[0] == "**@PE** position error"
     assert told(MOTOR, "a=@P|E+1")[1] == "in counts"
@@ -160,7 +160,7 @@ def test_pins_and_axes_in_a_conversation():
     assert offered(TALK, HEAD.format("if1") + "! input1 |") == ["high", "on", "low", "off", "release"]
 
 
-def test_what_the_host_says_is_of_the_family():
+def test_data_of_the_host_are_in_the_language_of_the_family():
     assert "@" in offered(TALK, HEAD.format("if1") + "> U61\\rX100|")
     assert "U" not in offered(TALK, HEAD.format("if1") + "> U61\\rX100|")
     assert "go_relative" in offered(TALK, HEAD.format("1811") + "> |")
@@ -171,7 +171,7 @@ def test_what_the_host_says_is_of_the_family():
     assert told(TALK, HEAD.format("1811") + "> 3|3 00 00 61 A8")[0] == "**33** go relative"
 
 
-def test_marks_and_headers_are_offered_and_told():
+def test_marks_and_headers_are_completed_and_explained():
     assert offered(TALK, "|") == [">", "<", "+", "!", "=", ";"]
     assert offered(TALK, "; |") == ["model: ", "options: ", "line: ", "patience: "]
     assert "1811" in offered(TALK, "; model: |")
@@ -200,8 +200,8 @@ def test_tables_and_keys_of_a_scene():
     assert offered(SCENE, FILE + "# |") == []
 
 
-def test_keys_of_a_servo_s_axis():
-    """Those of a stepper's are others."""
+def test_keys_of_a_servo_axis():
+    """The keys differ from those of an axis with a stepper motor."""
     motor = '[[controller]]\nmodel = "smartmotor"\n'
     assert offered(SCENE, motor + "axes.shaft.|") == ["limits", "motor", "load"]
     assert {"model", "kp", "supply_voltage_v"} <= set(offered(SCENE, motor + "[controller.axes.shaft.motor]\n|"))
@@ -215,7 +215,7 @@ def test_values_of_a_scene():
     assert offered(SCENE, FILE + "[[wire]]\ninvert = |") == ["true", "false"]
 
 
-def test_keys_of_a_scene_are_told():
+def test_hover_over_keys_of_a_scene():
     assert told(SCENE, "[[controller]]\nmo|del = 1")[0].startswith("**model** ")
     assert "beyond which" in told(SCENE, FILE + "axes.X.limi|ts = [0, 1]")[0]
     assert "host's DTR" in told(SCENE, FILE + 'options.wir|ing = "3-wire"')[0]
@@ -235,7 +235,7 @@ def test_the_tables_of_a_scene_are_its_symbols():
     where=st.integers(0, 40),
     head=st.sampled_from(["", "; model: if1\n", "; model: 1811\n", "; model: smartmotor\n", FILE]),
 )
-def test_no_text_is_too_odd(kind, text, where, head):
+def test_any_text_can_be_edited(kind, text, where, head):
     at = min(where, len(text))
     here = place(head + text[:at] + "|" + text[at:].replace("|", ""))
     ALL[kind].hover(*here)

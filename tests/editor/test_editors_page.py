@@ -1,4 +1,4 @@
-"""What docs/editors.md says to paste is what its editor can read."""
+"""The settings in docs/editors.md are valid for their editors."""
 
 import json
 import re
@@ -19,7 +19,7 @@ def test_the_settings_of_vs_code_and_helix_can_be_read():
     assert languages["language-server"]["axistwin"] == {"command": "axistwin", "args": ["lsp"]}
 
 
-def test_the_lines_for_neovim_and_emacs_start_the_same():
+def test_the_lines_for_neovim_and_emacs_start_the_server():
     assert 'cmd = { "axistwin", "lsp" }' in "".join(block("lua"))
     (lisp,) = block("elisp")
     assert '("axistwin" "lsp")' in lisp

@@ -1,4 +1,4 @@
-"""The language server over standard input and output, as an editor talks to it."""
+"""The language server over standard input and output, as an editor uses it."""
 
 import subprocess
 import sys
@@ -35,14 +35,14 @@ def spans(found):
     ]
 
 
-def test_what_it_can_do(client):
+def test_the_capabilities_of_the_server(client):
     assert client.capabilities["hoverProvider"]
     assert client.capabilities["documentSymbolProvider"]
     assert client.capabilities["codeActionProvider"]["codeActionKinds"] == ["quickfix"]
     assert "=" in client.capabilities["completionProvider"]["triggerCharacters"]
 
 
-def test_diagnostics_come_while_somebody_types(client):
+def test_diagnostics_are_published_during_typing(client):
     uri = "file:///bench/home.sms"
     assert spans(client.open(uri, SOURCE)) == [("SM103", 1, 0, 4)]
     change = {"range": {"start": {"line": 1, "character": 1}, "end": {"line": 1, "character": 1}}, "text": "="}
@@ -51,7 +51,7 @@ def test_diagnostics_come_while_somebody_types(client):
     client.tell("textDocument/didClose", {"textDocument": {"uri": uri}})
 
 
-def test_of_what_is_typed_quickly_only_the_newest_is_looked_at(client):
+def test_only_the_latest_text_is_checked_during_fast_typing(client):
     uri, last = "file:///bench/quick.sms", 40
     client.open(uri, "END\n")
     changes = (
@@ -64,7 +64,7 @@ def test_of_what_is_typed_quickly_only_the_newest_is_looked_at(client):
     assert len(told) < last / 4
 
 
-def test_a_text_that_is_too_long_is_left_to_check(client):
+def test_a_text_that_is_too_long_is_not_checked(client):
     uri = "file:///bench/long.sms"
     (told,) = client.open(uri, "A100\n" * 30_000)
     assert told["message"] == "more than 131,072 characters: not checked during typing, use axistwin check"
@@ -76,7 +76,7 @@ def test_a_text_that_is_too_long_is_left_to_check(client):
     assert client.diagnostics(uri, 2) == []
 
 
-def test_who_ends_it_without_a_word_is_told_by_the_exit_code():
+def test_the_exit_code_without_a_shutdown_request():
     """ "The server should exit with success code 0 if the shutdown request has been received before; otherwise 1"."""
     client = Client()
     client.tell("exit", None)
@@ -85,7 +85,7 @@ def test_who_ends_it_without_a_word_is_told_by_the_exit_code():
     client.process.stdout.close()
 
 
-def test_a_fix_is_offered_and_is_the_preferred_one_if_it_is_sure(client):
+def test_a_fix_is_offered_and_a_sure_fix_is_preferred(client):
     uri = "file:///bench/fix.if1"
     client.open(uri, "X100$\n:X100:Y\n")
     place = {"line": 1, "character": 7}
@@ -97,13 +97,13 @@ def test_a_fix_is_offered_and_is_the_preferred_one_if_it_is_sure(client):
     assert action["edit"]["changes"][uri] == [{"range": {"start": place, "end": place}, "newText": ":$"}]
 
 
-def test_columns_are_of_utf_16(client):
+def test_columns_are_utf_16_units(client):
     uri = "file:///bench/wide.talk"
     found = client.open(uri, "; model: if1\n; \U0001f600\n> (U61\\r\n> X1\\q\n; \U0001f600 = \n= \U0001f600\n")
     assert spans(found) == [("AX105", 3, 4, 6), ("AX103", 5, 4, 4)]
 
 
-def test_hover_tells_the_command_its_units_and_the_chapter(client):
+def test_hover_shows_the_command_its_units_and_the_chapter(client):
     uri = "file:///bench/move.if1"
     client.open(uri, "X1000@500$\n")
     told = client.at("hover", uri, 0, 7)
@@ -127,25 +127,25 @@ def test_symbols_are_the_labels(client):
     assert (symbol["name"], symbol["detail"], symbol["range"]["start"]["line"]) == ("C5", "the stroke", 4)
 
 
-def test_a_scene_and_a_toml_file_that_is_none(client):
+def test_a_scene_and_another_toml_file(client):
     scene = "file:///bench/bench.toml"
     assert spans(client.open(scene, '[[controller]]\nmodle = "if1"\n')) == [("SC103", 0, 0, 14), ("SC102", 1, 0, 5)]
     assert client.open("file:///bench/pyproject.toml", "[project]\nname = 1\n") == []
 
 
-def test_a_conversation_without_a_model_says_so(client):
+def test_a_conversation_without_a_model_has_a_warning(client):
     (found,) = client.open("file:///bench/whose.talk", "> (U61\\r\n")
     assert "model of this conversation is unknown" in found["message"]
 
 
-def test_a_text_of_another_kind_is_left_alone(client):
+def test_a_text_of_another_kind_is_ignored(client):
     uri = "file:///bench/notes.txt"
     assert client.open(uri, "x\n") == []
     assert client.at("hover", uri, 0, 0) is None
     assert client.at("completion", uri, 0, 0)["items"] == []
 
 
-def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
+def test_without_the_extra_the_error_says_what_to_install(monkeypatch):
     for name in [each for each in sys.modules if each.partition(".")[0] in ("pygls", "lsprotocol")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.delitem(sys.modules, "axistwin.editor.server", raising=False)
@@ -155,7 +155,7 @@ def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
         axistwin(["lsp"], standalone_mode=False)
 
 
-def test_the_command_line_does_not_import_it():
+def test_other_commands_do_not_import_the_server():
     code = (
         "import sys, axistwin.cli.authoring.lsp; "
         "print([m for m in sys.modules if m.startswith(('pygls', 'lsprotocol'))])"
@@ -173,12 +173,12 @@ def test_a_document_that_is_not_open_is_empty(client):
         assert client.ask("textDocument/documentSymbol", {"textDocument": {"uri": uri}}) == []
 
 
-def test_a_suffix_in_capitals_is_the_same(client):
+def test_a_suffix_in_capitals_is_accepted(client):
     assert spans(client.open("file:///OLD.SMS", "FLY"))[0][0] == "SM101"
 
 
 @pytest.mark.timeout(30)
-def test_a_long_line_of_findings_and_brackets_without_end_take_no_time(client):
+def test_a_long_line_with_many_diagnostics_is_checked_fast(client):
     assert len(client.open("file:///long.sms", "GOSUB5 " * 8000)) >= 8000
     assert [each["code"] for each in client.open("file:///deep.toml", "[[controller]]\na=" + "[" * 3000)] == ["SC101"]
     lists = "[[controller]]\na=" + "[" * 300 + "]" * 300

@@ -1,4 +1,4 @@
-"""Any fault at any time, anywhere: nothing is raised, nothing hangs, and it is the same again."""
+"""Random faults at random times and places: no exception, no endless loop, and reproducible results."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -42,7 +42,7 @@ def fault(draw):
 
 
 def run(faults):
-    """Three controllers at work; what they say and where they stand in the end."""
+    """Run three controllers with these faults; return their replies and final positions."""
     bench = Bench()
     if1 = bench.add("if1", X={"encoder": {}, "motor": {"torque": [[0, 1.0], [5000, 0.5]]}})
     board = bench.add("1811", motor={"encoder": {}, "limits": (-10_000, 10_000)})
@@ -51,7 +51,7 @@ def run(faults):
         try:
             bench.faults.add(**given_fault)
         except UsageError:
-            continue  # nothing of that kind can be there
+            continue  # the fault is impossible at this place
     motor.serial.write(b"UCI UDI ZS MP A=100 V=100000 P=2000 G ")
     with_board = board.product.attend(board.bus)
     for command in ("310000000061A80003D090", "33000061A8"):

@@ -21,16 +21,16 @@ def bench():
 
 
 def says(bench, words, seconds=0.2):
-    """What the interface answers."""
+    """Return the answer of the interface."""
     bench["if1"].serial.write(words)
     bench.run(seconds)
     return bench["if1"].serial.read()
 
 
-def test_characters_are_lost_on_their_way(bench):
+def test_characters_are_lost(bench):
     fault = bench.faults.add("lose", "if1.serial", count=2)
     assert says(bench, b"\r\rN\r") == b"0\r"
-    assert not fault.on, "it has met its two characters"
+    assert not fault.on, "the two characters have been lost"
     fault = bench.faults.add("lose", way="from", here="if1")
     assert says(bench, b"N\r") == b"\r"
     assert says(bench, b"N\r") == b"0\r"
@@ -43,7 +43,7 @@ def test_characters_are_doubled_or_flipped(bench):
     assert says(bench, b"N\r") == b"3\r"
 
 
-def test_a_probability_meets_the_same_characters_each_time_with_the_same_seed(bench):
+def test_a_probability_with_the_same_seed_affects_the_same_characters(bench):
     def heard(seed):
         fault = bench.faults.add("flip", "if1", way="from", mask=0x10, probability=0.3, seed=seed)
         answer = says(bench, b"N\r" * 20, 2.0)
@@ -55,7 +55,7 @@ def test_a_probability_meets_the_same_characters_each_time_with_the_same_seed(be
     assert says(bench, b"N\r") == b"0\r"
 
 
-def test_what_is_left_to_chance_needs_a_seed(bench):
+def test_a_random_fault_needs_a_seed(bench):
     with pytest.raises(UsageError, match="expected a seed"):
         bench.faults.add("lose", "if1", probability=0.5)
 
@@ -66,7 +66,7 @@ def test_a_short_circuit_is_a_break(bench):
     assert says(bench, b"F\r") == b"4\r", "framing"
 
 
-def test_the_host_is_set_to_a_wrong_baud_rate_for_a_while(bench):
+def test_the_host_has_a_wrong_baud_rate_for_a_duration(bench):
     bench.faults.add("baud", "if1", baudrate=2400, duration=0.2)
     assert says(bench, b"N\r") != b"0\r"
     bench.run(0.5)
@@ -74,12 +74,12 @@ def test_the_host_is_set_to_a_wrong_baud_rate_for_a_while(bench):
 
 
 @pytest.mark.parametrize(("percent", "understood"), [(2.0, True), (-2.0, True), (12.0, False), (-12.0, False)])
-def test_a_clock_that_drifts_is_understood_up_to_a_few_percent(bench, percent, understood):
+def test_characters_are_received_up_to_a_clock_drift_of_a_few_percent(bench, percent, understood):
     bench.faults.add("drift", "if1", percent=percent, way="to")
     assert (says(bench, b"N\r") == b"0\r") is understood
 
 
-def test_what_is_delayed_comes_later_in_its_order(bench):
+def test_delayed_characters_keep_their_order(bench):
     port = bench["if1"].serial
     heard = []
     port.subscribe_received(lambda byte, _: heard.append((chr(byte), bench.now)))
@@ -101,7 +101,7 @@ def test_a_jitter_keeps_the_order(bench):
     assert says(bench, b"N\r", 1.0) == b"12\r"
 
 
-def test_a_cut_cable_takes_the_control_lines_along(bench):
+def test_a_cut_cable_switches_the_control_lines_off(bench):
     port = bench["if1"].serial
     assert port.dtr
     fault = bench.faults.add("cut", "if1")
@@ -112,13 +112,13 @@ def test_a_cut_cable_takes_the_control_lines_along(bench):
     assert says(bench, b"\rN\r").endswith(b"0\r")
 
 
-def test_one_wire_cut_leaves_the_other(bench):
+def test_one_direction_can_be_cut_alone(bench):
     bench.faults.add("cut", "if1", way="from", duration=0.1)
     assert says(bench, b"X50$\r", 1.0) == b""
     assert says(bench, b"N\r") == b"50\r"
 
 
-def test_a_cut_of_ones_own_is_not_mended_by_another(bench):
+def test_the_end_of_a_cut_does_not_end_another_cut(bench):
     first, second = (bench.faults.add("cut", "if1", way="to") for _ in range(2))
     first.mend()
     assert says(bench, b"N\r") == b""
@@ -126,21 +126,21 @@ def test_a_cut_of_ones_own_is_not_mended_by_another(bench):
     assert says(bench, b"\rN\r").endswith(b"0\r")
 
 
-def test_a_stuck_control_line_holds_the_interface_back(bench):
+def test_a_stuck_control_line_prevents_transmission(bench):
     bench.faults.add("handshake", "if1", line="cts", level=False, duration=0.5)
     assert says(bench, b"N\r", 0.4) == b"", "5-wire: it may not transmit"
     bench.run(0.2)
     assert bench["if1"].serial.read() == b"0\r"
 
 
-def test_where_there_are_no_control_lines_none_is_stuck():
+def test_a_device_without_control_lines_refuses_the_fault():
     bench = Bench()
     bench.add("smartmotor")
     with pytest.raises(UsageError, match="no control lines"):
         bench.faults.add("handshake", "smartmotor.serial", line="dtr")
 
 
-def test_a_line_that_takes_no_time_has_the_same_faults():
+def test_an_instant_line_has_the_same_faults():
     bench = Bench()
     motor = bench.add("smartmotor", line="instant")
     bench.run(0.3)
@@ -156,7 +156,7 @@ def test_a_line_that_takes_no_time_has_the_same_faults():
     assert motor.serial.read() == b"0\r"
 
 
-def test_a_daisy_chain_is_a_line_too():
+def test_faults_on_a_daisy_chain():
     bench = Bench()
     chain = bench.chain(bench.add("smartmotor", "left"))
     bench.run(0.3)

@@ -22,7 +22,7 @@ def bench():
 
 @pytest.fixture
 def motor():
-    """A SmartMotor of frame 23 in position mode, which has its bench as `bench`."""
+    """A SmartMotor of frame 23 in position mode."""
     bench = Bench()
     motor = bench.add("smartmotor", shaft={"motor": "frame23"})
     motor.serial.write(b"UCI UDI ZS MP A=100 V=100000 ")
@@ -31,7 +31,7 @@ def motor():
 
 
 def says(controller, words, seconds=0.2):
-    """What it answers."""
+    """Return the answer of the controller."""
     controller.serial.write(words)
     controller.bench.run(seconds)
     return controller.serial.read()
@@ -40,7 +40,7 @@ def says(controller, words, seconds=0.2):
 # Terminals
 
 
-def test_a_stuck_switch_follows_nobody(bench):
+def test_a_stuck_switch_keeps_its_level(bench):
     pin = bench["if1"].pins["input1"]
     fault = bench.faults.add("stuck", "if1.input1", level="high")
     assert pin.level
@@ -68,7 +68,7 @@ def test_a_stuck_output_of_the_pulse_generator():
     assert board.pins["step"].level
 
 
-def test_a_bouncing_switch_goes_back_and_forth(bench):
+def test_a_bouncing_switch_changes_several_times(bench):
     edges = []
     pin = bench["if1"].pins["input2"]
     pin.subscribe(lambda pin: edges.append((bench.now, pin.level)))
@@ -82,7 +82,7 @@ def test_a_bouncing_switch_goes_back_and_forth(bench):
     assert [level for _, level in edges[5:]] == [False, True, False, True, False]
 
 
-def test_a_bounce_by_chance_is_the_same_with_the_same_seed(bench):
+def test_a_random_bounce_follows_from_its_seed(bench):
     def edges(seed):
         found = []
         pin = bench["if1"].pins["input3"]
@@ -99,7 +99,7 @@ def test_a_bounce_by_chance_is_the_same_with_the_same_seed(bench):
     assert edges(5) == edges(5) != edges(6)
 
 
-def test_a_contact_that_changes_while_it_bounces_ends_where_it_is(bench):
+def test_a_contact_that_changes_while_it_bounces_ends_at_its_last_level(bench):
     pin = bench["if1"].pins["input2"]
     bench.faults.add("bounce", "if1.input2", ms=10, count=3)
     pin.drive(True)
@@ -128,7 +128,7 @@ def test_an_open_limit_switch(model):
 # Encoders
 
 
-def test_an_encoder_that_loses_counts_slips_stops_and_turns_round(bench):
+def test_an_encoder_loses_counts_slips_reverses_and_stops(bench):
     if1, encoder = bench["if1"], bench["if1"].axes["X"].encoder
     says(if1, b"X100$\r", 3.0)
     assert encoder.count == 1000
@@ -145,10 +145,10 @@ def test_an_encoder_that_loses_counts_slips_stops_and_turns_round(bench):
     assert encoder.count == 893
     bench.faults.add("encoder_dead", "if1.X")
     bench.faults.mend("encoder_reversed")
-    assert if1.axes["X"].position == 110, "where the motor stands is something else"
+    assert if1.axes["X"].position == 110, "the position of the motor is correct"
 
 
-def test_a_servo_believes_its_encoder(motor):
+def test_a_servo_follows_its_faulty_encoder(motor):
     axis = motor.axes["shaft"]
     says(motor, b"P=2000 G ", 1.0)
     assert axis.position == pytest.approx(2000, abs=2)
@@ -161,13 +161,13 @@ def test_a_servo_believes_its_encoder(motor):
     assert axis.position == pytest.approx(2900, abs=4)
 
 
-def test_a_servo_with_a_reversed_encoder_runs_away_into_its_position_error(motor):
+def test_a_servo_with_a_reversed_encoder_has_a_position_error(motor):
     motor.bench.faults.add("encoder_reversed", "smartmotor.shaft")
     assert says(motor, b"P=2000 G ", 1.0) == b""
     assert says(motor, b"RBe ") == b"1\r"
 
 
-def test_an_encoder_fault_outlasts_the_power(motor):
+def test_an_encoder_fault_remains_after_a_power_cycle(motor):
     axis = motor.axes["shaft"]
     motor.bench.faults.add("encoder_dead", "smartmotor.shaft")
     motor.power_cycle()
@@ -177,7 +177,7 @@ def test_an_encoder_fault_outlasts_the_power(motor):
     assert says(motor, b"RP ") == b"0\r"
 
 
-def test_an_ideal_motor_has_no_such_faults():
+def test_an_ideal_motor_has_no_encoder_faults():
     bench = Bench()
     bench.add("smartmotor")
     with pytest.raises(UsageError, match="ideal motor"):
@@ -190,7 +190,7 @@ def test_an_ideal_motor_has_no_such_faults():
 # Motors
 
 
-def test_a_jam_on_the_very_pulse(bench):
+def test_a_jam_at_the_exact_pulse(bench):
     if1, axis = bench["if1"], bench["if1"].axes["X"]
     fault = bench.faults.add("jam", "if1.X", when="if1.X passes 300")
     says(if1, b"X1000$\r", 5.0)
@@ -200,7 +200,7 @@ def test_a_jam_on_the_very_pulse(bench):
     assert began == axis.pulse_times()[299]
 
 
-def test_a_stall_while_the_torque_is_gone(bench):
+def test_a_motor_with_reduced_torque_stalls(bench):
     if1, axis = bench["if1"], bench["if1"].axes["X"]
     fault = bench.faults.add("stall", "if1.X")
     says(if1, b"X100$\r", 3.0)
@@ -208,10 +208,10 @@ def test_a_stall_while_the_torque_is_gone(bench):
     fault.mend()
     bench.faults.add("stall", "if1.X", left=0.5)
     says(if1, b"X100$\r", 3.0)
-    assert axis.position == pytest.approx(100, abs=4), "half of it is enough for this load"
+    assert axis.position == pytest.approx(100, abs=4), "half of the torque is enough for this load"
     bench.faults.add("stall", "if1.X", left=0.1)
     says(if1, b"X100$\r", 3.0)
-    assert axis.position == pytest.approx(100, abs=8), "a tenth is not"
+    assert axis.position == pytest.approx(100, abs=8), "a tenth of the torque is not enough"
 
 
 def test_a_load_step(motor):
@@ -219,27 +219,27 @@ def test_a_load_step(motor):
     fault = motor.bench.faults.add("load", "smartmotor.shaft", torque=0.05)
     assert axis.outside_torque == 0.05
     motor.bench.faults.add("load", "smartmotor.shaft", torque=-0.02)
-    assert not fault.on, "another load takes its place"
+    assert not fault.on, "the second load replaces the first"
     assert axis.outside_torque == pytest.approx(-0.02)
     motor.bench.faults.mend("all")
     assert axis.outside_torque == pytest.approx(0)
 
 
 @pytest.mark.parametrize("name", ["if1", "smartmotor"])
-def test_what_somebody_does_meanwhile_and_a_fault_stand_beside_each_other(name, bench, motor):
-    """Mending takes away what the fault has brought, and nothing else."""
+def test_the_end_of_a_fault_keeps_the_loads_and_jams_of_the_user(name, bench, motor):
+    """The user changes load and jam during a fault; the end of the fault removes only the fault's effect."""
     controller = {"if1": bench["if1"], "smartmotor": motor}[name]
     ((axis_name, axis), *_), faults = controller.axes.items(), controller.bench.faults
     load = faults.add("load", f"{name}.{axis_name}", torque=0.3)
     axis.load(0.0)
-    assert axis.outside_torque == 0.3, "it is still there"
+    assert axis.outside_torque == 0.3, "the load of the fault remains"
     axis.load(0.1)
     assert axis.outside_torque == pytest.approx(0.4)
     load.mend()
     assert axis.outside_torque == 0.1
     jam = faults.add("jam", f"{name}.{axis_name}")
     axis.jam(False)
-    assert axis.jammed, "that is not what holds it"
+    assert axis.jammed, "the jam of the fault remains"
     axis.jam(True)
     jam.mend()
     assert axis.jammed
@@ -247,7 +247,7 @@ def test_what_somebody_does_meanwhile_and_a_fault_stand_beside_each_other(name, 
     assert not axis.jammed
 
 
-def test_what_somebody_sets_while_it_is_hot_is_there_afterwards(motor):
+def test_an_ambient_temperature_set_during_a_fault_applies_after_it(motor):
     hot = motor.bench.faults.add("overheat", "smartmotor", celsius=90)
     motor.ambient = 40.0
     assert motor.ambient == 90
@@ -260,7 +260,7 @@ def test_a_push(bench):
     assert bench["if1"].axes["X"].encoder.count == 25
 
 
-def test_a_weak_or_undersupplied_servo_is_slower(motor):
+def test_a_servo_with_less_torque_or_voltage_is_slower(motor):
     def distance():
         before = motor.axes["shaft"].position
         says(motor, b"MT T=500 ", 0.5)
@@ -277,7 +277,7 @@ def test_a_weak_or_undersupplied_servo_is_slower(motor):
     assert distance() == pytest.approx(whole, rel=0.05)
 
 
-def test_a_hot_place_stops_a_motor(motor):
+def test_a_high_ambient_temperature_stops_a_motor(motor):
     motor.bench.faults.add("overheat", "smartmotor", celsius=120, when="smartmotor.shaft passes 500")
     fault = motor.bench.faults.add("stuck", "smartmotor.A", level=False, when="smartmotor raises Bh")
     says(motor, b"P=1000 G ", 1.0)
@@ -291,7 +291,7 @@ def test_a_hot_place_stops_a_motor(motor):
 
 
 @pytest.mark.parametrize(("axis", "pin"), [("X", "x_fault"), ("Y", "y_fault")])
-def test_a_drive_fault_is_told_and_takes_the_torque(bench, axis, pin):
+def test_a_drive_fault_sets_its_input_and_removes_the_torque(bench, axis, pin):
     if1 = bench["if1"]
     if1.serial.write(f"{axis}1000$\r".encode())
     bench.faults.add("drive_fault", f"if1.{axis}", when=f"{axis} passes 200", here="if1")
@@ -301,7 +301,7 @@ def test_a_drive_fault_is_told_and_takes_the_torque(bench, axis, pin):
     assert says(if1, b"K\r") == b"16\r"
 
 
-def test_a_drive_fault_at_a_board(bench):
+def test_a_drive_fault_of_an_1811(bench):
     board = bench.add("1811")
     bench.faults.add("drive_fault", "1811.motor", duration=0.5)
     assert not board.pins["shutdown_in"].level
@@ -312,16 +312,16 @@ def test_a_drive_fault_at_a_board(bench):
 
 
 @pytest.mark.parametrize("kind", ["power_cut", "supply_dip"])
-def test_the_power_goes_in_the_middle_of_a_character_of_the_answer(bench, kind):
+def test_the_power_fails_during_a_character_of_the_answer(bench, kind):
     if1 = bench["if1"]
     bench.faults.add(kind, "if1", when="if1 says 0", duration=0.02)
     assert says(if1, b"N\r", 0.5) == b"0"
-    assert says(if1, b"N\r", 0.5) == b"", "it has to be initialised again"
+    assert says(if1, b"N\r", 0.5) == b"", "the interface must be initialised again"
     bench.run(1)
     assert says(if1, b"(", 0.5) == b"U\r"
 
 
-def test_the_power_goes_while_an_output_is_being_switched(bench):
+def test_the_power_fails_while_an_output_is_switched(bench):
     if1 = bench["if1"]
     bench.faults.add("power_cut", "if1", when="if1.output1 rises")
     says(if1, b"X100S1$\r", 3.0)
@@ -331,7 +331,7 @@ def test_the_power_goes_while_an_output_is_being_switched(bench):
 # Several at once
 
 
-def test_an_encoder_with_two_defects_keeps_the_one_that_is_not_mended(bench):
+def test_the_end_of_an_encoder_fault_does_not_end_another_one(bench):
     bench.faults.add("encoder_reversed", "if1.X")
     bench.faults.add("encoder_dead", "if1.X", duration=5)
     encoder = bench["if1"].axes["X"].encoder
@@ -345,7 +345,7 @@ def test_an_encoder_with_two_defects_keeps_the_one_that_is_not_mended(bench):
     assert encoder.count == 0
 
 
-def test_the_power_stays_off_as_long_as_anything_cuts_it(bench):
+def test_the_power_is_off_until_all_power_faults_have_ended(bench):
     bench.faults.add("power_cut", "if1", duration=3)
     bench.faults.add("supply_dip", "if1", duration=1)
     bench.run(2)
@@ -354,7 +354,7 @@ def test_the_power_stays_off_as_long_as_anything_cuts_it(bench):
     assert says(bench["if1"], b"(") == b"U\r"
 
 
-# All of them
+# All kinds of faults
 
 PLACES = {"LINE": "if1.serial", "PIN": "if1.input1", "AXIS": "if1.X", "CONTROLLER": "if1"}
 VALUES = {
@@ -365,7 +365,7 @@ OF_MOTORS = ("overheat",)
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_every_kind_begins_and_ends_and_then_all_is_well(bench, name):
+def test_the_controller_works_after_each_kind_of_fault(bench, name):
     kind = KINDS[name]
     place = PLACES[kind.on.name]
     if name in OF_MOTORS:
@@ -386,7 +386,7 @@ def test_every_kind_begins_and_ends_and_then_all_is_well(bench, name):
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_every_kind_says_what_it_is(name):
+def test_every_kind_has_descriptions(name):
     kind = KINDS[name]
     assert kind.doc
     assert kind.begin.__doc__

@@ -37,7 +37,7 @@ def motor():
 
 @pytest.fixture
 def board():
-    """Sequence 3: output 1 off and on again; sequence 4 the same."""
+    """An 1811 whose sequences 3 and 4 switch output 1 off and on."""
     bench = Bench()
     bench.add("1811", name="board")
     define = "> begin_sequence_definition {}\n> clear_output 1\n> set_output 1\n> end_sequence_definition\n"
@@ -47,7 +47,7 @@ def board():
 
 
 def happens(bench, sentence):
-    """A list that grows with the times at which this happens."""
+    """Return a list to which the times of this event are added."""
     times = []
     triggers.read(sentence, bench)(lambda: times.append(bench.now))
     return times
@@ -71,8 +71,8 @@ def test_a_line_of_a_program(motor):
     assert found == [zero_ns + (4 + 13 * n) * SAMPLE_NS for n in range(4)]
 
 
-def test_a_command_of_one_of_the_sequences(board):
-    """1 ms of the processor for the first command."""
+def test_a_command_of_a_sequence(board):
+    """The first command begins 1 ms after the request."""
     second, other = happens(board, "board runs 3:2"), happens(board, "board runs 4:2")
     falls = []
     board["board"].pins["output1"].subscribe(lambda pin: falls.append((board.now, pin.level)))
@@ -81,8 +81,8 @@ def test_a_command_of_one_of_the_sequences(board):
     assert other == []
 
 
-def test_a_fault_comes_at_a_line_and_is_over_when_it_is_due(motor):
-    """The third time that line 4 runs; at that very nanosecond, when everything else has been done."""
+def test_a_fault_begins_at_a_line_and_ends_after_its_duration(motor):
+    """The fault begins when line 4 runs the third time, after all other events of this time."""
     fault = motor.faults.add("stuck", "motor.E", level=False, when="motor runs 4", nth=3, duration=0.25)
     zero_ns = motor.now
     levels = []
@@ -94,8 +94,8 @@ def test_a_fault_comes_at_a_line_and_is_over_when_it_is_due(motor):
     assert levels == [(began_ns, False), (began_ns + 250_000_000, True)]
 
 
-def test_power_may_be_cut_at_a_line_of_each_family(table, motor, board):
-    """And what was running runs no more."""
+def test_power_is_cut_at_a_line_of_each_family(table, motor, board):
+    """The running program ends."""
     for bench, name, line, start in (
         (table, "table", "2", "> :H1:X500@400:Y500:$\\r\n+0.1\n! input1 high\n+0.1\n"),
         (motor, "motor", "5", "> RUN\\r\n+0.1\n"),
@@ -107,8 +107,8 @@ def test_power_may_be_cut_at_a_line_of_each_family(table, motor, board):
         assert [found.running for found in bench[name].programs.values()] in ([None], [])
 
 
-def test_a_program_that_comes_later_is_waited_for(table):
-    """Nothing is stored yet; what has been called off does not happen."""
+def test_a_trigger_accepts_a_program_that_is_stored_later(table):
+    """The sequence is stored after the trigger is set; a cancelled trigger has no effect."""
     found = happens(table, "table runs 2")
     called_off = table.faults.add("jam", "table.X", when="table runs 2")
     called_off.mend()
@@ -135,7 +135,7 @@ def test_a_program_that_comes_later_is_waited_for(table):
         ("board", "board runs ³:1", "when='board runs ³:1': expected e.g. 'board runs 3:2'"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_remedy(request, fixture, sentence, message):
+def test_errors_have_a_remedy(request, fixture, sentence, message):
     bench = request.getfixturevalue(fixture)
     with pytest.raises(UsageError) as told:
         sentences.read(f"power_cut {fixture} when='{sentence}'", bench.faults)
@@ -144,8 +144,7 @@ def test_what_is_wrong_is_told_with_its_remedy(request, fixture, sentence, messa
         play(parse(f"+1\n! fault power_cut when='{sentence}'\n", "t.talk"), bench)
 
 
-def test_a_device_without_programs_runs_nothing(table, monkeypatch):
-    """And tells of none."""
+def test_a_device_without_programs_refuses_the_trigger(table, monkeypatch):
     controller = table["table"]
     monkeypatch.setattr(controller, "product", replace(controller.product, programs=()))
     with pytest.raises(UsageError, match="table runs no programs: the model if1 stores none"):
@@ -156,14 +155,14 @@ def test_a_device_without_programs_runs_nothing(table, monkeypatch):
 
 
 @pytest.mark.parametrize("model", FAMILIES)
-def test_what_a_controller_keeps_is_what_its_product_names(model):
+def test_the_programs_of_a_controller_are_those_of_its_product(model):
     controller = Bench().add(model)
     assert set(controller.programs) <= set(controller.product.programs)
     assert controller.product.programs
 
 
-def test_a_fault_that_is_mended_as_it_begins_ends_in_that_nanosecond():
-    """By somebody who is told of the edge that it makes."""
+def test_a_fault_that_is_mended_while_it_begins_ends_at_once():
+    """A subscriber to the edge that the fault causes mends the fault."""
     bench = Bench()
     if1 = bench.add("if1")
     bench.run(1)

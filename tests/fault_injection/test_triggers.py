@@ -1,4 +1,4 @@
-"""When faults begin and end, and the same from a conversation, from Python and in a recording."""
+"""Begin and end of faults, added from Python, from a conversation and from a recording."""
 
 import pytest
 
@@ -32,7 +32,7 @@ def bench():
         ("if1 says 00", 1, 400),
     ],
 )
-def test_a_fault_begins_at_the_very_moment(bench, when, nth, at_position):
+def test_a_fault_begins_at_the_exact_time(bench, when, nth, at_position):
     axis = bench["if1"].axes["X"]
     fault = bench.faults.add("stuck", "input3", level="high", when=when, nth=nth, here="if1")
     found = []
@@ -44,7 +44,7 @@ def test_a_fault_begins_at_the_very_moment(bench, when, nth, at_position):
     assert found[0][1] == at_position
 
 
-def test_a_position_of_a_servo_is_passed_in_the_very_sample():
+def test_a_servo_passes_a_position_in_the_exact_sample():
     bench = Bench()
     motor = bench.add("smartmotor", shaft={"motor": "frame17"})
     fault = bench.faults.add("stuck", "smartmotor.E", level=False, when="smartmotor.shaft passes 777 up")
@@ -108,7 +108,7 @@ def test_flags_of_a_board():
     assert heard.began_ns is not None
 
 
-def test_what_waits_can_be_called_off(bench):
+def test_a_waiting_fault_can_be_cancelled(bench):
     fault = bench.faults.add("jam", "if1.X", when="if1.X passes 10")
     timed = bench.faults.add("stuck", "if1.input1", level=True, at=bench.seconds + 1)
     bench.faults.mend("all")
@@ -140,7 +140,7 @@ def test_what_waits_can_be_called_off(bench):
         ("lose count=1 count=2", "count is given twice"),
     ],
 )
-def test_what_is_wrong_is_told_before_anything_is_done(bench, words_, message):
+def test_invalid_faults_are_refused_before_they_are_added(bench, words_, message):
     with pytest.raises(UsageError) as told:
         sentences.read(words_, bench.faults, "if1")
     assert message in str(told.value)
@@ -149,7 +149,7 @@ def test_what_is_wrong_is_told_before_anything_is_done(bench, words_, message):
     assert not list(bench.faults)
 
 
-def test_a_time_that_is_over(bench):
+def test_a_time_that_has_passed_is_refused(bench):
     with pytest.raises(UsageError, match=r"at=1 has passed: the time is 2\.7"):
         bench.faults.add("jam", "if1.X", at=1)
     with pytest.raises(UsageError, match="there is a fault 'a' already"):
@@ -185,7 +185,7 @@ def test_faults_in_a_conversation():
     assert bench["if1"].axes["X"].position < 1000
 
 
-def test_a_recording_with_faults_is_the_same_again():
+def test_a_recording_with_faults_can_be_replayed():
     def record(talk):
         bench = Bench()
         bench.add("if1")
@@ -208,7 +208,7 @@ def test_faults_of_a_line_that_motors_share():
     assert [fault.name for fault in bench.faults] == ["flip", "stuck", "jam"]
 
 
-def test_python_conversation_and_text_mean_the_same(bench):
+def test_python_and_text_describe_the_same_faults(bench):
     added = bench.faults.add("flip", "if1.serial", count=2, mask=8, way="from", probability=0.5, seed=9)
     again = sentences.read(sentences.write(added).replace("name=flip", "name=other"), bench.faults)()
     assert (again.kind, again.spot.name, again.values, again.seed) == (

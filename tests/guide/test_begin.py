@@ -1,4 +1,4 @@
-"""The page about the first hour, and README: what they show is what happens."""
+"""The examples in `docs/begin.md` are correct."""
 
 import json
 import re
@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "begin.md").read_text(encoding="utf-8")
 
 
-def test_the_consoles_show_what_is_printed(tmp_path, monkeypatch):
+def test_the_examples_of_the_page_are_correct(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     consoles = re.findall(r"^```console\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
     acts = [
@@ -21,7 +21,7 @@ def test_the_consoles_show_what_is_printed(tmp_path, monkeypatch):
     assert len(acts) == 5
 
 
-def test_the_error_for_programs_is_that_of_the_page():
+def test_the_error_in_json_is_that_of_the_page():
     (shown,) = re.findall(r"^\{.*\}$", PAGE, re.MULTILINE)
     assert json.loads(run("rnu", "--json").err) == json.loads(shown)
 

@@ -1,4 +1,4 @@
-"""A new scene runs at once, whatever the answers are."""
+"""`axistwin new`: the new scene can be run with any answers."""
 
 from itertools import product
 
@@ -12,7 +12,7 @@ MODELS = ["if1", "if2", "1810", "1811", "smartmotor", "if1,if1,smartmotor,1811"]
 
 
 @pytest.mark.parametrize(("models", "host"), list(product(MODELS, ["scene", "outside", "both"])))
-def test_it_has_no_errors_and_moves(tmp_path, models, host):
+def test_a_new_scene_has_no_errors_and_moves(tmp_path, models, host):
     options = ["--models", models, "--axes", 3, "--travel", 300, "--host", host]
     done = run("new", tmp_path / "cell", *options, "--port", "tcp://127.0.0.1:0", "--yes")
     assert done.code == 0
@@ -27,7 +27,7 @@ def test_it_has_no_errors_and_moves(tmp_path, models, host):
         assert " → " in ran.out
 
 
-def test_the_questions_are_answered_one_by_one_and_a_wrong_answer_is_asked_again(tmp_path):
+def test_a_question_is_repeated_after_an_invalid_answer(tmp_path):
     typed = "if9\nif1, smartmotor\n4\n1\n\n9000\nnobody\nboth\npty:/x\nrfc2217://127.0.0.1:6000\n"
     done = run("new", tmp_path, typed=typed)
     assert done.code == 0
@@ -47,7 +47,7 @@ def test_the_questions_are_answered_one_by_one_and_a_wrong_answer_is_asked_again
         assert message in done.err
 
 
-def test_the_end_of_the_answers_leaves_no_file(tmp_path):
+def test_no_file_is_written_if_answers_are_missing(tmp_path):
     done = run("new", tmp_path / "cell", typed="if1\n")
     assert (done.code, done.out) == (2, "")
     assert done.err.endswith("axistwin: the answers have ended: expected five, or --yes for the defaults\n")

@@ -20,7 +20,7 @@ def test_the_examples_are_listed():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_copy_is_a_scene_without_errors(tmp_path, name):
+def test_a_copied_example_has_no_errors(tmp_path, name):
     done = run("examples", name, tmp_path / "mine")
     scene = re.search(r"next: axistwin run (.*)\n", done.err)[1]
     assert Path(scene).parent == tmp_path / "mine"
@@ -47,7 +47,7 @@ def test_nothing_is_overwritten(tmp_path):
         (["docs", "prots"], "no page 'prots': did you mean ports?"),
     ],
 )
-def test_wrong_words_are_refused(words, message):
+def test_wrong_arguments_are_refused(words, message):
     assert refused(*words) == (2, f"axistwin: {message}\n")
 
 
@@ -69,7 +69,7 @@ def site(tmp_path_factory):
     return place
 
 
-def test_every_link_of_the_pages_leads_somewhere(site):
+def test_every_link_of_the_pages_has_a_target(site):
     dead = []
     for page in site.rglob("*.html"):
         for link in re.findall(r'(?:href|src)="([^"]+)"', page.read_text(encoding="utf-8")):

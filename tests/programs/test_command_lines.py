@@ -1,4 +1,4 @@
-"""Command lines typed at a terminal."""
+"""Command lines of an IF1."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from axistwin.units import S
 
 
 def run(tmp_path: Path, text: str, until_s: float | None = None, **options) -> tuple[RunRecord, Outcome]:
-    """Type it at an IF1 that has just been switched on."""
+    """Send the lines to an IF1 that has just been switched on."""
     file = tmp_path / "a.if1"
     file.write_text(text)
     bench = Bench()
@@ -34,16 +34,16 @@ def test_lines_and_comments():
     assert [act.line for act in acts] == [3, 4, 5]
 
 
-def test_columns_are_those_of_the_file():
+def test_columns_are_kept():
     assert next(command_lines("  X1$")) == Say(b"  X1$")
 
 
-def test_a_character_that_no_keyboard_has():
+def test_a_character_that_is_not_ascii_is_refused():
     with pytest.raises(ProgramError, match=r"a\.if1:2:5: 'é'"):
         list(command_lines("X1$\nX10 é", "a.if1"))
 
 
-def test_each_line_is_typed_when_the_one_before_is_done(tmp_path):
+def test_each_line_is_sent_when_the_previous_line_is_finished(tmp_path):
     record, outcome = run(tmp_path, "X1000$\nY500$\nN\n")
     assert heard(record) == [b"U\r", b"500\r"]
     axes = record.bench["if1"].axes
@@ -58,57 +58,43 @@ def test_a_delay_is_waited_for(tmp_path):
     assert typed.time_ns >= low.time_ns
 
 
-def test_a_run_is_left_running_for_the_time_that_is_given(tmp_path):
+def test_a_pause_lets_a_run_continue(tmp_path):
     record, _ = run(tmp_path, "X@1000G$\n+2\n#\nN\n")
     assert 1900 < record.bench["if1"].axes["X"].position < 2100
     assert record.bench["if1"].axes["X"].velocity == 0
 
 
-def test_a_run_that_nobody_stops_goes_on_and_holds_nothing_up(tmp_path):
+def test_a_run_does_not_delay_later_lines(tmp_path):
     record, outcome = run(tmp_path, "X@1000G$\nS1$\nK\n", until_s=10)
     assert record.bench.seconds == 10
     assert record.bench["if1"].axes["X"].velocity == 1000
     assert outcome == Outcome()
 
 
-def test_somebody_closes_a_switch(tmp_path):
+def test_an_action_closes_a_switch(tmp_path):
     record, _ = run(tmp_path, "H1X100$\n! input1 high\nE\n")
     assert heard(record)[-1] == b"C\r"
     assert record.bench["if1"].axes["X"].position == 100
 
 
-def test_what_never_ends_is_stopped_and_told(tmp_path):
-    record, outcome = run(tmp_path, ":X400:=0,1:$\nE\n")
-    assert record.bench.seconds == 3600
-    assert outcome.note.startswith("line 2 and later lines were not sent: the one before is busy at 3600 s")
-    assert "--for" in outcome.note
-
-
-def test_what_never_ends_ends_when_one_says_so(tmp_path):
+def test_an_endless_program_ends_at_the_given_time(tmp_path):
     record, outcome = run(tmp_path, ":X400:=0,1:$\n", until_s=60)
     assert record.bench.seconds == 60
     assert outcome == Outcome()
     assert heard(record) == [b"U\r"]
 
 
-def test_a_sequence_that_never_ends_is_stopped_after_a_pause(tmp_path):
+def test_an_endless_sequence_is_stopped_after_a_pause(tmp_path):
     record, outcome = run(tmp_path, ":X400:=0,1:$\n+10\n#\nE\n")
     assert heard(record)[-1] == b"C\r"
     assert outcome == Outcome()
-
-
-def test_a_pause_beyond_the_end(tmp_path):
-    record, outcome = run(tmp_path, "X10$\n+100\nX10$\n", until_s=20)
-    assert record.bench.seconds == 20
-    assert record.bench["if1"].axes["X"].position == 10
-    assert outcome.note.startswith("line 2")
 
 
 def test_lines_longer_than_the_buffer_wait_for_dtr(tmp_path):
     record, _ = run(tmp_path, "".join(f"X{n}$\n" for n in range(100, 110)))
     assert record.bench["if1"].axes["X"].position == sum(range(100, 110))
     long = ":" + ":".join(f"X{n}" for n in range(1, 40)) + ":$"
-    record, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # typed into the recalculation, when nothing is read
+    record, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # sent while the ramp is calculated and no character is read
     assert record.bench["if1"].axes["X"].position == sum(range(1, 40))
     assert heard(record)[-1] == b"0\r"
 
@@ -119,7 +105,7 @@ def test_the_data_format_is_that_of_the_host(tmp_path, line):
     assert heard(record)[-1] == b"100\r"
 
 
-def test_a_format_the_interface_does_not_have(tmp_path):
+def test_an_unsupported_data_format_is_refused(tmp_path):
     with pytest.raises(UsageError, match="9600 8M2"):
         run(tmp_path, "X100$\n", line="9600 8M2")
 
@@ -138,21 +124,32 @@ def test_command_lines_are_for_one_interface(tmp_path, bench):
         send_lines(bench, [], S)
 
 
-def test_a_terminal_that_is_not_there_is_told_before_anything_is_typed(tmp_path):
+def test_an_unknown_terminal_is_refused_before_the_first_line(tmp_path):
     with pytest.raises(ProgramError, match=r"a\.if1:2: unknown name 'input7'"):
         run(tmp_path, "X100$\n! input7 high\n")
 
 
-def test_a_program_of_no_known_kind(tmp_path):
+def test_a_program_of_unknown_kind(tmp_path):
     with pytest.raises(UsageError, match=r"expected \.talk \(conversation\), \.if1 \(command lines\)"):
         load(tmp_path / "a.txt")
 
 
-def test_a_run_that_goes_on_is_told(tmp_path):
-    _, outcome = run(tmp_path, "XYG$\n")
-    assert outcome.note == "X and Y still running: run longer with --for SECONDS"
+BUSY = "line 2 and later lines were not sent: the previous line is not finished at"
 
 
-def test_a_time_before_the_interface_is_ready_is_told(tmp_path):
-    _, outcome = run(tmp_path, "X1$\n", until_s=1)
-    assert outcome.note == "no line was sent: the interface is not ready before 2.70667 s"
+@pytest.mark.parametrize(
+    ("text", "until_s", "end_s", "position", "note"),
+    [
+        (":X400:=0,1:$\nE\n", None, 3600, None,
+         f"{BUSY} 3600 s: stopped after 3600 s, set another time with --for SECONDS"),
+        ("X10$\n+100\nX10$\n", 20, 20, 10, f"{BUSY} 20 s"),
+        ("XYG$\n", None, None, None, "X and Y still running: run longer with --for SECONDS"),
+        ("X1$\n", 1, None, 0, "no line was sent: the interface is not ready at 2.70667 s"),
+    ],
+    ids=["an endless sequence", "a pause beyond the end", "axes still move", "the end before the initialisation"],
+)  # fmt: skip
+def test_notes_about_an_incomplete_run(tmp_path, text, until_s, end_s, position, note):
+    record, outcome = run(tmp_path, text, until_s)
+    assert outcome.note == note
+    assert end_s is None or record.bench.seconds == end_s
+    assert position is None or record.bench["if1"].axes["X"].position == position

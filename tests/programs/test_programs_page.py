@@ -1,4 +1,4 @@
-"""The example in `docs/programs.md` prints what the page shows, and the table names what there is."""
+"""The example and the table in `docs/programs.md` are correct."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "programs.md").read_text(encoding="
 ((_, PROGRAM), (_, SHOWN)) = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
 
 
-def test_the_example_prints_what_is_shown(capsys):
+def test_the_example_of_the_page_is_correct(capsys):
     exec(compile(PROGRAM, "docs/programs.md", "exec"), {})
     assert capsys.readouterr().out == SHOWN
 

@@ -1,4 +1,4 @@
-"""Scenes: what a file may hold, what stands on the bench then, and what is said about a wrong one."""
+"""Scenes: the contents of a file, the bench that is built from it, and the errors in a file."""
 
 import json
 from collections.abc import Callable
@@ -51,7 +51,7 @@ def controllers(*models: str, more: str = "") -> str:
     return "".join(f'[[controller]]\nmodel = "{model}"\n' for model in models) + more
 
 
-def test_the_example_drills_ten_holes_and_comes_back():
+def test_the_example_drills_ten_holes_and_returns():
     bench = Scene.load(EXAMPLES / "xy-table.toml").build()
     table = bench["table"]
     holes: list[tuple[int, int]] = []
@@ -104,10 +104,10 @@ def test_names_ports_and_options(scene, tmp_path):
     for message in (b"(", b"U61\r", b"[\r"):
         left.write(message)
         bench.run(1.0)
-    assert (tmp_path / "kept" / "left.json").exists(), "the directory is seen from the scene file"
+    assert (tmp_path / "kept" / "left.json").exists(), "the directory is relative to the scene file"
 
 
-def test_what_hangs_on_an_axis(scene):
+def test_the_machine_of_an_axis(scene):
     axis = (
         scene(
             controllers("if1") + "[controller.axes.Z]\nencoder = {counts_per_rev = 2000}\n"
@@ -119,7 +119,7 @@ def test_what_hangs_on_an_axis(scene):
     assert axis.encoder.count == 0
 
 
-def test_a_wire_carries_a_level_inverted_and_later(scene):
+def test_a_wire_inverts_and_delays_a_level(scene):
     bench = scene(
         controllers("if1")
         + '[[wire]]\nfrom = "if1.output1"\nto = "if1.input1"\ndelay_ms = 250\n'
@@ -134,7 +134,7 @@ def test_a_wire_carries_a_level_inverted_and_later(scene):
     assert pins["input1"].level
 
 
-def test_building_twice_gives_two_benches(scene):
+def test_each_build_returns_a_new_bench(scene):
     made = scene(controllers("if1"))
     assert made.build() is not made.build()
 
@@ -180,7 +180,7 @@ WRONG = {
     ),
     "a motor's key": (controllers("if1", more="axes.X.motor = {pull = 3}"), "3:1: 'torque' is missing: add torque = …"),
     "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: invalid address 'tcp:/x': expected ADDRESS:PORT"),
-    "two of a name": (controllers("if1", "if1"), "4:1: there is a controller 'if1' already: expected a name"),
+    "two of a name": (controllers("if1", "if1"), "4:1: there is a controller 'if1' already: expected another name"),
     "a name with a blank": (
         controllers("if1", more="name = 'a b'"),
         "3:1: controller.name: expected only letters, dig",
@@ -282,11 +282,11 @@ WRONG = {
         controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
         "5:10: bus://:1811: only an 1810 or 1811 is on a bus: expected e.g. tcp://127.0.0.1:5001",
     ),
-    "a state that is no name": (
+    "an invalid name of a state": (
         controllers("if2", more='state = "a\\u0000b"'),
         '3:1: controller.state: a file name cannot contain NUL, not "a\\u0000b"',
     ),
-    "a link that is no name": (
+    "an invalid name of a link": (
         controllers("if2", more='ports = ["pty:/tmp/\\u0000b"]'),
         "3:10: invalid port 'pty:/tmp/\\x00b': expected no NUL character",
     ),
@@ -297,8 +297,8 @@ WRONG = {
 }
 
 
-def test_ports_that_do_not_meet(scene):
-    """Of port 0 there are many; a number may be that of two machines."""
+def test_ports_without_conflict(scene):
+    """Port 0 means any free port; two addresses may have the same port number."""
     made = scene(
         controllers("if1", more="ports = ['tcp://:0', 'tcp://:0', 'pty:', 'pty:', 'tcp://:5001']\n")
         + controllers("if2", more="ports = ['tcp://127.0.0.2:5001', 'serial:///dev/ttyS0']\n")
@@ -306,8 +306,8 @@ def test_ports_that_do_not_meet(scene):
     assert len(made.ports) == 7
 
 
-def test_what_may_be_an_input_may_hang_on_a_wire(scene):
-    """User pins are what their motor makes of them, and so are the inputs of the others."""
+def test_terminals_that_a_wire_can_drive(scene):
+    """A wire may begin at a user pin of a motor, and at an input of another controller."""
     bench = scene(
         controllers("if1", "1811", "smartmotor")
         + "".join(
@@ -320,30 +320,30 @@ def test_what_may_be_an_input_may_hang_on_a_wire(scene):
 
 
 @pytest.mark.parametrize(("text", "message"), WRONG.values(), ids=WRONG.keys())
-def test_a_wrong_scene_names_place_and_remedy(scene, tmp_path, text, message):
+def test_errors_of_a_scene_have_a_place_and_a_remedy(scene, tmp_path, text, message):
     with pytest.raises(SceneError) as caught:
         scene(text).build()
     assert str(caught.value).startswith(f"{tmp_path}/s.toml:{message}")
     assert "\n" not in str(caught.value)
 
 
-def test_a_scene_that_is_not_there(tmp_path):
+def test_a_missing_scene(tmp_path):
     with pytest.raises(SceneError, match=r"nowhere\.toml: cannot be read: No such file"):
         Scene.load(tmp_path / "nowhere.toml")
 
 
-def test_a_scene_with_a_byte_order_mark_and_lines_of_windows(tmp_path):
+def test_a_byte_order_mark_and_crlf_are_accepted(tmp_path):
     (tmp_path / "s.toml").write_bytes(b'\xef\xbb\xbf[[controller]]\r\nmodel = "if1"\r\n')
     assert list(Scene.load(tmp_path / "s.toml").build().controllers) == ["if1"]
 
 
-def test_a_scene_that_is_no_text(tmp_path):
+def test_a_scene_that_is_not_a_text_file(tmp_path):
     (tmp_path / "s.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(SceneError, match="is not a text file in UTF-8"):
         Scene.load(tmp_path / "s.toml")
 
 
-def test_the_schema_is_json_and_knows_all_tables():
+def test_the_schema_is_json_and_has_all_tables():
     schema = json.loads(json.dumps(Scene.schema()))
     tables = {"title", "seed", "controller", "wire", "chain", "rs485", "fault", "script", "stand-in"}
     assert set(schema["properties"]) == tables
@@ -351,7 +351,7 @@ def test_the_schema_is_json_and_knows_all_tables():
     assert "from" in schema["$defs"]["WireTable"]["properties"]
 
 
-def test_the_schema_knows_the_keys_of_either_kind_of_axis():
+def test_the_schema_has_the_keys_of_both_kinds_of_axis():
     axes = Scene.schema()["$defs"]["ControllerTable"]["properties"]["axes"]["additionalProperties"]["anyOf"]
     assert axes[0] == {"$ref": "#/$defs/AxisTable"}
     assert set(axes[1]["properties"]) == {"limits", "motor", "load"}

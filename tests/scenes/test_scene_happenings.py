@@ -1,4 +1,4 @@
-"""What happens in a scene by itself: faults, a script, hosts, stored programs, a shaft on another axis."""
+"""Events of a scene: faults, script, hosts, stored programs, and an encoder on another axis."""
 
 import json
 from collections.abc import Callable
@@ -20,7 +20,7 @@ MOTOR = '[[controller]]\nmodel = "smartmotor"\nname = "knife"\n'
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Callable[..., Scene]:
-    """Load a scene from a text, with files beside it."""
+    """Load a scene from a text, with other files in the same folder."""
 
     def load(text: str, **files: str) -> Scene:
         for name, contents in files.items():
@@ -43,7 +43,7 @@ def test_faults_begin_and_end(scene):
     assert bench.faults["nut"].spot.name == "if1.X"
 
 
-def test_a_fault_may_wait_for_one_further_down_or_in_the_script(scene):
+def test_a_fault_may_wait_for_a_later_fault_or_a_fault_in_the_script(scene):
     bench = scene(
         IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "later begins"\n'
         '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "stuck-2 ends"\n'
@@ -68,16 +68,15 @@ def test_a_fault_may_wait_for_one_further_down_or_in_the_script(scene):
     assert (begun["jam", "begins"], begun["jam-2", "begins"], begun["stuck", "begins"]) == (2, 3, 5)
 
 
-def test_faults_that_wait_for_one_another_are_told(scene):
-    """None of them would ever begin."""
+def test_faults_that_wait_for_one_another_are_refused(scene):
     text = IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "b begins"\nname = "a"\n'
-    with pytest.raises(SceneError, match=r"s\.toml:6:1: a waits for itself, by way of b: expected another event"):
+    with pytest.raises(SceneError, match=r"s\.toml:6:1: a waits for itself through b: expected another event"):
         scene(text + '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "a ends"\nname = "b"\n').build()
     with pytest.raises(SceneError, match=r"s\.toml:6:1: no fault 'b' here: there are a"):
         scene(text).build()
 
 
-def test_the_scene_s_seed_is_that_of_all_its_faults(scene):
+def test_the_seeds_of_faults_are_derived_from_the_seed_of_the_scene(scene):
     text = IF1 + '[[fault]]\nkind = "lose"\non = "if1"\nprobability = 0.5\n' * 2
     with pytest.raises(AxistwinError, match="expected a seed"):
         scene(text).build()
@@ -102,7 +101,7 @@ def test_a_script(scene):
     assert not pins["led"].level
 
 
-def test_a_host_types_command_lines_beside_another(scene):
+def test_two_hosts_send_command_lines_at_the_same_time(scene):
     two = "".join(f'[[controller]]\nmodel = "if1"\nname = "{name}"\nhost = "{name}.if1"\n' for name in ("a", "b"))
     bench = scene(two, a_if1="X1000$\nN\nX-$\n", b_if1="+1\nX300$\n! input1 high\n").build()
     bench.run(12)
@@ -121,7 +120,7 @@ def test_a_host_sends_commands_to_a_board(scene):
     assert bench["1811"].axes["motor"].position == 2000
 
 
-def test_a_stored_program_starts_by_itself(scene):
+def test_a_stored_program_starts_at_power_up(scene):
     bench = scene(
         MOTOR + 'program = "p.sms"\n', p_sms="UCI UDI\nZS\nMP\nA=100\nV=100000\nD=500\nG\nTWAIT\nRP\nEND\n"
     ).build()
@@ -198,7 +197,7 @@ def test_a_master_on_another_axis(scene):
         ),
     ],
 )
-def test_what_is_wrong_is_told_with_its_place(scene, text, message):
+def test_errors_have_their_place(scene, text, message):
     with pytest.raises(AxistwinError) as told:
         scene(IF1 + text).build()
     assert message.lower() in str(told.value).lower()
@@ -211,25 +210,25 @@ def test_what_is_wrong_is_told_with_its_place(scene, text, message):
         ('do = ["input1 low", "mend jam"]', "s.toml:5:21: no fault 'jam' here: there are none"),
     ],
 )
-def test_what_cannot_be_done_when_its_time_has_come_is_told_with_its_place(scene, act, message):
+def test_errors_of_script_actions_at_run_time_have_their_place(scene, act, message):
     bench = scene(f"{IF1}[[script]]\nat = 2\n{act}\n").build()
     with pytest.raises(SceneError) as raised:
         bench.run(3)
     assert str(raised.value).endswith(message)
 
 
-def test_motors_do_not_follow_each_other_round_in_circles(scene):
+def test_a_loop_of_external_encoders_is_refused(scene):
     text = MOTOR + 'master = "b.shaft"\n' + MOTOR.replace("knife", "b") + 'master = "knife.shaft"\n'
-    with pytest.raises(SceneError, match=r"s\.toml:4:1: knife follows itself, by way of b\.shaft"):
+    with pytest.raises(SceneError, match=r"s\.toml:4:1: knife follows itself through b\.shaft"):
         scene(text)
 
 
-def test_what_is_wrong_in_a_host_s_file_is_told_there(scene):
+def test_an_error_in_the_file_of_a_host_has_its_place_in_that_file(scene):
     with pytest.raises(AxistwinError, match=r"s\.toml:3:1: .*f\.if1:2"):
         scene(IF1 + 'host = "f.if1"\n', f_if1="X1$\n! input7 high\n").build()
 
 
-def test_run_and_serve_take_the_scene_as_it_is(scene, tmp_path):
+def test_run_and_serve_accept_a_scene(scene, tmp_path):
     made = scene(IF1 + 'host = "f.if1"\n[[controller]]\nmodel = "if2"\n', f_if1="X100$\n")
     assert made.hosted == {"if1"}
     result = CliRunner().invoke(axistwin, ["run", str(tmp_path / "s.toml"), "--json"])
@@ -238,7 +237,7 @@ def test_run_and_serve_take_the_scene_as_it_is(scene, tmp_path):
     assert CliRunner().invoke(axistwin, ["run", "if1"]).exit_code != 0
 
 
-def test_who_is_served_is_left_to_the_host_from_outside(scene):
+def test_a_served_controller_has_no_simulated_host(scene):
     text = IF1 + 'host = "f.if1"\nports = ["tcp://127.0.0.1:0"]\n'
     for served, position in ((True, 0), (False, 100)):
         bench = scene(text, f_if1="X100$\n").build(served=served)
@@ -246,7 +245,7 @@ def test_who_is_served_is_left_to_the_host_from_outside(scene):
         assert bench["if1"].axes["X"].position == position
 
 
-def test_a_scene_in_which_nobody_is_served(scene, tmp_path):
+def test_serve_refuses_a_scene_without_ports(scene, tmp_path):
     scene(IF1 + 'host = "f.if1"\n', f_if1="X100$\n")
     done = CliRunner().invoke(axistwin, ["serve", str(tmp_path / "s.toml")])
     assert isinstance(done.exception, UsageError)

@@ -1,6 +1,7 @@
-"""Klipper's own firmware, unmodified, on a simulated AVR; it has the interface of the small board.
+"""Klipper's unmodified firmware on a simulated AVR; AvrBoard has the interface of SmallBoard.
 
-AXISTWIN_KLIPPER names a checkout of the firmware, AXISTWIN_AVR8JS the `node_modules` with avr8js 0.21.1.
+Two environment variables give folders: AXISTWIN_KLIPPER a checkout of the firmware, AXISTWIN_AVR8JS the `node_modules`
+with avr8js 0.21.1.
 """
 
 import json
@@ -16,12 +17,12 @@ LEFT_OUT = (
     "ADC SPI SOFTWARE_SPI I2C SOFTWARE_I2C HARD_PWM BUTTONS TMCUART NEOPIXEL PULSE_COUNTER ST7920 HD44780 THERMOCOUPLE "
     "HX71X ADXL345 LIS2DW MPU9250 ICM20948 BMI160 LDC1612 SENSOR_ANGLE ADS1220 ADS131M0X"
 )
-"""What a stand-in does not need; without it the firmware fits into an ATmega328P."""
+"""Features that a stand-in does not need; without them the firmware fits into an ATmega328P."""
 HZ = 16e6
 
 
 def firmware(mcu):
-    """Return the firmware for this processor, built once; skip the test where that is impossible."""
+    """Return the firmware for this processor; build it if necessary.  Skip the test if this is impossible."""
     source = os.environ.get("AXISTWIN_KLIPPER")
     if not source or not Path(source, "src", "stepper.c").is_file():
         pytest.skip("no firmware: AXISTWIN_KLIPPER names no checkout of Klipper3d/klipper")
@@ -47,13 +48,13 @@ def _build(source, mcu, cache):
 
 
 class AvrBoard:
-    """The firmware on avr8js, in the board's own time."""
+    """The firmware on the simulator avr8js; `run_to` advances its time."""
 
     def __init__(self, mcu, steps):
         script, image = Path(__file__).with_name("avr.js"), firmware(mcu)
         command = ["node", str(script), os.environ["AXISTWIN_AVR8JS"], mcu, str(image)]
         self._node = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self._steps = steps  # by step pin: the direction pin
+        self._steps = steps  # direction pin of each step pin
         self._to, self._from, self._pins = b"", b"", {}
         self.now, self.start_s = 0, None
         self.levels, self.since, self.pulses = {}, {}, {pin: [] for pin in steps}
@@ -64,7 +65,7 @@ class AvrBoard:
         self._node.stdout.close()
 
     def set(self, pin, level):
-        """Drive an input from now on."""
+        """Set the level of an input."""
         self._pins[pin] = level
 
     def run_to(self, seconds):

@@ -1,4 +1,4 @@
-"""A board of the product with a small board at its other end, in virtual time."""
+"""The class Board connected to a simulated board, in virtual time."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ BLOCK = 5
 
 
 class Metal:
-    """Both ends, advanced together; `lines` is the journal.  `wire` may change bytes on their way."""
+    """A Board and a simulated board that advance together.  `lines`: the journal; `wire`: may change bytes."""
 
     def __init__(self, small=None, wire=lambda data: data, horizon_s=0.1, axes=(X, Y), **wiring):
         self.small, self.wire, self.lines, self.now, self.alive = small or SmallBoard(), wire, [], 10.0, True
@@ -46,7 +46,7 @@ class Metal:
         return self
 
     def move(self, axis, direction, times, seconds=None):
-        """Queue pulses block by block, when their times have come, as the twin does."""
+        """Queue pulses in blocks when their times have come, as the driver does."""
         return self.move_all({axis: (direction, times)}, seconds)
 
     def move_all(self, trains, seconds=None):

@@ -1,6 +1,6 @@
-"""A small board on a pseudo terminal, at the pace of the wall clock: `python -m tests.standin.pty_board LINK PULSES`.
+"""A simulated board on a pseudo terminal, in real time: `python -m tests.standin.pty_board LINK PULSES`.
 
-At its end it writes the pulses, as JSON, to the file PULSES.
+LINK becomes a symbolic link to the terminal.  At the end the pulses are written as JSON to the file PULSES.
 """
 
 import json

@@ -1,7 +1,6 @@
-"""A board of our own that speaks the same frames as Klipper's firmware, in virtual time; it records its pulses.
+"""A simulated board with the protocol of Klipper's firmware, in virtual time; it records its pulses.
 
-It follows `docs/Protocol.md` and `docs/MCU_Commands.md` of the firmware.  `drift`: its clock's error, 1e-6 for one
-part per million.
+The protocol is described in `docs/Protocol.md` and `docs/MCU_Commands.md` of the firmware.
 """
 
 import heapq
@@ -46,17 +45,17 @@ DESCRIBED = {
 
 
 class ShutdownError(Exception):
-    """The firmware stops everything."""
+    """The firmware stops all axes."""
 
 
 class SmallBoard:
-    """The firmware's commands on a clock of its own; `run_to` advances it."""
+    """A simulated board; `run_to` advances its clock.  `drift`: relative error of the clock."""
 
     def __init__(self, drift=0.0, moves=500, start=0xFFF0_0000):
         self.hz, self.start, self.ticks = 16e6 * (1 + drift), start, start
         self.moves = moves
         self.levels = dict.fromkeys(range(32), 0)
-        self.pulses = {}  # by step pin: (tick, direction)
+        self.pulses = {}  # for each step pin: (tick, direction) of each pulse
         self.positions = {}
         self._reader, self._expected, self.out = frames.Reader(), 0, bytearray()
         self._later, self._order = [], count()
@@ -68,7 +67,7 @@ class SmallBoard:
         self.off()
 
     def off(self):
-        """Lose the configuration, as at power-off."""
+        """Delete the configuration, as at power-off."""
         self.oids, self.crc, self.configured, self.shutdown = {}, 0, False, 0
 
     # Time
@@ -77,7 +76,7 @@ class SmallBoard:
         heapq.heappush(self._later, (ticks, next(self._order), action))
 
     def run_to(self, seconds):
-        """Advance to this time of the host."""
+        """Advance to this time of the host's clock."""
         end = self.start + round(seconds * self.hz)
         while self._later and self._later[0][0] <= end:
             self.ticks, _, action = heapq.heappop(self._later)

@@ -1,4 +1,4 @@
-"""Klipper's own firmware on simulated AVR boards makes the pulses that it is sent."""
+"""Klipper's firmware on simulated AVR boards makes the pulses of the step commands."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def started(board, axes, inputs=(), horizon_s=0.1):
 
 
 def test_an_uno(uno):
-    """Pulses in both directions, a limit at the board, the way back, and silence."""
+    """Pulses in both directions, a stop by a limit switch, motion back, and a stop by the watchdog."""
     metal = started(uno, (UNO,), UNO_INPUTS)
     out = metal.even(800, 4000)
     metal.move("table.X", +1, out, 0.32)

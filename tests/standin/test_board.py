@@ -1,4 +1,4 @@
-"""A board of the product against a small board, in virtual time."""
+"""The class Board connected to a simulated board, in virtual time."""
 
 import random
 import re
@@ -20,7 +20,7 @@ def kinds(metal, kind):
     return [event for event in metal.events if isinstance(event, kind)]
 
 
-def test_pulses_at_the_pin_are_the_pulses_queued():
+def test_the_board_makes_the_queued_pulses_at_their_times():
     metal = Metal().start()
     times = metal.even(2000, 4000)
     metal.move("table.X", +1, times)
@@ -35,9 +35,9 @@ def test_a_change_of_direction_and_an_inverted_pin():
     metal.move("table.Y", +1, metal.even(30, 1000))
     metal.move("table.Y", -1, metal.even(50, 1000))
     assert [direction for _, direction in metal.small.pulses[5]] == [-1] * 30 + [+1] * 50
-    metal.board.stop("a human")
+    metal.board.stop("the user")
     metal.run(0.2)
-    assert kinds(metal, Stopped) == [Stopped("a human", {"table.X": 0, "table.Y": -20})]
+    assert kinds(metal, Stopped) == [Stopped("the user", {"table.X": 0, "table.Y": -20})]
 
 
 @pytest.mark.parametrize("drift", [-200e-6, 200e-6])
@@ -65,7 +65,7 @@ def test_a_bad_cable_loses_no_pulse(seed):
     stops = kinds(metal, Stopped)
     made = [direction for _, direction in metal.small.pulses[2]]
     assert made == [+1] * 3000 + [-1] * 1000 if not stops else stops[0].reason
-    assert metal.board.channel.again > 0
+    assert metal.board.connection.channel.again > 0
 
 
 @pytest.mark.parametrize("at", [1, 17, 400, 1999])
@@ -90,7 +90,7 @@ def test_a_limit_stops_the_motion_in_the_board(at):
     assert abs(changed.at_s - opens) < TICK_S
 
 
-def test_an_axis_leaves_an_open_limit_and_is_stopped_by_it_again():
+def test_an_axis_moves_away_from_an_open_limit_and_is_stopped_by_the_limit_again():
     metal = Metal().start()
     metal.small.levels[8] = 0
     metal.run(0.2)
@@ -115,7 +115,7 @@ def test_motion_towards_an_open_limit_is_refused():
     assert kinds(metal, Stopped)[-1].reason == "table.X: table.limit_plus is open: no motion in this direction"
 
 
-def test_inputs_come_with_the_time_of_the_board():
+def test_changes_of_inputs_have_the_time_of_the_board():
     metal = Metal().start()
     opens = metal.now + 0.0123
     metal.small.at(metal.small.start + round(opens * metal.small.hz), lambda: metal.small.levels.update({9: 0}))
@@ -127,7 +127,7 @@ def test_inputs_come_with_the_time_of_the_board():
     assert abs(first.at_s - opens) < 2 * TICK_S
 
 
-def test_silence_stops_the_motors_and_drops_the_enable():
+def test_without_commands_the_board_stops_the_motors_and_switches_the_drives_off():
     metal = Metal(horizon_s=0.5).start()
     small, times = metal.small, metal.even(8000, 4000)
     metal.run(0.1)
@@ -155,7 +155,7 @@ def test_silence_stops_the_motors_and_drops_the_enable():
     assert small.shutdown
 
 
-def test_after_a_shutdown_a_human_goes_on():
+def test_the_user_continues_after_a_shutdown():
     metal = Metal().start()
     metal.move("table.X", +1, metal.even(100, 1000))
     metal.alive = False
@@ -190,21 +190,21 @@ def test_late_pulses_stop_the_motors_with_a_reason():
 
 
 @pytest.mark.parametrize(
-    ("ceilings", "reason"),
+    ("limits", "reason"),
     [
         ({"max_rate": 900}, "table.X: 1000 pulses/s is above max_rate 900"),
         ({"travel": (-10, 20)}, "table.X: position 21 is beyond travel [-10, 20]"),
     ],
 )
-def test_ceilings_are_checked_before_pulses_leave(ceilings, reason):
-    metal = Metal(axes=(AxisPins("table.X", X.step, X.direction, X.enable, **ceilings),)).start()
+def test_limits_are_checked_before_pulses_are_sent(limits, reason):
+    metal = Metal(axes=(AxisPins("table.X", X.step, X.direction, X.enable, **limits),)).start()
     metal.board.queue("table.X", +1, metal.even(21, 1000))
     metal.run(0.3)
     assert metal.small.pulses[2] == []
     assert kinds(metal, Stopped)[0].reason == reason
 
 
-def test_a_small_queue_holds_commands_back():
+def test_commands_are_sent_only_if_the_board_has_room():
     metal = Metal(SmallBoard(moves=32)).start()
     rng = random.Random(1)
     times = metal.now + np.cumsum([rng.uniform(0.0005, 0.005) for _ in range(300)])
@@ -212,7 +212,7 @@ def test_a_small_queue_holds_commands_back():
     assert len(metal.small.pulses[2]) == 300
 
 
-def test_outputs_follow_one_horizon_later():
+def test_outputs_change_one_horizon_later():
     metal = Metal().start()
     metal.board.set_output("table.output1", True, metal.now)
     metal.run(0.09)
@@ -233,7 +233,7 @@ def test_a_board_with_another_configuration():
     small.configured, small.crc = True, 7
     metal = Metal(small)
     metal.run(1.0)
-    expected = "the board is configured for another scene: press its reset button, then go on"
+    expected = "the board is configured for another scene: press its reset button, then try again"
     assert kinds(metal, Failed) == [Failed(expected)]
 
 
@@ -252,7 +252,7 @@ def test_a_queue_that_is_too_small():
             "pin P2 has two uses, table.X step and table.input1 input",
         ),
         ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
-        ((X,), (InputPin("other.limit", BoardPin("P9"), stops=0),), "other.limit stops an axis of other"),
+        ((X,), (InputPin("other.limit", BoardPin("P9"), stops=0),), "other.limit stops other: expected"),
     ],
 )
 def test_conflicts_of_the_wiring(axes, inputs, message):
@@ -264,13 +264,13 @@ def test_conflicts_of_the_wiring(axes, inputs, message):
     ("pin", "message"),
     [("P77", "the board has no pin P77: it has P0, P1"), ("P0", "pin P0 is the board's serial: choose another pin")],
 )
-def test_pins_that_the_board_does_not_offer(pin, message):
+def test_pins_that_the_board_lacks_or_reserves(pin, message):
     wiring = Wiring("small", (X,), (INPUT, InputPin("table.input2", BoardPin(pin)), LIMIT))
     with pytest.raises(UsageError, match=message):
         wiring.check_pins(Dictionary(DESCRIBED))
 
 
 @pytest.mark.parametrize("text", ["", "!", "P 1", "!^P1", "P1 "])
-def test_pins_that_are_none(text):
+def test_invalid_pins(text):
     with pytest.raises(UsageError, match="expected the name of a board's pin"):
         BoardPin.read(text)

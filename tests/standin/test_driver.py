@@ -1,4 +1,4 @@
-"""An emulated controller drives a small board: pulses at the pin are its pulses, and corrections reach its counters."""
+"""An emulated controller drives a simulated board: the board makes its pulses, and a stop corrects its position."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ Z = AxisPins("table.Z", *map(BoardPin, ("P12", "P13", "P14")))
 
 
 class Twin:
-    """A bench and a board in lockstep."""
+    """A bench and a board that advance together in virtual time."""
 
     def __init__(self, model="if1", axes=(X, Y, Z), inputs=(LIMIT, INPUT), outputs=(OUTPUT,), **options):
         self.metal = Metal(axes=axes, inputs=inputs, outputs=outputs)
@@ -73,7 +73,7 @@ def test_a_controller_drives_three_axes(if1):
         )
 
 
-def test_after_a_limit_the_count_of_the_controller_is_that_of_the_board(if1):
+def test_after_a_limit_the_controller_has_the_position_of_the_board(if1):
     if1.say(b"X2000 @ 1000 $ \r", 0.7)
     if1.metal.small.levels[8] = 0
     if1.run(1.0)
@@ -87,12 +87,12 @@ def test_after_a_limit_the_count_of_the_controller_is_that_of_the_board(if1):
     assert if1.controller.axes["X"].position == made - 30
 
 
-def test_a_stop_needs_a_human(if1):
+def test_after_a_stop_the_user_must_continue(if1):
     if1.say(b"X2000 @ 1000 $ \r", 0.7)
-    if1.driver.stop("stopped by hand")
+    if1.driver.stop("stopped by the user")
     if1.run(3.0)
     made = len(if1.metal.small.pulses[2])
-    assert if1.lines == ["stopped: small: stopped by hand"]
+    assert if1.lines == ["stopped: small: stopped by the user"]
     if1.say(b"X100 $ \r", 1.0)
     assert len(if1.metal.small.pulses[2]) == made
     if1.driver.go_on(if1.metal.now)
@@ -103,7 +103,7 @@ def test_a_stop_needs_a_human(if1):
     assert if1.controller.axes["X"].position == made + 100
 
 
-def test_a_shutdown_of_the_board_needs_a_human(if1):
+def test_after_a_shutdown_of_the_board_the_user_must_continue(if1):
     if1.say(b"X500 $ \r", 2.0)
     if1.metal.small.do_emergency_stop = SmallBoard.do_emergency_stop.__get__(if1.metal.small)
     if1.metal.board.shut_down()

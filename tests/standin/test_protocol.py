@@ -1,4 +1,4 @@
-"""Frames, dictionary, channel and clock fit, without a board or a wall clock."""
+"""Frames, dictionary, channel and clock fit, each without a board."""
 
 import json
 import random
@@ -32,12 +32,12 @@ def test_sizes_of_integers_as_the_protocol_lists_them(low, high, size):
 
 
 @given(st.integers(-(1 << 31), (1 << 32) - 1))
-def test_integers_come_back(value):
+def test_integers_are_decoded_as_they_were_encoded(value):
     data = frames.integer(value)
     assert frames.read_integer(data, 0) == (value if value < 1 << 31 else value - (1 << 32), len(data))
 
 
-def test_the_crc_is_the_ccitt_one():
+def test_the_crc():
     assert frames.crc16(b"123456789") == 0x6F91  # CRC-16/MCRF4XX
 
 
@@ -53,14 +53,14 @@ def test_blocks_are_found_in_any_pieces(contents, pieces):
 
 
 @given(st.binary(max_size=200))
-def test_any_bytes_leave_the_reader_able_to_read(noise):
+def test_a_block_is_found_after_any_bytes(noise):
     reader = frames.Reader()
     list(reader.feed(noise))
     list(reader.feed(bytes([frames.SYNC]) * 64))
     assert (3, b"hello") in list(reader.feed(frames.block(3, b"hello")))
 
 
-def test_a_dictionary_is_read_as_the_board_sends_it():
+def test_a_dictionary_is_unpacked():
     read = Dictionary.unpack(zlib.compress(json.dumps(DESCRIBED).encode()))
     assert read.clock_hz == 16e6
     assert read.pins["P31"] == 31
@@ -70,24 +70,24 @@ def test_a_dictionary_is_read_as_the_board_sends_it():
 
 
 @pytest.mark.parametrize("data", [b"", b"x", zlib.compress(b"[]"), zlib.compress(b'{"commands": 3}')])
-def test_a_damaged_dictionary_is_an_error_of_one_line(data):
+def test_a_damaged_dictionary_is_refused(data):
     with pytest.raises(LinkError, match="the board's dictionary cannot be read"):
         Dictionary.unpack(data)
 
 
 @given(st.binary(max_size=40))
-def test_no_response_raises(content):
+def test_any_response_can_be_decoded(content):
     _name, values = Dictionary(DESCRIBED).decode(content)
     assert isinstance(values, dict)
 
 
-def test_a_command_that_the_firmware_lacks_is_named():
+def test_a_command_that_the_firmware_lacks_is_refused():
     with pytest.raises(LinkError, match="no command 'config_pwm_out'"):
         Dictionary(DESCRIBED).encode("config_pwm_out", oid=1)
 
 
 class Echo:
-    """The board's end of a channel: takes blocks in order, and acknowledges them."""
+    """The board's end of a channel: it accepts blocks in order, and acknowledges them."""
 
     def __init__(self, expected):
         self.reader, self.expected, self.taken = frames.Reader(), expected, []
@@ -103,7 +103,7 @@ class Echo:
 
 
 def damaged(data, chance, rng):
-    """Return the bytes with some lost, doubled or changed."""
+    """Return the bytes; a fraction `chance` of them is lost, doubled or changed."""
     out = bytearray()
     for byte in data:
         fate = rng.random() / chance if chance else 1
@@ -117,7 +117,7 @@ def damaged(data, chance, rng):
 
 @pytest.mark.parametrize("expected", [0, 1, 2, 9, 15])
 @pytest.mark.parametrize("chance", [0.0, 0.003, 0.01])
-def test_everything_arrives_once_and_in_order(expected, chance):
+def test_commands_arrive_once_and_in_order(expected, chance):
     rng = random.Random(expected)
     channel, board, now = Channel(), Echo(expected), 0.0
     channel.send(b"hello")
@@ -139,7 +139,7 @@ def test_everything_arrives_once_and_in_order(expected, chance):
     assert (channel.again > 0) is (chance > 0)
 
 
-def test_a_board_that_is_silent_is_noticed():
+def test_the_time_without_acknowledgement():
     channel = Channel()
     channel.send(b"x")
     channel.due(1.0)

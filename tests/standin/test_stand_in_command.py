@@ -74,7 +74,7 @@ def test_a_dry_run_prints_every_pin_and_opens_no_port(scene, capsys):
         assert line in out.splitlines()
 
 
-def test_the_page_shows_what_a_dry_run_prints(capsys, monkeypatch):
+def test_the_dry_run_in_the_documentation(capsys, monkeypatch):
     home = Path(__file__).parents[2]
     monkeypatch.chdir(home)
     shown = re.search(
@@ -91,11 +91,11 @@ def test_the_page_shows_what_a_dry_run_prints(capsys, monkeypatch):
         ('"!P4"', '"P 4"', "stand-in.axis.enable"),
         ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms 2000 is above horizon_ms 1000"),
         ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of the controller"),
-        ('"table.output1"', '"table.input1"', "table.input1 cannot be followed"),
+        ('"table.output1"', '"table.input1"', "table.input1 is not a switched output"),
         ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': there are table.shaft"),
     ],
 )
-def test_mistakes_in_the_scene_are_one_line_with_the_place(scene, capsys, old, new, message):
+def test_errors_in_the_scene_have_their_place(scene, capsys, old, new, message):
     code, out, err = run(capsys, "stand-in", scene(SCENE.replace(old, new)), "--dry-run")
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert "table.toml:" in err
@@ -108,7 +108,7 @@ def test_a_scene_without_a_stand_in(scene, capsys):
     assert "has no table [stand-in]: expected a table with a board and its axes" in err
 
 
-def test_a_board_that_is_not_there(scene, capsys, tmp_path):
+def test_a_missing_board(scene, capsys, tmp_path):
     code, _, err = run(capsys, "stand-in", scene())
     assert code == 2
     assert err.splitlines()[0].startswith("axistwin is not a safety controller")
@@ -118,7 +118,7 @@ def test_a_board_that_is_not_there(scene, capsys, tmp_path):
     assert out.count("\n") == 1
 
 
-def test_positions_are_known_after_a_proper_end_only(tmp_path):
+def test_positions_are_known_only_after_a_completed_run(tmp_path):
     path = tmp_path / "table.journal"
     assert last_positions(path) == {}
     journal = Journal(path)
@@ -141,7 +141,7 @@ def test_a_start_from_an_unknown_position_is_refused(scene, capsys, tmp_path):
 
 @pytest.mark.skipif("AXISTWIN_REAL_TIME" not in os.environ, reason="real time: AXISTWIN_REAL_TIME=1 on an idle machine")
 def test_a_run_on_a_pseudo_terminal_ends_with_known_positions(scene, tmp_path):
-    """The whole program with a board in another process, paced by the wall clock."""
+    """The command runs in real time, and a simulated board runs in another process."""
     board = subprocess.Popen(
         [sys.executable, Path(__file__).with_name("pty_board.py"), tmp_path / "board", tmp_path / "pulses"]
     )

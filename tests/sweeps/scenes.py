@@ -1,4 +1,4 @@
-"""A stepper that loses steps under load, and a SmartMotor with a program."""
+"""Scenes: a stepper motor that loses steps under load, and a SmartMotor with a program."""
 
 STEPPER = """
 seed = 1

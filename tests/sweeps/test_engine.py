@@ -1,4 +1,4 @@
-"""Runs of a sweep: the same table by every way, journal and resume, failing runs kept, search."""
+"""Runs of a sweep: workers, interrupted sweeps, scenes of failing runs, search, the command and the sweep file."""
 
 import json
 import os
@@ -43,7 +43,7 @@ def test_one_row_a_run(tmp_path):
     assert bench["table"].axes["X"].position == 2750
 
 
-def test_workers_and_this_process_agree_also_after_kills(tmp_path):
+def test_workers_and_this_process_agree_even_if_a_worker_is_killed(tmp_path):
     expected = digest(study(tmp_path, "0.1..0.6:4").run(workers=0))
     made = study(tmp_path, "0.1..0.6:4")
     runner, points = made.check()
@@ -65,7 +65,7 @@ def test_workers_and_this_process_agree_also_after_kills(tmp_path):
     assert expected == digest(made.run(workers=0))
 
 
-def test_a_run_without_end_has_a_time_limit_and_a_failing_one_its_reason(tmp_path, monkeypatch):
+def test_a_run_has_a_time_limit_and_a_failed_run_has_its_reason(tmp_path, monkeypatch):
     (tmp_path / "sweephost.py").write_text(
         "def stick(bench):\n    print('said by a host')\n    while bench.now == 0:\n        pass\n"
         "def fail(bench):\n    raise ValueError('broken')\n"
@@ -75,7 +75,7 @@ def test_a_run_without_end_has_a_time_limit_and_a_failing_one_its_reason(tmp_pat
     (row,) = Sweep(scene, host="sweephost:fail").vary("seed", "1").run(workers=0).to_pylist()
     assert (row["ended"], row["notes"]) == ("error", "ValueError: broken")
     rows = Sweep(scene, host="sweephost:stick").vary("seed", "[1]").run(workers=1, limit=0.5).to_pylist()
-    assert [(row["ended"], row["notes"]) for row in rows] == [("limit", "no end after 0.5 s of real time")]
+    assert [(row["ended"], row["notes"]) for row in rows] == [("limit", "not finished after 0.5 s of real time")]
     with pytest.raises(AxistwinError, match="MODULE:FUNCTION"):
         Sweep(scene, host="nowhere:at").vary("seed", "1").check()
 
@@ -84,7 +84,7 @@ class StoppedError(Exception):
     pass
 
 
-def test_a_stopped_sweep_goes_on_and_counts_nothing_twice(tmp_path):
+def test_an_interrupted_sweep_is_resumed_without_repeated_runs(tmp_path):
     expected = digest(study(tmp_path, "0.1..0.6:4").run(workers=0))
 
     def stop(done, every, failing):
@@ -115,7 +115,7 @@ def test_a_conversation_is_part_of_every_run(tmp_path):
     assert all("X.position" in row["difference"] for row in rows)
 
 
-def test_a_search_finds_a_failure_and_goes_on_where_it_stopped(tmp_path):
+def test_a_search_finds_a_failure_and_is_resumed(tmp_path):
     pytest.importorskip("cmaes", reason="the extra [sweeps] is not installed")
 
     def made():
@@ -163,21 +163,21 @@ def test_the_command(tmp_path):
     ("words", "told"),
     [
         (["--vary", "seed"], "expected PATH=VALUES"),
-        (["--vary", "seed=5..1"], "wrong way round"),
-        (["--vary", "table.Q.load=1"], "names nothing in the scene"),
+        (["--vary", "seed=5..1"], "the lower value must be first"),
+        (["--vary", "table.Q.load=1"], "is not in the scene"),
         (["--vary", "table.X.load.torqe=1"], "did you mean 'torque'?"),
         (["--vary", "table.X.load.torque=-1"], "table.X.load.torque=-1"),
         (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected NAME:SENTENCE"),
         (["--vary", "seed=1", "--measure", "a: final table.X.lots"], "did you mean 'table.X.lost'?"),
         (["--vary", "seed=1", "--measure", "a: from table.inptu1 rises to table.input1 falls"], "a: no pin"),
-        (["--vary", "seed=1", "--measure", "seed: final table.X.lost"], "there is a column 'seed' already"),
+        (["--vary", "seed=1", "--measure", "seed: final table.X.lost"], "a column 'seed' exists already"),
         (["--vary", "seed=1", "--vary", "seed=2"], "varied twice"),
         (["--vary", "seed=1", "--search", "5"], "add --claim"),
         (["--vary", "seed=1", "--out", "x.csv"], "ends in .parquet"),
         ([], "nothing varies"),
     ],
 )
-def test_errors_of_a_user_come_before_anything_runs(tmp_path, words, told):
+def test_errors_are_reported_before_the_first_run(tmp_path, words, told):
     done = run("sweep", stepper(tmp_path), "--out", tmp_path / "x.parquet", *words)
     assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
     assert told in done.err
@@ -220,7 +220,7 @@ def test_the_schema_of_a_sweep_file_has_every_form():
     assert "for" in schema["properties"]
 
 
-def test_the_runner_keeps_a_scene_that_has_been_read_once(tmp_path):
+def test_a_runner_needs_the_scene_file_only_once(tmp_path):
     made = study(tmp_path)
     runner = Runner(made._job(None))
     stepper(tmp_path).unlink()

@@ -1,4 +1,4 @@
-"""Paths: each kind reaches its place in the scene; a path that names nothing is refused."""
+"""Paths: each kind of path changes its value in the scene; a path that is not in the scene is refused."""
 
 import pytest
 
@@ -53,18 +53,18 @@ def test_numbers_of_a_program_and_variables_of_a_motor(tmp_path):
     ("path", "told"),
     [
         ("table.X.lod.torque", "did you mean 'load'?"),
-        ("tabel", "names nothing in the scene"),
+        ("tabel", "is not in the scene"),
         ("table.limits.5", "no element 5"),
         ("table.X.limits.5", "no element 5: the list has 2 elements"),
         ("table.X.home.0", "the list is not in the scene"),
         ("fault.cash.at", "did you mean 'crash'?"),
         ("fault.crash", "expected e.g. fault.NAME.parameter"),
-        ("fault.crash.kind", "no number 'kind'"),
-        ("script.1.at", "the scene has 1, counted from 0"),
-        ("wire.0.from", "no number 'from'"),
+        ("fault.crash.kind", "'kind' cannot be varied"),
+        ("script.1.at", "the scene has 1; the first is 0"),
+        ("wire.0.from", "'from' cannot be varied"),
     ],
 )
-def test_a_path_that_names_nothing_is_refused(tmp_path, path, told):
+def test_a_path_that_is_not_in_the_scene_is_refused(tmp_path, path, told):
     with pytest.raises(AxistwinError) as error:
         Variation(Scene.load(stepper(tmp_path)), [path])
     assert told in str(error.value)
@@ -73,13 +73,13 @@ def test_a_path_that_names_nothing_is_refused(tmp_path, path, told):
 def test_a_number_that_a_program_does_not_assign_is_refused(tmp_path):
     with pytest.raises(AxistwinError, match="assigns no number to KI"):
         Variation(Scene.load(motor(tmp_path)), ["knife.program.KI"])
-    with pytest.raises(AxistwinError, match="names nothing"):
+    with pytest.raises(AxistwinError, match="is not in the scene"):
         Variation(Scene.load(motor(tmp_path)), ["knife.KX"])
     with pytest.raises(AxistwinError, match="expected a whole number"):
         varied(motor(tmp_path), "knife.program.KP", 1.5)
 
 
-def test_a_state_directory_is_left_alone(tmp_path):
+def test_a_state_directory_is_not_used(tmp_path):
     scene = stepper(tmp_path)
     scene.write_text(STATE + scene.read_text().partition('name = "table"\n')[2])
     varied(scene, "seed", 1).build()

@@ -1,4 +1,4 @@
-"""What `docs/sweeps.md` shows is what happens, and its tables have every form of sentence."""
+"""The examples and tables of `docs/sweeps.md` are correct and complete."""
 
 import re
 import shlex

@@ -1,4 +1,4 @@
-"""VALUES and designs: what is listed, what is drawn, and what is refused."""
+"""VALUES and designs: listed values, random values, and invalid texts."""
 
 import pytest
 
@@ -51,12 +51,12 @@ def test_drawn_values(text, fraction, value):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("5..1", "wrong way round: expected 1..5"),
-        ("1..1", "wrong way round"),
+        ("5..1", "the lower value must be first: expected 1..5"),
+        ("1..1", "the lower value must be first"),
         ("0..1:1", "expected a count from 2"),
-        ("0..5:3:log", "begins above 0"),
+        ("0..5:3:log", "must begin above 0"),
         ("0..9999999", "expected at most"),
-        ("1..b", "is no range"),
+        ("1..b", "invalid range"),
         ("[]", "empty list"),
         ("[1,", "cannot be read"),
         ("gauss(1, 2)", "there are normal, uniform, triangular"),

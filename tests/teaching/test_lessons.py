@@ -1,4 +1,4 @@
-"""The lessons: each step is open before its solution, and done after it."""
+"""The lessons: no step is done before its solution, and each step is done after its solution."""
 
 import pytest
 
@@ -14,7 +14,7 @@ LESSONS = [(model, number) for model in ("if1", "1811", "smartmotor") for number
 
 
 def solve(learner: Learner, line: str) -> None:
-    """Do what a line of a solution says, as the terminal would."""
+    """Perform a line of a solution, as the terminal does."""
     command, _, words = line.partition(" ")
     if command == ":wait":
         learner.bench.run(float(words))
@@ -43,7 +43,7 @@ def test_each_step_is_done_by_its_solution_only(model, number):
         for line in lesson.steps[step].solution:
             solve(learner, line)
         assert pupil.check(), lesson.steps[step].task
-    assert pupil.over
+    assert pupil.finished
     pupil.close()
 
 

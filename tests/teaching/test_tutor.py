@@ -1,4 +1,4 @@
-"""The tutor: asides, reasons and explanations, each against what the controller really does."""
+"""The tutor: comments, reasons and explanations, compared with the behaviour of the controller."""
 
 import pytest
 
@@ -26,20 +26,20 @@ class Learner:
         return self
 
     def type(self, line: str) -> tuple[list[str], list[str]]:
-        """Send a line; return the asides about the line and about the answers."""
+        """Send a line; return the tutor's comments on the line and on the answers."""
         language, answers = self.controller.product.language, []
         data = language.read(line) if language is not None else f"{line}\r".encode()
         with host_of(self.controller) as host:
             unsubscribe = host.subscribe_received(lambda reply: answers.extend(self.tutor.received(reply)))
-            asides = self.tutor.sending(data)
+            comments = self.tutor.sending(data)
             host.write(data)
             self.bench.run(3)
             unsubscribe()
-        return asides, answers
+        return comments, answers
 
 
 @pytest.mark.parametrize(
-    ("model", "line", "aside"),
+    ("model", "line", "comment"),
     [
         ("if1", "x100", "refused: unknown character 'x'"),
         ("if1", "X100", "nothing moves without $"),
@@ -48,12 +48,12 @@ class Learner:
         ("smartmotor", "FOO", "refused: unknown command FOO"),
     ],
 )
-def test_asides_about_a_line(model, line, aside):
+def test_comments_about_a_line(model, line, comment):
     learner = Learner(model).initialise()
-    asides, _ = learner.type(line)
-    assert asides[0].startswith(aside)
+    comments, _ = learner.type(line)
+    assert comments[0].startswith(comment)
     assert learner.controller.axes[learner.controller.product.axes[0]].position == 0
-    assert len(learner.type(line)[0]) == 1, "the explanation of a code comes once"
+    assert len(learner.type(line)[0]) == 1, "the explanation of a code is given once"
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_asides_about_a_line(model, line, aside):
         ("smartmotor", ["RCLK"], "sample counter"),
     ],
 )
-def test_asides_about_an_answer(model, lines, answer):
+def test_comments_about_an_answer(model, lines, answer):
     learner = Learner(model).initialise()
     assert [learner.type(line) for line in lines][-1][1][0].startswith(answer)
 
@@ -86,7 +86,7 @@ def test_why_nothing_moves_in_an_if1():
     assert first_reason(learner).startswith("the baud rate is not known yet")
     assert learner.type("X100$")[0] == [first_reason(learner)]
     learner = Learner("if1").initialise()
-    assert first_reason(learner).startswith("nothing is in the way")
+    assert first_reason(learner).startswith("a move is possible")
     learner.controller.pins["limit_plus"].drive(False)
     learner.type("X-100$")
     assert first_reason(learner).startswith("the plus limit is open")
@@ -103,7 +103,7 @@ def test_why_nothing_moves_in_an_1811():
     learner = Learner("1811")
     assert "31h has not been given" in first_reason(learner)
     learner.type(first_reason(learner).partition("type  ")[2])
-    assert first_reason(learner).startswith("nothing is in the way")
+    assert first_reason(learner).startswith("a move is possible")
     learner.type("go_relative 100")
     assert learner.controller.axes["motor"].position == 100
     learner.controller.pins["cw_limit"].drive(True)
@@ -119,7 +119,7 @@ def test_why_nothing_moves_in_a_smartmotor():
     assert [reason.partition("type  ")[2] for reason in reasons] == ["UCI ZS", "UDI ZS", "A=100", "V=100000"]
     for reason in reasons:
         learner.type(reason.partition("type  ")[2])
-    assert first_reason(learner).startswith("nothing is in the way")
+    assert first_reason(learner).startswith("a move is possible")
     learner.type("P=500 G")
     assert learner.controller.axes["shaft"].position == 500
 

@@ -1,4 +1,4 @@
-"""The pytest plug-in as a user has it who tests a host: a pytest of its own, inside this one."""
+"""The pytest plug-in, used by tests of a host that run in a pytest inside this one."""
 
 import os
 import subprocess
@@ -76,7 +76,7 @@ def test_dict(axistwin_port):
     assert code == 0, told
 
 
-def test_what_was_said_is_kept_when_a_test_fails(run, tmp_path):
+def test_the_recording_of_a_failed_test_is_kept(run, tmp_path):
     code, told = run('''
 @pytest.mark.axistwin("if1")
 def test_it(host, axistwin_twin):
@@ -90,21 +90,7 @@ def test_it(host, axistwin_twin):
     assert "if1.led" in (tmp_path / trace).read_text()
 
 
-def test_without_a_marker_one_is_told_to_write_it(run):
-    code, told = run("def test_it(axistwin_port): pass")
-    assert code == 1
-    assert 'test_it.py::test_it: invalid marker: expected one model or scene, e.g. @pytest.mark.axistwin("if1")' in told
-
-
-def test_a_scene_that_is_wrong_is_told_with_its_place(run):
-    code, told = run(
-        '@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\ndef test_it(axistwin_port): pass'
-    )
-    assert code == 1
-    assert "no model 'if9'" in told
-
-
-def test_a_run_without_the_plug_in_in_use_imports_only_the_plug_in(tmp_path):
+def test_an_unused_plug_in_imports_nothing_else(tmp_path):
     (tmp_path / "test_it.py").write_text("""
 def test_it():
     import sys
@@ -119,7 +105,7 @@ def test_it():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_only_what_is_there_is_named(run, tmp_path):
+def test_the_report_names_only_existing_files(run, tmp_path):
     code, told = run('''
 @pytest.fixture
 def broken(axistwin_twin):
@@ -140,7 +126,16 @@ def test_teardown(broken):
     assert all(path.exists() for path in named)
 
 
-def test_two_things_at_once_are_refused(run):
-    code, told = run('@pytest.mark.axistwin("if1", "if2")\ndef test_it(axistwin_port): pass')
+@pytest.mark.parametrize(
+    ("marker", "message"),
+    [
+        ("", 'test_it.py::test_it: invalid marker: expected one model or scene, e.g. @pytest.mark.axistwin("if1")'),
+        ('@pytest.mark.axistwin("if1", "if2")\n', "invalid marker: expected one model or scene"),
+        ('@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\n', "no model 'if9'"),
+    ],
+    ids=["no marker", "two models", "an error in the scene"],
+)
+def test_an_invalid_marker_is_an_error(run, marker, message):
+    code, told = run(f"{marker}def test_it(axistwin_port): pass")
     assert code == 1
-    assert "invalid marker: expected one model or scene" in told
+    assert message in told

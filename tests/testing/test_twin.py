@@ -55,14 +55,14 @@ def test_a_host_that_does_not_wait(twin, host):
     assert twin.clock.now == 1_600_000_000
 
 
-def test_time_stands_still_until_it_is_told_to_pass(twin, host):
+def test_time_passes_only_on_request(twin, host):
     twin.advance(1.5)
     host.timeout = 0.05
     assert ask(host, b"(") == b""
     assert twin.clock.seconds == 1.5
 
 
-def test_a_host_that_waits_in_a_thread_of_its_own_is_served(twin, host):
+def test_a_host_may_wait_in_a_separate_thread(twin, host):
     heard = []
     thread = threading.Thread(target=lambda: heard.append(host.read(2)))
     thread.start()
@@ -73,18 +73,18 @@ def test_a_host_that_waits_in_a_thread_of_its_own_is_served(twin, host):
     assert heard == [b"U\r"]
 
 
-def test_a_host_that_asks_until_it_is_so(twin, host):
-    def wait_until_it_stands():
+def test_a_host_that_polls(twin, host):
+    def wait_until_it_stops():
         while (busy := ask(host, b"E\r")) != b"C\r":
             assert busy == b"E\r"
 
     initialised(twin, host)
     host.write(b"X1000@1000$\r")
-    twin.call(wait_until_it_stands)
+    twin.call(wait_until_it_stops)
     assert twin.bench["if1"].axes["X"].position == 1000
 
 
-def test_a_run_is_the_same_every_time(tmp_path):
+def test_a_run_is_reproducible(tmp_path):
     def session(path):
         with (
             axistwin.serve("if1", speed="manual", record=path) as twin,
@@ -104,8 +104,8 @@ def test_a_run_is_the_same_every_time(tmp_path):
     assert play(load(tmp_path / "first.talk"), bench) is None
 
 
-def test_the_test_goes_on_while_a_host_works(twin, host):
-    """The host waits for an input; somebody at the machine closes it."""
+def test_the_test_continues_while_a_host_waits(twin, host):
+    """The host waits for an input; the test closes the input."""
 
     def move_and_wait():
         host.write(b">1X100$\r")
@@ -123,7 +123,7 @@ def test_the_test_goes_on_while_a_host_works(twin, host):
     assert working.result() == "there"
 
 
-def test_what_a_host_raises_is_raised(twin):
+def test_an_exception_of_a_host_is_raised(twin):
     def fails():
         raise ZeroDivisionError
 
@@ -131,7 +131,7 @@ def test_what_a_host_raises_is_raised(twin):
         twin.call(fails)
 
 
-def test_a_host_that_waits_for_ever_is_told(twin, host, monkeypatch):
+def test_a_host_that_waits_without_end_is_an_error(twin, host, monkeypatch):
     monkeypatch.setattr("axistwin.links.manual_clock.IDLE_S", 0.05)
     working = twin.start(host.read, 1)
     with pytest.raises(LinkError, match="still waiting after 3 s of virtual time"):
@@ -163,7 +163,7 @@ def test_a_scene_file_and_the_ports_it_names(tmp_path):
             assert ask(host, b"(") == b"U\r"
 
 
-def test_at_other_speeds_time_passes_by_itself():
+def test_time_passes_continuously_at_other_speeds():
     with axistwin.serve("if1", speed="max", line="instant") as twin:
         with serial.serial_for_url(twin.ports["if1"], timeout=HOST_TIMEOUT_S) as host:
             assert ask(host, b"(") == b"U\r"
@@ -175,7 +175,7 @@ def test_at_other_speeds_time_passes_by_itself():
         assert not twin.run_until(lambda: False, 0.01)
 
 
-def test_a_condition_that_raises_is_told_and_watches_no_more():
+def test_an_exception_of_a_condition_is_raised_and_ends_the_wait():
     with axistwin.serve("if1", speed=1) as twin:
         pacer = twin._service.server.pacer
         with pytest.raises(ZeroDivisionError):
@@ -184,7 +184,7 @@ def test_a_condition_that_raises_is_told_and_watches_no_more():
         assert not twin.run_until(lambda: False, 0.01)
 
 
-def test_a_bench_of_ones_own():
+def test_a_bench_of_the_user():
     bench = axistwin.Bench()
     bench.add("smartmotor", "axis")
     with (
@@ -196,11 +196,11 @@ def test_a_bench_of_ones_own():
         host.write(b"UCI UDI ZS MP A=500 V=500000 P=20000 G ")
         shaft = twin.bench["axis"].axes["shaft"]
         assert twin.run_until(lambda: shaft.position >= 10_000, 10)
-        assert 10_000 <= shaft.position < 10_200  # at the very sample
+        assert 10_000 <= shaft.position < 10_200  # at the exact sample
         assert not twin.run_until(lambda: shaft.position < 0, 0.1)
 
 
-def test_when_it_is_over_there_is_nothing_left():
+def test_the_end_closes_ports_and_threads():
     before = threading.active_count()
     with axistwin.serve("if1", speed="manual") as twin:
         port = twin.ports["if1"]
@@ -218,19 +218,24 @@ def test_a_bug_in_the_bench_is_raised(twin):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("what", "options", "words"),
     [
-        (({"controller": [{"model": "if9"}]},), "no model 'if9'"),
-        (({"controller": [{"model": object()}]},), "is not allowed in a scene"),
-        (("if9",), "no model 'if9'"),
+        ({"controller": [{"model": "if9"}]}, {}, "no model 'if9'"),
+        ({"controller": [{"model": object()}]}, {}, "is not allowed in a scene"),
+        ("if9", {}, "no model 'if9'"),
+        ("if1", {"scheme": "udp"}, "invalid kind of port 'udp': expected tcp, rfc2217, pty"),
+        ("if1", {"fixed_ports": True}, "expected a scene that names ports"),
+        ({"controller": [{"model": "if1"}]}, {"fixed_ports": True}, "expected a scene that names ports"),
+        ("if1", {"speed": "fast"}, r"invalid speed 'fast': .* or max, or \"manual\"$"),
     ],
 )
-def test_what_cannot_be_served_is_one_line(arguments, words):
-    with pytest.raises(axistwin.AxistwinError, match=words):
-        axistwin.serve(*arguments)
+def test_invalid_arguments_of_serve(what, options, words):
+    with pytest.raises(axistwin.AxistwinError, match=words) as raised:
+        axistwin.serve(what, **options)
+    assert isinstance(raised.value, UsageError) or not options
 
 
-def test_time_that_cannot_pass_is_told(twin):
+def test_invalid_times_are_refused(twin):
     for seconds in (float("nan"), float("inf"), -1):
         with pytest.raises(UsageError, match="invalid time in advance"):
             twin.advance(seconds)
@@ -239,40 +244,23 @@ def test_time_that_cannot_pass_is_told(twin):
                 twin.run_until(lambda: False, seconds)
 
 
-def test_time_does_not_pass_from_within_the_bench(twin):
+def test_time_cannot_be_advanced_inside_the_bench(twin):
     with pytest.raises(UsageError, match="cannot advance virtual time inside"):
         twin.do(lambda: twin.advance(1))
 
 
-def test_afterwards_one_is_told_that_it_is_over():
+def test_a_closed_twin_refuses_calls():
     with axistwin.serve("if1", speed="manual") as twin:
         pass
     with pytest.raises(UsageError, match="this twin is closed"):
         twin.advance(1)
 
 
-def test_a_kind_of_port_that_there_is_not():
-    with pytest.raises(UsageError, match="invalid kind of port 'udp': expected tcp, rfc2217, pty"):
-        axistwin.serve("if1", scheme="udp")
-
-
-@pytest.mark.parametrize("what", ["if1", {"controller": [{"model": "if1"}]}])
-def test_fixed_ports_that_nobody_has_named_are_told(what):
-    """Else nothing would be served, in silence."""
-    with pytest.raises(UsageError, match="expected a scene that names ports"):
-        axistwin.serve(what, fixed_ports=True)
-
-
-def test_a_speed_that_there_is_not_is_told_when_it_is_asked_for():
-    with pytest.raises(UsageError, match=r"invalid speed 'fast': .* or max, or \"manual\"$"):
-        axistwin.serve("if1", speed="fast")
-
-
 @pytest.mark.parametrize(
     "use",
     [lambda twin: twin.clock, lambda twin: twin.advance(1), lambda twin: twin.do(int), lambda twin: twin.call(int)],
 )
-def test_before_the_with_block_one_is_told_to_enter_it(use):
+def test_a_twin_outside_its_block_refuses_calls(use):
     with pytest.raises(UsageError, match="not served yet: use it in a block"):
         use(axistwin.serve("if1", speed="manual"))
 
@@ -288,15 +276,14 @@ def test_before_the_with_block_one_is_told_to_enter_it(use):
         ({"ports": ["tcp:nowhere"]}, r"the scene, controller\[1\]\.ports\[0\]: invalid address"),
     ],
 )
-def test_what_is_wrong_with_a_scene_in_a_dict_is_told_with_its_keys(changed, words):
-    """There is no file and no line."""
+def test_errors_of_a_scene_in_a_dict_have_their_keys(changed, words):
     with pytest.raises(axistwin.AxistwinError, match=f"^{words}"):
         axistwin.serve({"controller": [{"model": "1811"}, {"model": "if1", **changed}]})
 
 
 @pytest.fixture
 def resting():
-    """A bench on which nothing happens, at real time, by a wall clock that stands; what sets that forward by 5 s."""
+    """An idle bench at real time with a stopped wall clock, and a function that sets the wall clock forward by 5 s."""
     with axistwin.serve(axistwin.Bench(), speed=1.0) as twin:
         loop, pacer = twin._service.loop._loop, twin._service.server.pacer
         wall_s = loop.time()
@@ -309,14 +296,14 @@ def resting():
         del loop.time
 
 
-def test_what_is_done_to_a_resting_bench_is_done_now(resting):
+def test_an_action_on_an_idle_bench_has_the_present_time(resting):
     twin, five_seconds_later = resting
     began_ns = twin.do(lambda: twin.bench.now)
     five_seconds_later()
     assert twin.do(lambda: twin.bench.now) == began_ns + 5_000_000_000
 
 
-def test_the_clock_of_a_resting_bench_goes(resting):
+def test_the_clock_of_an_idle_bench_runs(resting):
     twin, five_seconds_later = resting
     began_ns = twin.clock.now
     five_seconds_later()
@@ -324,7 +311,7 @@ def test_the_clock_of_a_resting_bench_goes(resting):
     assert twin.clock.seconds == twin.bench.seconds
 
 
-def test_threads_that_let_time_pass_do_it_one_after_the_other(twin):
+def test_threads_advance_time_one_after_the_other(twin):
     threads = [threading.Thread(target=twin.advance, args=(0.25,)) for _ in range(8)]
     for thread in threads:
         thread.start()
@@ -333,6 +320,6 @@ def test_threads_that_let_time_pass_do_it_one_after_the_other(twin):
     assert twin.clock.now == 2_000_000_000
 
 
-def test_a_host_does_not_let_time_pass_itself(twin):
+def test_a_host_cannot_advance_time(twin):
     with pytest.raises(UsageError, match="a host cannot advance virtual time"):
         twin.call(twin.advance, 1)

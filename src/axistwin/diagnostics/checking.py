@@ -1,6 +1,6 @@
-"""Find the errors in any text that axistwin reads, for `axistwin check` and the language server.
+"""Check programs of every kind, for `axistwin check` and the language server.
 
-The checkers of the families find the errors.  This module converts programs of every kind to characters with places.
+This module converts a program to characters with their lines and columns.  The checker of a family finds the errors.
 """
 
 import re
@@ -24,13 +24,13 @@ from axistwin.programs.running import check_headers, unknown_kind
 from axistwin.programs.stored_programs import load_source
 
 MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}
-"""Model of a program, if neither the user nor the first comments of the program name one."""
+"""Model for a program by its suffix, if neither the user nor the program's header gives a model."""
 PROGRAMS = (".talk", *MODELS)
 SCENE = ".toml"
 
 
 def kind_of(program: Path) -> str:
-    """Return the suffix of a file in lower case; DOS wrote suffixes in capitals."""
+    """Return the suffix of a file in lower case; in DOS, suffixes are in capitals."""
     return program.suffix.lower()
 
 
@@ -77,16 +77,16 @@ class HostProgram:
 
     @property
     def errors(self) -> list[Diagnostic]:
-        """The lines that the controller refuses."""
+        """The errors, which are lines that the controller refuses."""
         return [each for each in self.found if each.severity is Severity.ERROR]
 
 
 def host_programs(
     text: str, suffix: str, endpoint: str, models: Mapping[str, Product], file: str = ""
 ) -> tuple[list[HostProgram], list[Diagnostic]]:
-    """Return what a program sends to each endpoint, and the diagnostics of unreadable lines.
+    """Return the data that a program sends to each endpoint, and the diagnostics of unreadable lines.
 
-    `endpoint` is the endpoint of all lines that name no other; `models` has the product at each endpoint.
+    `endpoint`: the endpoint of lines that do not name one; `models`: the product at each endpoint.
     """
     lines, model = text.splitlines(), named_model(text.splitlines()) if suffix == ".talk" else ""
     made = product(model) if model else models.get(endpoint)
@@ -113,7 +113,7 @@ def diagnose_named(
 
 
 def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
-    """Yield the first error in the headers of a conversation; `run` would refuse the conversation."""
+    """Yield the first error in the headers of a conversation; `axistwin run` refuses such a conversation."""
     lines = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
     head = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
     acts = (Comment(line.strip()[1:].strip(), line=number) for number, line in head)
@@ -132,7 +132,7 @@ def load(program: Path) -> str:
 
 
 def as_diagnostic(error: PlacedError) -> Diagnostic:
-    """Return the diagnostic for a line that could not be read at all."""
+    """Return the diagnostic for a line that cannot be parsed."""
     line, column = error.line or 1, error.column or 1
     end = column + error.width
     fix = None
@@ -150,7 +150,7 @@ def _diagnose(text: str, suffix: str, checker: Checker, codec: Codec, file: str)
 
 
 def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -> tuple[list[Act], list[Diagnostic]]:
-    """Return the acts of the readable lines, and the diagnostics of the others."""
+    """Return the acts of the readable lines, and the diagnostics of the unreadable lines."""
     acts: list[Act] = []
     unread: list[Diagnostic] = []
     read = _reader(suffix, codec, file)
@@ -221,7 +221,7 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the characters for the only controller; `sent` returns those of a line."""
+    """Yield the characters for the only controller; `sent` returns the characters of a line."""
     host = _SentData(initialised=True)
     for act in acts:
         if isinstance(act, Say):

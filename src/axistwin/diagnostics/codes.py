@@ -16,7 +16,7 @@ FAMILIES = {
 """For each family: a model that has all of its codes, and the suffix of its examples."""
 OURS = "Programs, conversations and scenes"
 LONGEST = 200
-"""Longest example that is shown whole, in characters."""
+"""Longest example that is shown in full, in characters."""
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
@@ -31,9 +31,7 @@ def suffix_of(rule: Rule) -> str:
 
 
 def select(code: str) -> list[Rule]:
-    """Return the rules whose code begins with `code`, such as `DP` or `SM3`; empty: all.  Raises UsageError if no
-    code matches.
-    """
+    """Return the rules whose code begins with `code`, e.g. `DP` or `SM3`.  Raises UsageError if there are none."""
     listed = {rule.code: rule for table in tables().values() for rule in table}
     found = [rule for each, rule in listed.items() if each.startswith(code.upper())]
     if not found:
@@ -67,6 +65,6 @@ def explained(rule: Rule) -> Iterator[str]:
 
 
 def shown(example: str) -> list[str]:
-    """Return the lines of an example; only the beginning of a very long one."""
+    """Return the lines of an example; of a very long example, only the beginning."""
     text = example if len(example) <= LONGEST else f"{example[:60].rstrip()} …"
     return text.splitlines()

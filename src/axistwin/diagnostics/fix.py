@@ -39,7 +39,7 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the fixes that do not overlap; each edit once."""
+    """Return diagnostics whose fixes do not overlap."""
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
     for each in fixable:
@@ -70,7 +70,7 @@ def read_exactly(file: Path) -> tuple[str, str]:
 
 
 def replace(file: Path, text: str, encoding: str) -> None:
-    """Replace a file by a new one through a temporary file in the same folder.  Raises AxistwinError."""
+    """Replace the contents of a file atomically, by a temporary file in the same folder.  Raises AxistwinError."""
     target = file.resolve()
     beside = None
     try:

@@ -26,11 +26,11 @@ class Checked:
     found: Sequence[Diagnostic]
     model: str = ""
     scene: Path | None = None
-    """The scene that names the file, if the user has not named it."""
+    """The scene that names the file; None if the user has named the file."""
 
     @property
     def shown(self) -> str:
-        """The file as shown to people: `scene.toml → moves.if1`."""
+        """The file as shown to the user: `scene.toml → moves.if1`."""
         return str(self.file) if self.scene is None else f"{self.scene} → {self.file}"
 
 

@@ -1,4 +1,4 @@
-"""Find the errors in a scene: all wrong keys and values, or else the first error that prevents building it."""
+"""Check scenes: find all wrong keys and values, or else the first error that prevents building the scene."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
 def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Product]]]:
     """Yield each program that a scene names: its endpoint, its file, and the product at every endpoint.
 
-    Without any if the scene has errors of its own; a file that two tables name is yielded once for each endpoint.
+    Nothing is yielded if the scene itself has errors.  A file is yielded only once for each endpoint.
     """
     try:
         loaded = Scene.load(scene)
@@ -41,7 +41,7 @@ def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Produc
 
 
 def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
-    """True if a scene's diagnostic is only the first error in this program."""
+    """True if a scene's diagnostic only repeats the first error in this program."""
     return diagnostic.message.startswith(f"{file}:")
 
 
@@ -65,7 +65,7 @@ def _try(source: Source) -> None:
 
 
 def _as_diagnostic(error: SceneError, text: str) -> Diagnostic:
-    """Return an error as a diagnostic that covers the word at its place, with a general code if it has none."""
+    """Return the diagnostic of an error; it covers the word at the error's place, and always has a code."""
     lines = text.splitlines()
     line, column = error.line or 1, error.column or 1
     found = _SPAN.match(lines[line - 1], column - 1) if line <= len(lines) else None

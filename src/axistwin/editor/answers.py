@@ -1,4 +1,4 @@
-"""Answers to an editor.  Lines count from 1; `begin` and `end` are indexes into a line."""
+"""Answers to an editor.  The first line is 1; `begin` and `end` are indexes into a line, from 0."""
 
 import inspect
 from collections.abc import Callable, Iterator
@@ -25,7 +25,7 @@ class Item:
 
     label: str
     kind: str = "command"
-    """command, value, variable, label, key, pin."""
+    """One of: command, value, variable, label, key, pin."""
     detail: str = ""
     text: str = ""
     """Markdown."""
@@ -34,11 +34,11 @@ class Item:
 
 @dataclass(frozen=True)
 class Symbol:
-    """A named part of the text, with begin and end."""
+    """A named part of a text, e.g. a label or a sequence; `begin` and `end`: line and column."""
 
     name: str
     kind: str
-    """label, sequence, step, move, table, controller."""
+    """One of: label, sequence, step, move, table."""
     begin: tuple[int, int]
     end: tuple[int, int]
     detail: str = ""
@@ -46,20 +46,20 @@ class Symbol:
 
 
 class Editing(Protocol):
-    """Queries for one kind of text.  `line` counts from 1; `at` is the index of the character after the cursor."""
+    """Interface for queries about one kind of text.  `line`: from 1; `at`: index of the character after the cursor."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the word at a place."""
+        """Return the meaning of the word at this place."""
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at a place."""
+        """Return the completions at this place."""
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
         """Return the structure of the text."""
 
 
 def explain(command: Command, marked: Field | None = None) -> str:
-    """Return a line of the command table in Markdown; `marked`: the parameter to emphasise."""
+    """Return the description of a command in Markdown; `marked`: the parameter to emphasise."""
     paragraphs = [f"**{show_controls(str(_code(command)))}** {command.name}", f"`{show_controls(command.syntax)}`"]
     if command.parameters:
         paragraphs.append("\n".join(f"- {_parameter(each, marked)}" for each in command.parameters))
@@ -85,7 +85,7 @@ def _parameter(parameter: Field, marked: Field | None) -> str:
 
 
 def _docstring(handler: Callable[..., Any]) -> str:
-    """Return the docstring of a command's own handler; "" if several commands share the handler."""
+    """Return the docstring of a command's handler; "" if several commands share the handler."""
     if isinstance(handler, partial):
         return ""
     return " ".join((inspect.getdoc(handler) or "").split())

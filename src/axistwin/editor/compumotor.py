@@ -27,11 +27,11 @@ class Commands:
         self.names = {name_of(command): command for command in made.commands if isinstance(command, Opcode)}
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the command on a line, with the parameter at the place emphasised."""
+        """Return the meaning of the command on a line; the parameter at this place is emphasised."""
         return self.hover_at(_command(lines[line - 1]), at)
 
     def hover_at(self, text: str, at: int, offset: int = 0) -> Hover | None:
-        """Return the same for a command that begins at column `offset`."""
+        """Return the meaning of a command that begins at column `offset`; the parameter at `at` is emphasised."""
         listed = list(words(text))
         here = next((number for number, (begin, end) in enumerate(listed) if begin <= at <= end), None)
         command = self._first_command(text)
@@ -48,7 +48,7 @@ class Commands:
         return self.complete_at(text, partial(self._session, lines[: line - 1]))
 
     def complete_at(self, text: str, session: Callable[[], Session]) -> list[Item]:
-        """Return the completions after the begin of a command; `session`: the commands sent before."""
+        """Return the completions of an incomplete command; `session` returns the commands sent before."""
         given = text.split()
         number = len(given) - (not text.endswith((" ", "\t")) and bool(given))
         if number == 0:
@@ -89,7 +89,7 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter of the word numbered `here`; in a hex command, found by counting bytes."""
+        """Return the parameter in the word with index `here`; hex words contain any number of parameters."""
         given = text.split()
         if given[0] in self.names:
             fields = _written(command)
@@ -102,7 +102,7 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return the commands sent before."""
+        """Return the commands in these lines."""
         codec = codec_of(self.made)
         acts, _ = read_acts(lines, self.suffix, codec)
         listed = [session for host in sessions(acts, lines, self.suffix, codec) for session in host]
@@ -115,12 +115,12 @@ def _command(line: str) -> str:
 
 
 def _written(command: Opcode) -> list[Number]:
-    """Return the parameters written after a command's name."""
+    """Return the parameters that follow a command's name; bytes without meaning are not written."""
     return [each for each in command.fields if not isinstance(each, DontCare)]
 
 
 def _values(parameter: Number) -> list[Item]:
-    """Return the values of a parameter that has few."""
+    """Return all values of a parameter; none for a parameter with many values."""
     if isinstance(parameter, Switch):
         listed = list(SWITCHES)
     elif isinstance(parameter, Ranges):

@@ -10,20 +10,20 @@ from axistwin.editor.answers import Hover, Item, Symbol, explain, item
 NUMBER_CHARACTERS = frozenset("0123456789+-, ")
 MISPLACED = (rules.UNKNOWN, rules.LOST_NUMBER, rules.ALONE, rules.SETUP, rules.MISPLACED, rules.NOT_IN_THIS_KIND,
              rules.ORDER, rules.TWICE)  # fmt: skip
-"""Rules broken by a character at a wrong place."""
+"""Rules that a character at a wrong place violates."""
 OPERANDS = ("", "1", "+1", "1,1")
-"""Characters that a command may need after itself to be valid."""
+"""Operands that may make a command valid."""
 
 
 class CommandLines:
-    """`.if1` files: each line is a message; lines with `+` and `!`, and comments after `;`, are not."""
+    """`.if1` files: each line is a message, except `+` and `!` lines and comments after `;`."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the command of the character at a place."""
+        """Return the meaning of the command at this place."""
         return hover(_message(lines[line - 1]), at)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands that may follow."""
+        """Return the commands that may follow the text before this place."""
         text = lines[line - 1][:at]
         return [] if ";" in text or _message(text) != text else following(text)
 
@@ -33,13 +33,13 @@ class CommandLines:
 
 
 def _message(line: str) -> str:
-    """Return the text to be typed on a line."""
+    """Return the message in a line; "" for a `+` or `!` line."""
     words = line.partition(";")[0]
     return "" if words.lstrip().startswith(("+", "!")) else words
 
 
 def hover(text: str, at: int, offset: int = 0) -> Hover | None:
-    """Return the command at an index into a message that begins at column `offset`."""
+    """Return the meaning of the command at an index into a message; the message begins at column `offset`."""
     if not 0 <= at < len(text):
         return None
     begin = at
@@ -52,7 +52,7 @@ def hover(text: str, at: int, offset: int = 0) -> Hover | None:
 
 
 def following(text: str) -> list[Item]:
-    """Return the commands that may follow the begin of a message."""
+    """Return the commands that may follow an incomplete message."""
     return [item(command, str(command.code)) for command in COMMANDS if _may_follow(text, command)]
 
 

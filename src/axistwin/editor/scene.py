@@ -43,7 +43,7 @@ class Scenes:
         return Hover(f"**{path[-1]}** {_description(found)}", word.start(), until)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return tables, keys, or the values of a key that has few."""
+        """Return the possible tables, keys, or values of a key."""
         text = lines[line - 1][:at]
         if "#" in text:
             return []
@@ -85,7 +85,7 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the table of a line."""
+    """Return the path of the table that contains a line."""
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -148,7 +148,7 @@ def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str,
 
 
 def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition that a node refers to; of a choice, the first table."""
+    """Return the definition that a node refers to; if a node has alternatives, return the first table."""
     if "$ref" in node:
         return dict(schema["$defs"][node["$ref"].rpartition("/")[2]])
     choices = node.get("anyOf") or node.get("oneOf") or []
@@ -161,7 +161,7 @@ def _description(node: dict[str, Any]) -> str:
 
 
 def _values(lines: list[str], key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
-    """Yield the values of a key with few values, quoted unless the user has typed the quote."""
+    """Yield the possible values of a key, in quotes unless the user has typed the opening quote."""
     quote = "" if typed.startswith(('"', "'")) else '"'
     if key == "model":
         yield from (f"{quote}{model}{quote}" for model in FAMILIES)
@@ -174,7 +174,7 @@ def _values(lines: list[str], key: str, node: dict[str, Any], typed: str) -> Ite
 
 
 def _terminals(lines: list[str]) -> Iterator[str]:
-    """Yield the pins of the controllers in the file."""
+    """Yield the terminals of all controllers in the file, as "name.pin"."""
     for number, line in enumerate(lines, start=1):
         if re.match(r"\s*\[\[\s*controller\s*\]\]", line) and (model := _model(lines, number)):
             end = next(

@@ -1,6 +1,6 @@
-"""The language server: diagnostics and `axistwin.editor` by the Language Server Protocol.
+"""The language server: provides diagnostics and `axistwin.editor` by the Language Server Protocol.
 
-Protocol columns are in UTF-16 units and lines count from 0; the protocol's position codec converts.
+In the protocol, columns are in UTF-16 units and the first line is 0.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ from axistwin.errors import UsageError
 from axistwin.version import VERSION
 
 LIMIT = 1 << 17
-"""Longest text checked while the user types, in characters; a check of such a text takes a second or two."""
+"""Longest text that is checked while the user types, in characters; such a check takes one or two seconds."""
 PAUSE_S = 0.2
 """Pause in typing before diagnostics are published."""
 _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", " "))
@@ -48,14 +48,14 @@ SYMBOLS = {
 
 
 class Text:
-    """A document in its present state in the editor."""
+    """A document with its current text in the editor."""
 
     def __init__(self, document: TextDocument) -> None:
         self.document = document
         self.path = Path(document.path or document.uri)
         try:
             self.text = document.source.translate(_ODD_ENDS)
-        except (OSError, UnicodeDecodeError):  # closed in the editor and not readable as a file
+        except (OSError, UnicodeDecodeError):  # the document is closed, and its file cannot be read
             self.text = ""
         self.lines = self.text.splitlines() or [""]
         if self.text.endswith(("\n", "\r")):
@@ -63,7 +63,7 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """The language support for this kind of text; None if unsupported, or if the text is too long."""
+        """The language support for this kind of text; None if there is none, or if the text is too long."""
         if self.too_long:
             return None
         match self.path.suffix.lower():
@@ -85,7 +85,7 @@ class Text:
         return len(self.text) > LIMIT
 
     def diagnose(self) -> list[Diagnostic]:
-        """Return the diagnostics.  A TOML file without [[controller]] is not a scene."""
+        """Return the diagnostics of the document.  A TOML file without [[controller]] is not a scene."""
         suffix = self.path.suffix.lower()
         if self.editing is None:
             return []
@@ -97,14 +97,14 @@ class Text:
             return [Diagnostic(1, 1, Severity.WARNING, str(error))]
 
     def position(self, line: int, column: int) -> lsp.Position:
-        """Convert a place counted from 1 to the protocol's position."""
+        """Convert a line and a column, both from 1, to a position of the protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # the codec is slow in long lines
+            return here  # the codec is slow for long lines
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:
-        """Convert begin and end to the protocol's range."""
+        """Convert two places (line and column from 1) to a range of the protocol."""
         return lsp.Range(self.position(*begin), self.position(*end))
 
     def at(self, position: lsp.Position) -> tuple[int, int]:
@@ -115,7 +115,7 @@ class Text:
 
 
 class Server(LanguageServer):
-    """The server of one editor."""
+    """The language server for one editor."""
 
     def __init__(self) -> None:
         super().__init__("axistwin", VERSION)
@@ -124,7 +124,7 @@ class Server(LanguageServer):
         self._published: dict[str, tuple[str, list[Diagnostic]]] = {}
 
     def text(self, uri: str) -> Text:
-        """Return the document in its present state."""
+        """Return the document with its current text."""
         return Text(self.workspace.get_text_document(uri))
 
     def publish(self, uri: str) -> None:
@@ -142,7 +142,7 @@ class Server(LanguageServer):
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE_S, self.publish, uri)
 
     def found(self, text: Text) -> list[Diagnostic]:
-        """Return the diagnostics of a document; published ones are reused if the text is unchanged."""
+        """Return the diagnostics of a document; published diagnostics are reused if the text is unchanged."""
         about, found = self._published.get(text.document.uri, ("", []))
         return found if about == text.text else text.diagnose()
 
@@ -189,7 +189,7 @@ def did_close(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
 
 
 def shutdown(server: Server, _: None) -> None:
-    """Handle the announcement of the server's end."""
+    """Handle the request to shut down: the editor will send `exit` next."""
     server.asked_to_end = True
 
 

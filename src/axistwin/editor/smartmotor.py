@@ -1,4 +1,4 @@
-"""Language support for SmartMotor source and for what a host sends to a SmartMotor."""
+"""Language support for SmartMotor source, and for commands that a host sends to a SmartMotor."""
 
 import re
 from collections.abc import Iterator
@@ -50,7 +50,7 @@ class Source:
         return None
 
     def open_blocks(self, line: int, at: int) -> list[str]:
-        """Return the open IF, WHILE and SWITCH blocks at a place, innermost last."""
+        """Return the IF, WHILE and SWITCH blocks that enclose a place, innermost last."""
         blocks: list[str] = []
         for statement, place in zip(self.program.statements, self.program.places, strict=True):
             if (place.line, place.column - 1 + place.end - place.begin) >= (line, at):
@@ -67,7 +67,7 @@ class SourceEditing:
     """`.sms` files."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the command, the value or the label at a place."""
+        """Return the meaning of the command, the value or the label at this place."""
         source = Source(tuple(lines))
         number = source.statement(line, at)
         if number is None:
@@ -76,13 +76,13 @@ class SourceEditing:
         return hover(source.program.statements[number].text, at - place.column + 1, place.column - 1, source)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands, values, variables or labels that are valid at a place."""
+        """Return the commands, values, variables or labels that are valid at this place."""
         text = lines[line - 1][:at]
         source = Source(tuple(lines))
         return [] if _COMMENT.match(text) else following(text, source, source.open_blocks(line, at))
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the labels, each up to the next one."""
+        """Return the labels; each part ends at the next label."""
         source = Source(tuple(lines))
         listed = sorted((place, label) for label, place in source.labels.items())
         last = (len(lines), len(lines[-1]) + 1), -1
@@ -98,7 +98,7 @@ class SourceEditing:
 
 
 def hover(text: str, at: int, offset: int = 0, source: Source | None = None) -> Hover | None:
-    """Return the meaning at an index into a statement that begins at column `offset`."""
+    """Return the meaning of the word at an index into a statement; the statement begins at column `offset`."""
     command = read(text).command
     name = next((m for m in _NAME.finditer(text) if m.start() <= at < m.end() or at == m.end() == len(text)), None)
     in_operands = command is None or (name is not None and name.start() >= len(_keyword(command)))
@@ -123,7 +123,7 @@ def _where(text: str, source: Source) -> str:
 
 
 def _keyword(command: Instruction) -> str:
-    """Return the fixed begin of a command's code."""
+    """Return the beginning of a command's code, without its operands."""
     if command.form is Form.VARIABLE:
         return ""
     return re.split(r"[\[(…]|(?<=.)n\Z|pc?\Z", str(command.code))[0]
@@ -139,7 +139,7 @@ def _description(variable: Variable) -> str:
 
 
 def following(text: str, source: Source, blocks: list[str] | None) -> list[Item]:
-    """Return the completions after the begin of a line.  `blocks`: open blocks of a program; None for a host's line."""
+    """Return the completions of an incomplete line; `blocks`: the enclosing blocks, None for a host's line."""
     last = re.split(r"[ \t]", text)[-1]
     before = text[: len(text) - len(last)].split()
     call = next((word for word in CALLS if last.startswith(word)), None)
@@ -189,7 +189,7 @@ def _is_allowed(command: Instruction, blocks: list[str] | None) -> bool:
 
 
 def _written(command: Instruction) -> str:
-    """Return the text to insert for a command: the part that never varies."""
+    """Return the text to insert for a command, without its operands."""
     match command.form:
         case Form.CALL | Form.ITEMS:
             return str(command.code).removesuffix(")")

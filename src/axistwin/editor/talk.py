@@ -1,4 +1,4 @@
-"""Language support for conversations: data in the family's own language; pins, axes and their values."""
+"""Language support for conversations: data of the host, pins and axes, and their values."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -32,7 +32,7 @@ class Conversations:
     """`.talk` files."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of data, a pin, an axis, or the character at the beginning of the line."""
+        """Return the meaning of data, of a pin or axis, or of the character at the beginning of the line."""
         found = _LINE.match(lines[line - 1])
         if found is None:
             return None
@@ -45,7 +45,7 @@ class Conversations:
         return _data_hover(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return marks, commands, pins and axes, or levels."""
+        """Return the characters that may begin a line, commands, pins and axes, or levels."""
         text = lines[line - 1][:at]
         found = _LINE.match(text)
         if found is None:
@@ -81,7 +81,7 @@ def _masked(text: str) -> str:
 
 
 def _pieces(text: str) -> Iterator[tuple[int, str]]:
-    """Yield the messages in a line, each with its begin."""
+    """Yield each message in a line with the index of its first character."""
     begin = 0
     for end in _END.finditer(text):
         yield begin, _masked(text[begin : end.start()])
@@ -123,19 +123,19 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
             yield from digiplan.sequences(piece, number, len(found["before"]) + begin)
 
 
-# Names at the machine
+# Pins and axes
 
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names allowed after `!` and after `=` for this model, and its pins."""
+    """Return the names that are valid after `!` and after `=` for a model, and the pins of the model."""
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
     return {"!": acts, "=": asked, "pins": tuple(controller.pins)}
 
 
 def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
-    """Return the names; a name with AXIS once for each axis."""
+    """Return the names; a name that contains AXIS is returned once for each axis."""
     listed = list(axes)
     return tuple(
         each

@@ -1,4 +1,4 @@
-"""Reproducible pseudo-random numbers: each sequence follows from a seed, by splitmix64."""
+"""Reproducible pseudo-random numbers by the algorithm splitmix64; the seed determines the sequence."""
 
 _MASK = (1 << 64) - 1
 _STEP = 0x9E3779B97F4A7C15

@@ -4,7 +4,7 @@
     bench.faults.add("jam", "table.X", when="table.X passes 1000", duration=0.25)
     bench.faults.mend("jam")
 
-The kinds are in `kinds`, what a fault may wait for in `triggers`.
+Module `kinds` has the kinds of faults; module `triggers` has the events that can start a fault.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -58,7 +58,7 @@ class Terms:
 
 
 class Fault:
-    """One fault on a bench.  Its `name` is the name of its kind by default."""
+    """One fault on a bench.  By default, a fault has the name of its kind."""
 
     def __init__(
         self, faults: "Faults", name: str, kind: Kind, spot: Spot, values: Mapping[str, Any], seed: int | None
@@ -66,7 +66,7 @@ class Fault:
         self.name, self.kind, self.spot, self.values, self.seed = name, kind, spot, values, seed
         self.state = State.WAITING
         self.began_ns: int | None = None
-        """Time at which the fault began; None: it has not begun."""
+        """Time at which the fault began; None before the begin."""
         self._faults = faults
         self._mend: Mend | None = None
         self._unsubscribe: Callable[[], object] | None = None
@@ -80,10 +80,10 @@ class Fault:
         return self.state is State.ON
 
     def mend(self) -> None:
-        """End the fault.  A waiting fault is cancelled; a finished one stays finished."""
+        """End the fault.  A waiting fault is cancelled; a finished fault stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # ended by a subscriber while the fault begins
+            if self._mend is None:  # a subscriber ends the fault while it begins
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -110,7 +110,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Yield the other active faults on the same spot."""
+        """Return kind and values of the other active faults on the same spot."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -119,7 +119,7 @@ class Fault:
             self.mend()
 
     def _over(self) -> None:
-        """Finish a fault that has ended by itself."""
+        """Set the state of a fault that has ended without `mend`."""
         if self.on:
             self.state = State.OVER
             self._faults.changes.emit(self, "ends")
@@ -131,13 +131,13 @@ class Fault:
 
 
 class Faults:
-    """All faults of one bench.  A finished fault is kept until another fault takes its name."""
+    """All faults of one bench.  A finished fault is listed until another fault gets the same name."""
 
     def __init__(self, world: World) -> None:
         self.world = world
         self._those: dict[str, Fault] = {}
         self.announced: tuple[str, ...] = ()
-        """Names of faults to be added later, so that triggers may name them."""
+        """Names of faults to be added later; triggers may contain these names."""
         self.changes: Signal[Fault, str] = Signal()
 
     def __iter__(self) -> Iterator[Fault]:
@@ -168,11 +168,11 @@ class Faults:
         here: str = "",
         **parameters: Any,
     ) -> Fault:
-        """Add a fault of this kind to a line, pin, axis or controller; it begins now, or as `at` and `when` specify.
+        """Add a fault to a line, pin, axis or controller; the fault begins now, or as `at` and `when` specify.
 
-        `at`: seconds since the bench was made.  `when`: a sentence such as "X passes 1000" (see `triggers`); it must
-        occur `nth` times from `at` on.  `duration`: seconds until the fault ends; None: until `mend`.  `seed`: for
-        random effects. `here`: the controller whose parts may be named without its name.  Raises UsageError.
+        `at`: seconds since the bench was created.  `when`: an event such as "X passes 1000" (see `triggers`); the fault
+        begins at its `nth` occurrence after `at`.  `duration`: seconds until the fault ends; None: until `mend`.
+        `seed`: for random effects.  `here`: name of the controller if `on` has none.  Raises UsageError.
         """
         return self.plan(kind, on, Terms(name, at, when, nth, duration, seed, here), parameters)()
 
@@ -198,11 +198,11 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Return the trigger that a fault waits for, or None.  Raises UsageError for an invalid sentence."""
+        """Return the trigger of the event `when`; None without an event.  Raises UsageError for an invalid event."""
         return None if when is None else triggers.read(when, self.world, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
-        """Return the spot where a fault of this kind acts.  Raises UsageError if nothing has this name."""
+        """Return the spot for a fault of this kind.  Raises UsageError if the bench has no spot of this name."""
         found = self.spots(kind.on, here)
         if not on and here in found:
             on = here
@@ -214,11 +214,11 @@ class Faults:
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return all spots where this kind can act, by every valid name."""
+        """Return all spots of this type; each spot is listed under each of its valid names."""
         return places.names(PLACES[on](self.world), here)
 
     def mend(self, name: str) -> None:
-        """End the fault of this name, or all faults of this kind, or with "all" every fault.
+        """End the fault of this name, all faults of this kind, or all faults if the name is "all".
 
         Raises UsageError if no such fault exists.
         """
@@ -245,7 +245,7 @@ class Faults:
                 return
             if arm is None:
                 begin()
-            else:  # after all other events of that moment
+            else:  # begin after all other events of this time
                 times = count(1)
                 fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 
@@ -256,11 +256,11 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # the cancelled event becomes background
+            clock.background += 1  # a run may end before this event
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End an earlier fault of the same kind on the same machine; a line can have several."""
+        """End an earlier fault of the same kind on the same spot; only a line can have several."""
         if fault.kind.on is On.LINE or fault.state is not State.WAITING:
             return
         for other in self:

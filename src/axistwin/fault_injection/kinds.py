@@ -1,4 +1,4 @@
-"""**The** table of faults: each kind once, with the thing it acts on and its parameters."""
+"""The table of all kinds of faults, each with the thing it acts on and its parameters."""
 
 from difflib import get_close_matches
 
@@ -84,7 +84,7 @@ KINDS = {
 """All kinds by name."""
 
 PLACES = {On.LINE: places.lines, On.PIN: places.pins, On.AXIS: places.axes, On.CONTROLLER: places.controllers}
-"""The possible spots of a fault, by what it acts on."""
+"""Functions that yield the possible spots of a fault, for each type of thing."""
 THINGS = {On.LINE: "serial line", On.PIN: "pin", On.AXIS: "axis", On.CONTROLLER: "controller"}
 """The name of the thing that a fault acts on."""
 

@@ -26,7 +26,7 @@ def double(case: Case) -> Mend:
 
 
 def flip(case: Case) -> Mend:
-    """Invert data bits: those in the mask, or with mask 0 a random bit of the eight."""
+    """Invert the data bits in `mask`; if `mask` is 0, invert a random bit of the eight."""
     mask = case.values["mask"]
     if mask:
         return _some(case, disturbance.flip(mask))
@@ -35,7 +35,7 @@ def flip(case: Case) -> Mend:
 
 
 def late(case: Case) -> Mend:
-    """Delay all characters; their order stays."""
+    """Delay all characters without changing their order."""
     delay, jitter = to_ns(case.values["seconds"]), to_ns(case.values["jitter"])
     if not jitter:
         return _all(case, disturbance.delay(lambda: delay))
@@ -55,14 +55,14 @@ def baud(case: Case) -> Mend:
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        if host.baudrate == case.values["baudrate"]:  # unless the host has changed it meanwhile
+        if host.baudrate == case.values["baudrate"]:  # the host has not changed the rate
             host.baudrate = before
 
     return mend
 
 
 def line_break(case: Case) -> Mend:
-    """Hold the line at space for a while, whatever is being sent."""
+    """Hold the line at space for some time, even while characters are sent."""
     duration_ns = to_ns(case.values["seconds"])
     for line in _lines(case):
         line.short(duration_ns)
@@ -70,7 +70,7 @@ def line_break(case: Case) -> Mend:
 
 
 def cut(case: Case) -> Mend:
-    """Open the wires.  With both directions open the control lines are off, too."""
+    """Open the wires.  If both directions are open, the control lines are off too."""
     mends = [line.sever() for line in _lines(case)]
     if case.values["way"] == "both":
         mends += [pin.hold(False) for pin in _port(case).control_lines.values()]
@@ -89,7 +89,7 @@ def check_handshake(spot: Spot) -> None:
 
 
 def _some(case: Case, effect: Effect) -> Mend:
-    """Apply `effect` to the next characters, to all, or to a random part of them."""
+    """Apply `effect` to the next characters, to all characters, or to random characters."""
     probability, count = case.values["probability"], case.values["count"]
     if count is None and probability == 1 and not case.lasts:
         count = 1

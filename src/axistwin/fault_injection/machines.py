@@ -18,14 +18,15 @@ from axistwin.units import MS
 
 
 def stuck(case: Case) -> Mend:
-    """Hold the terminal at a level, even against a test lead."""
+    """Hold the terminal at a level, even if another level is applied."""
     return _pin(case).hold(case.values["level"])
 
 
 class Bounce:
     """A contact that opens and closes again a few times after every change.
 
-    While it bounces, the terminal ignores its source.  If the source has changed meanwhile, the contact bounces again.
+    While the contact bounces, the terminal ignores its source.  If the source has changed by the end, the contact
+    bounces again.
     """
 
     def __init__(self, case: Case) -> None:
@@ -49,7 +50,7 @@ class Bounce:
         self._case.clock.call_later(self._pause_ns(), lambda: self._swing(not level, left))
 
     def _swing(self, level: bool, left: int) -> None:
-        """Set the contact to `level` and plan the rest of the swings, including this one."""
+        """Set the contact to `level`, and schedule the remaining changes; `left` includes this change."""
         if not self._bouncing:
             return
         before, self._let_go = self._let_go, self._pin.hold(level)
@@ -71,14 +72,14 @@ class Bounce:
 
 
 def bounce(case: Case) -> Mend:
-    """Follow each change of level by several changes to and fro."""
+    """Make the contact bounce at each change of its level."""
     return Bounce(case).end
 
 
 def open_limit(case: Case) -> Mend:
     """Open the circuit of a limit switch."""
     product, pins = case.spot.machine.product, case.spot.machine.pins
-    assert product.limit_pins is not None, "it has been checked"
+    assert product.limit_pins is not None, "check_limits was called"
     sides = {"minus": product.limit_pins[:1], "plus": product.limit_pins[1:], "both": product.limit_pins}
     return all_of([pins[name].hold(not product.closed_level) for name in sides[case.values["side"]]])
 
@@ -93,7 +94,7 @@ def check_limits(spot: Spot) -> None:
 
 
 def encoder_slips(case: Case) -> Mend:
-    """Turn the encoder on its shaft, once."""
+    """Turn the encoder relative to its shaft, once."""
     _axis(case).encoder.slip(case.values["counts"])
     return ended
 
@@ -104,7 +105,7 @@ def encoder_loses(case: Case) -> Mend:
 
 
 def encoder_reversed(case: Case) -> Mend:
-    """Count backwards, as with two exchanged wires."""
+    """Reverse the direction of counting, as two exchanged wires do."""
     return _miscount(case, "encoder_reversed")
 
 
@@ -118,11 +119,11 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
     "encoder_reversed": lambda _: Fraction(-1),
     "encoder_dead": lambda _: Fraction(0),
 }
-"""The ratio of counts to true counts, by kind of fault."""
+"""Ratio of the encoder's counts to the correct counts, by kind of fault."""
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Apply the product of all encoder faults that are active."""
+    """Apply the product of the ratios of all active encoder faults."""
     encoder = _axis(case).encoder
 
     def count(*own: Fraction) -> None:
@@ -143,17 +144,19 @@ def check_encoder(spot: Spot) -> None:
 
 
 def check_data_sheet(spot: Spot) -> None:
-    """Raise UsageError for an ideal servo motor, which ignores this fault."""
+    """Raise UsageError for an ideal servo motor, on which this fault has no effect."""
     axis = spot.axis or next(iter(spot.machine.axes.values()))
     if isinstance(axis, ServoAxis) and axis.motor is None:
-        raise UsageError(f'{spot.name} has an ideal motor, which ignores it: expected a motor, e.g. motor="frame23"')
+        raise UsageError(
+            f'{spot.name} has an ideal motor, on which this fault has no effect: expected a motor, e.g. motor="frame23"'
+        )
 
 
 # Motors
 
 
 def stall(case: Case) -> Mend:
-    """Reduce the motor's torque, to zero or a fraction."""
+    """Reduce the motor's torque to a fraction, or to zero."""
     return _axis(case).weaken(case.values["left"])
 
 
@@ -194,7 +197,9 @@ def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
     pins = spot.machine.product.drive_fault_pins
     if name not in pins:
-        has = f"there are {', '.join(pins)}" if pins else "its motor and drive are one: stall, jam or overheat it"
+        has = (
+            f"there are {', '.join(pins)}" if pins else "expected stall, jam or overheat for a motor with its own drive"
+        )
         raise UsageError(f"{spot.machine.name} has no fault input for the drive of {name}: {has}")
     return pins[name]
 
@@ -228,7 +233,7 @@ def power_cut(case: Case) -> Mend:
 
 
 def check_motor(spot: Spot) -> None:
-    """Raise UsageError if the controller is no motor."""
+    """Raise UsageError if the controller is not a SmartMotor."""
     _servo(spot)
 
 

@@ -2,7 +2,7 @@
 
 if1.serial  motor.rs485  chain      if1.input1      if1.X      if1
 
-In the context of a controller its parts may be named without its name: `serial`, `input1`, `X`.
+If the controller is known, its name may be left out: `serial`, `input1`, `X`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -23,7 +23,7 @@ from axistwin.sim.serial_port import SerialPort
 
 
 class Machine(Protocol):
-    """A controller, as faults use it."""
+    """Interface of a controller for faults."""
 
     name: str
     product: Product
@@ -47,14 +47,14 @@ class Machine(Protocol):
         """Programs stored in the controller."""
 
     def subscribe_lines(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `callback` when this line begins.  Return an unsubscribe function."""
+        """Call `callback` when a line of a program begins (`only`: this line).  Return an unsubscribe function."""
 
     def power(self, on: bool) -> None:
         """Switch the controller on or off."""
 
 
 class World(Protocol):
-    """A bench, as faults use it."""
+    """Interface of a bench for faults."""
 
     clock: Clock
 
@@ -76,7 +76,7 @@ class World(Protocol):
 
 @dataclass(frozen=True)
 class Spot:
-    """A named place on the bench; only the fields that apply are set."""
+    """A named place on the bench.  Fields that do not apply to this place are None."""
 
     name: str
     controller: Machine | None = None
@@ -86,7 +86,7 @@ class Spot:
 
     @property
     def machine(self) -> Machine:
-        """The controller that the spot belongs to."""
+        """The controller of the spot."""
         assert self.controller is not None
         return self.controller
 
@@ -95,7 +95,7 @@ Find = Callable[[], Spot]
 
 
 def lines(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield serial lines: `if1.serial`, `motor.rs485` once it is in use, `chain`."""
+    """Yield serial lines: `if1.serial`, `chain`, and `motor.rs485` if this channel is in use."""
     for name, controller in world.controllers.items():
         for port in controller.ports:
             called = port if port != name else f"{name}.serial"
@@ -125,10 +125,10 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return all valid names of spots.
+    """Return the spots by all of their names.
 
-    Short names are included: parts of the controller `here` without its name, and a controller's own name if it has
-    only one such part, or for its serial port.
+    Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
+    its serial port, or of its only part of this type.
     """
     full = dict(found)
     every = dict(full)
@@ -143,7 +143,7 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
 
 
 def find(found: Mapping[str, Find], text: str, what: str) -> Spot:
-    """Return the spot of this name.  Raises UsageError that lists the names."""
+    """Return the spot of this name.  Raises UsageError if there is none."""
     if text in found:
         return found[text]()
     close = get_close_matches(text, found, n=1)

@@ -1,11 +1,11 @@
-"""Faults as lines of text, for conversations and scripts: reading and writing.
+"""Read and write faults as lines of text, for conversations and scripts.
 
     lose 3                              the next three characters to the default controller
     stuck input1 low duration=0.5
     jam X when="X passes 1000" duration=0.25
     flip serial way=from probability=0.01 seed=7
 
-The kind comes first.  Then follow, in any order, its place, its parameters' values (in their order), and NAME=VALUE.
+The first word is the kind.  The place, the values of parameters and NAME=VALUE follow in any order.
 """
 
 import shlex
@@ -43,7 +43,7 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
 
 
 def name_in(text: str) -> str | None:
-    """Return the name that this text gives to a fault; None: no name, or invalid text."""
+    """Return the name of the fault in this text; None for a fault without a name and for an invalid text."""
     try:
         words = _split(text)
     except UsageError:
@@ -52,7 +52,7 @@ def name_in(text: str) -> str | None:
 
 
 def write(fault: Fault) -> str:
-    """Return the text of a fault that begins now; the text reproduces the fault exactly."""
+    """Return the text that adds an equal fault, to begin at once."""
     words = [fault.kind.name, fault.spot.name]
     words += [f"{name}={_shown(value)}" for name, value in fault.values.items() if value is not None]
     words += [f"seed={fault.seed}"] if fault.seed is not None else []

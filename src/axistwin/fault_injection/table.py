@@ -1,4 +1,4 @@
-"""Rows of the table of faults: a kind, the thing it acts on, and its parameters with units and ranges."""
+"""Types for the table of faults: kinds, the things they act on, and parameters with units and ranges."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ LEVELS = {"high": True, "on": True, "low": False, "off": False}
 
 
 class On(Enum):
-    """The thing that a fault acts on; the value is an example of its name."""
+    """The thing that a fault acts on; the value has examples of names."""
 
     LINE = "if1.serial, motor.rs485, chain"
     PIN = "if1.input1"
@@ -34,7 +34,7 @@ class Sort(Enum):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter.  `default` None: it must be given, unless it is `optional`."""
+    """One parameter of a fault.  A parameter without `default` must be given, unless it is `optional`."""
 
     name: str
     sort: Sort
@@ -47,7 +47,7 @@ class Parameter:
     words: tuple[str, ...] = ()
 
     def read(self, value: object) -> Any:
-        """Return a valid value from a given one, perhaps as text.  Raises UsageError with the expected values."""
+        """Convert a given value or text to a valid value.  Raises UsageError with the expected values."""
         found = self._read(value.strip() if isinstance(value, str) else value)
         if found is None or not self._within(found):
             shown = shortened(value) if isinstance(value, str) else repr(value)
@@ -101,14 +101,14 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """A fault that begins: its spot, values, source of random numbers, and a function to call if it ends by itself."""
+    """A fault that begins: its spot and its values; the fault calls `over` if it ends without `mend`."""
 
     clock: Clock
     spot: Spot
     values: Mapping[str, Any]
     chance: Chance | None
     lasts: bool
-    """True if the fault ends after a duration or by `mend`."""
+    """True if the fault has a duration."""
     over: Callable[[], None]
     others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
     """Kinds and values of the other active faults on the same spot."""
@@ -125,7 +125,7 @@ Mend = Callable[[], None]
 
 
 def ended() -> None:
-    """Do nothing: the fault has ended at once."""
+    """Do nothing: a fault that ends at once needs no mending."""
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:
@@ -140,7 +140,7 @@ def all_of(ends: Iterable[Mend]) -> Mend:
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of fault.  `begin` begins it and returns its end; `at_once`: it ends immediately."""
+    """One kind of fault.  `begin` starts the fault and returns a function that ends it; `at_once`: it ends at once."""
 
     name: str
     on: On

@@ -1,14 +1,14 @@
-r"""Triggers: events that a fault may wait for, as sentences.
+r"""Triggers: events that start a fault, as sentences.
 
-    table.X passes 1000         an axis reaches a position or jumps over it; exact to the pulse or sample
-    table.X passes 1000 up      in the positive direction only, or down
-    table.output1 rises         an edge on a pin; falls, changes
-    table hears X1000           the device has received these characters; a board on a bus, this command in hex
+    table.X passes 1000         an axis reaches or passes a position, at the exact pulse or sample
+    table.X passes 1000 up      the same in the positive direction only; in the negative direction: down
+    table.output1 rises         an edge on a pin; also: falls, changes
+    table hears X1000           the device has received these characters; an 1810 or 1811, this command in hex
     table says U\r              the host has received these characters
-    motor raises Be             a fault flag of the device; the names are its manual's
-    motor runs 12               line 12 of its program begins, or step 12 of its sequence; they count from 1
-    board runs 3:2              command 2 of sequence 3
-    cable begins                another fault, by its name; ends
+    motor raises Be             the device sets a fault flag; the flags have the names of the manual
+    motor runs 12               line 12 of the program begins, or step 12 of the sequence; the first is 1
+    board runs 3:2              command 2 of sequence 3 begins
+    cable begins                the fault "cable" begins; also: ends
 
 The controller's name may be left out if only one is possible.
 """
@@ -39,22 +39,22 @@ _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
 def other_fault(text: str | None) -> str | None:
-    """Return the name of the fault that this sentence waits for; None: it waits for something else."""
+    """Return the name of the fault that this sentence refers to; None for any other event."""
     found = _SENTENCE.fullmatch((text or "").strip())
-    return found["who"] if found is not None and _VERBS.get(found["verb"]) is _other_fault else None
+    return found["who"] if found is not None and VERBS.get(found["verb"]) is _other_fault else None
 
 
 def read(text: str, world: World, here: str = "") -> Arm:
     """Return the trigger that this sentence describes.  Raises UsageError for an invalid sentence."""
     found = _SENTENCE.fullmatch(text.strip())
-    if found is None or found["verb"] not in _VERBS:
-        raise UsageError(f"when={text!r}: expected a sentence, e.g. 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
-    return _VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
+    if found is None or found["verb"] not in VERBS:
+        raise UsageError(f"when={text!r}: expected a sentence, e.g. 'X passes 1000'; the verbs are {', '.join(VERBS)}")
+    return VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
 
 
 @dataclass(frozen=True)
 class _Wish:
-    """The parts of a sentence."""
+    """The words of an event: in "X passes 1000", `who` is X, `verb` is passes, `what` is 1000."""
 
     world: World
     here: str
@@ -81,7 +81,7 @@ def _passes(wish: _Wish) -> Arm:
 
 
 class _Passing:
-    """Detects that the axis passes a position: it comes from one side and reaches or crosses the position."""
+    """Detects that an axis reaches or passes a position."""
 
     def __init__(self, axis: Axis, position: int, ways: tuple[int, ...], happens: Callable[[], None]) -> None:
         self._axis, self._position, self._ways, self._happens = axis, position, ways, happens
@@ -108,7 +108,7 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """The device receives characters or a command ("hears"), or its host does ("says")."""
+    """Read "hears" (the device receives characters or a command) or "says" (the host receives them)."""
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
@@ -119,7 +119,7 @@ def _receives(wish: _Wish) -> Arm:
 
 
 def _port(wish: _Wish) -> Any:
-    """Return the host's end of the line; None: the controller is a board on a bus."""
+    """Return the host's end of the serial line; None for a controller on a bus."""
     machine = wish.world.controllers.get(wish.who or wish.here)
     if machine is not None and machine.product.attend is not None:
         return None
@@ -187,7 +187,7 @@ def _runs(wish: _Wish) -> Arm:
 
 
 def _program(machine: Machine, number: str | None) -> str:
-    """Return the program of this number; the names of several programs end in their numbers."""
+    """Return the name of the program with this number; the only program needs no number."""
     names = machine.product.programs
     found = next((name for name in names if number is None or name.split()[-1] == number), None)
     if found is None:
@@ -196,7 +196,7 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError for an impossible line.  A line that is not stored yet is possible."""
+    """Raise UsageError for a line that cannot run.  Lines that are stored later are accepted."""
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
         raise UsageError(f"{machine.name} runs no line {line}: lines count from 1" + (f" to {most}" if most else ""))
@@ -206,7 +206,7 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
 
 
 def _silence(listing: Listing, line: int) -> str:
-    """Return the reason why a line never runs, and the next line that does."""
+    """Return the reason why a line never runs, and the next line that can run."""
     after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
     remedy = "" if after is None else f"; name line {after + 1}, {listing.lines[after]}"
     return f"{listing.lines[line - 1]} takes no time{remedy}"
@@ -221,7 +221,7 @@ def _other_fault(wish: _Wish) -> Arm:
     )
 
 
-_VERBS: dict[str, Callable[[_Wish], Arm]] = {
+VERBS: dict[str, Callable[[_Wish], Arm]] = {
     "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _receives, "says": _receives,
     "raises": _raises, "runs": _runs, "begins": _other_fault, "ends": _other_fault,
 }  # fmt: skip

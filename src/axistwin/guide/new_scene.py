@@ -1,4 +1,4 @@
-"""A new scene from a few answers: the scene file with comments, and a first program for each controller."""
+"""Generate a new scene from the user's answers: the scene file, and a first program for each controller."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -13,14 +13,14 @@ DIGIPLAN_AXES = "XYZ"
 SUFFIXES = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}
 LEAST_TRAVEL, MOST_TRAVEL = 100, 100_000_000
 INSIDE, OUTSIDE, BOTH = HOSTS = ("scene", "outside", "both")
-"""The host is simulated by the scene, or is a program at a port, or either: `run` simulates it, `serve` has ports."""
+"""The host: simulated by the scene, an outside program at a port, or both (`run` simulates, `serve` opens ports)."""
 BUS_PORT = 1811
 FIRST = {"digiplan": "127.0.0.1:5001", "smartmotor": "127.0.0.1:5001", "compumotor": f"127.0.0.1:{BUS_PORT}"}
 
 
 @dataclass(frozen=True)
 class Answers:
-    """What the scene is to have."""
+    """The user's answers: the contents of the new scene."""
 
     models: tuple[str, ...]
     axes: int
@@ -95,7 +95,7 @@ def _program_line(family: str, program: str) -> str:
 
 
 def _ports(answers: Answers) -> list[PortUrl]:
-    """Return one port per controller, with ascending numbers; 0 stays 0, which is any free port."""
+    """Return one port per controller, with ascending numbers; 0, which means any free port, stays 0."""
     serial, bus = count(answers.port.port), count(BUS_PORT)
     found = []
     for model in answers.models:

@@ -1,7 +1,7 @@
 """The documentation as a folder of HTML pages, made from the Markdown files that come with axistwin.
 
-The pages need no other program and no network.  What only the documentation site has (the tables of commands, options
-and codes) is printed by `axistwin commands`, `axistwin COMMAND --help` and `axistwin check --codes`.
+The pages need no other program and no network.  The tables of commands, options and codes are only on the documentation
+site; `axistwin commands`, `axistwin COMMAND --help` and `axistwin check --codes` print these tables.
 """
 
 import html
@@ -18,7 +18,7 @@ from axistwin.version import VERSION
 
 START = "index"
 SITE_ONLY = ("changelog", "contributing", "reference/api")
-"""Pages that consist of text from elsewhere."""
+"""Pages that only include other files; they are left out."""
 GENERATED_EXAMPLE = "generated/examples/"
 _directive = re.compile(r"^```\{(?P<kind>[\w-]+)\}(?P<argument>[^\n]*)\n(?P<body>.*?)^```\n", re.DOTALL | re.MULTILINE)
 _link = re.compile(r"^(?P<path>(?![a-z]+:)[^#]+)\.md(?P<anchor>#.*)?$")
@@ -75,14 +75,14 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the Markdown for a directive: a list of links for the contents, nothing for other text."""
+    """Return the Markdown that replaces a directive: a hint for the table of codes, otherwise nothing."""
     if directive["kind"] == "include" and "codes" in directive["argument"]:
         return "`axistwin check --codes` lists the codes.\n"
     return ""
 
 
 def _contents(source: Path, listed: dict[str, str], up: str) -> str:
-    """Return the contents of the index as HTML, with links from a page `up` above which the index is."""
+    """Return the table of contents as HTML; `up`: relative path from the page to the index, e.g. "../"."""
     parts = [f'<a href="{up}index.html">axistwin {VERSION}</a>']
     for directive in _directive.finditer((source / f"{START}.md").read_text(encoding="utf-8")):
         caption = re.search(r":caption: (.*)", directive["body"])
@@ -115,7 +115,7 @@ def _write(path: Path, page: str, contents: str) -> None:
 
 
 def _link_pages(tokens: list[Token]) -> None:
-    """Link to the HTML pages, and give each heading its anchor."""
+    """Change links to Markdown files into links to HTML pages, and add an anchor to each heading."""
     for place, token in enumerate(tokens):
         if token.type == "heading_open":
             token.attrSet("id", _slug(tokens[place + 1].content))
@@ -125,5 +125,5 @@ def _link_pages(tokens: list[Token]) -> None:
 
 
 def _slug(heading: str) -> str:
-    """Return the anchor of a heading, as GitHub makes it."""
+    """Return the anchor of a heading, in the form that GitHub uses."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")

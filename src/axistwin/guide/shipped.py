@@ -11,11 +11,11 @@ from axistwin.storage import reason
 PACKAGE = Path(__file__).parents[1]
 CLONE = PACKAGE.parents[1]
 LOOSE = ".toml"
-"""Suffix of a scene in the folder of the examples itself; all loose files there belong to this scene."""
+"""Suffix of the scene that lies directly in the folder of examples; other files there belong to this scene."""
 
 
 def folder(name: str) -> Path:
-    """Return the folder `examples` or `docs`.  Raises UsageError if the package came without it."""
+    """Return the folder `examples` or `docs`.  Raises UsageError if the folder is not installed."""
     for place in (PACKAGE / name, CLONE / name):
         if place.is_dir():
             return place
@@ -33,7 +33,7 @@ class Example:
 
     @property
     def scene(self) -> str:
-        """Name of its scene file; "" without one."""
+        """Name of the scene file; "" for an example without a scene."""
         return next((str(file.relative_to(self.root)) for file in self.files if file.suffix == LOOSE), "")
 
     def copy(self, target: Path) -> list[Path]:
@@ -67,5 +67,5 @@ def _examples(root: Path) -> Iterator[Example]:
 
 
 def _title(path: Path) -> str:
-    """Return the first line of a page or a scene, without its mark."""
+    """Return the first line of a page or a scene, without the `#`."""
     return path.read_text(encoding="utf-8").partition("\n")[0].strip("# .")

@@ -2,7 +2,8 @@
 
 The initialisation is done first.  A line is sent when the move, the delay or the sequence of the previous line has
 ended, that is when no event is due.  A run (`G`) or a wait for an input causes no events and delays no line.  After a
-`+seconds` line the next line is sent when that time has passed, in any state.  The interface's DTR line is honoured.
+`+seconds` line the next line is sent when that time has passed, in any state.  Characters are sent only while the
+interface's DTR line is on.
 """
 
 import re
@@ -19,10 +20,10 @@ from axistwin.sim.frames import UartFormat
 from axistwin.units import to_seconds
 
 SELF_TEST_S = 1.5
-"""Time until the interface listens: "approximately 1 second"."""
+"""Time until the interface receives characters; the manual says "approximately 1 second"."""
 PATIENCE_S, ATTEMPTS = 0.5, 20
 READY_S = 1.2
-"""Time after the format message; the first ramp calculation takes "up to 1 second"."""
+"""Time to wait after the format message; by the manual, the first ramp calculation takes "up to 1 second"."""
 
 _FRAMES = {(7, 1): 1, (7, 2): 2, (8, 1): 5, (8, 2): 6}
 _PARITIES = {"N": 1, "O": 3, "E": 4}
@@ -72,14 +73,19 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
     planned = [(act, sender.prepare(act)) for act in acts]
     sender.initialise()
     if bench.now >= deadline_ns and planned:
-        return f"no line was sent: the interface is not ready before {bench.seconds:g} s"
+        return f"no line was sent: the interface is not ready at {bench.seconds:g} s"
     timed = True
     for act, do in planned:
         pause = isinstance(act, Wait)
         if not (timed or pause or run_until_quiet(bench, deadline_ns)) or not do():
-            return f"line {act.line} and later lines were not sent: the one before is busy at {bench.seconds:g} s"
+            return not_sent(act.line, bench)
         timed = pause
     return None
+
+
+def not_sent(line: int, bench: Bench) -> str:
+    """Return a note: this line and later lines were not sent in time."""
+    return f"line {line} and later lines were not sent: the previous line is not finished at {bench.seconds:g} s"
 
 
 class _LineSender:
@@ -98,7 +104,7 @@ class _LineSender:
         return found[0]
 
     def prepare(self, act: Act) -> Callable[[], bool]:
-        """Return the act as a callable that returns True if the act was done in time."""
+        """Return a callable that performs the act and returns True if the act was finished in time."""
         match act:
             case Wait():
                 return partial(self._wait, act.ns)
@@ -159,7 +165,7 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the host's format for the open bracket, and the message that then selects the format `wanted`."""
+    """Return the host's line format for sending the open bracket, and the message that selects `wanted`."""
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 
 

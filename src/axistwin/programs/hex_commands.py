@@ -2,7 +2,7 @@
 
 A line is a command, in hex (`33 00 00 61 A8`) or by its name (`go_relative 25000`).  A line is sent when the move or
 the sequence of the previous line has ended, that is when no event is due, and the board is ready.  After a `+seconds`
-line the next line is sent when that time has passed, in any state.  Messages are read as they come.
+line the next line is sent when that time has passed, in any state.  Messages from the board are read at once.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -15,7 +15,7 @@ from axistwin.bench.hosts import Host, host_of
 from axistwin.controllers.product import Language
 from axistwin.conversations import conversation
 from axistwin.errors import ProgramError
-from axistwin.programs.command_lines import prepared_action, run_until_quiet
+from axistwin.programs.command_lines import not_sent, prepared_action, run_until_quiet
 
 DEFAULT_MODEL = "1811"
 """Model of a program that names none."""
@@ -59,7 +59,7 @@ def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str
         for act, do in planned:
             pause = isinstance(act, Wait)
             if not (timed or pause or run_until_quiet(bench, deadline_ns)):
-                return f"line {act.line} and later lines were not sent: the one before is busy at {bench.seconds:g} s"
+                return not_sent(act.line, bench)
             if isinstance(act, Wait):
                 bench.clock.run_to(min(bench.now + act.ns, max(deadline_ns, bench.now)))
             do()

@@ -22,10 +22,10 @@ from axistwin.programs.stored_programs import load_source, only_motor, store_pro
 from axistwin.units import S
 
 BOUND_NS = 3600 * S
-"""Longest run of a program that does not end, if the caller gives no other."""
+"""Longest virtual time of a run, if the caller gives none."""
 Send = Callable[[Bench, Iterable[Act], int, str], str | None]
 STORED_BOUND_NS = 60 * S
-"""The same for a motor's stored program: most of them are endless loops."""
+"""Longest virtual time of a motor's stored program; most of these programs are endless loops."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +38,18 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Program:
-    """A loaded program.  `perform(bench, until_ns)` runs the program, to the end if None; `options`: options of the
-    model for the program.
-    """
+    """A loaded program.  `perform(bench, until_ns)` runs the program; None: to its end."""
 
     perform: Callable[[Bench, int | None], Outcome]
     options: tuple[str, ...] = ()
+    """Options of the model for this program."""
     prepare: Callable[[Bench], object] = lambda bench: None
     """Prepare the bench; called before observers are connected."""
 
 
 def load(path: Path, target: str = "") -> Program:
     """Load the program in a file, for a MODEL or a scene.  Raises ProgramError if the file cannot be read."""
-    match path.suffix.lower():  # DOS wrote them in capitals
+    match path.suffix.lower():  # in DOS, suffixes are in capitals
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)
             prepare = partial(open_channels, conversation)
@@ -68,7 +67,7 @@ def load(path: Path, target: str = "") -> Program:
 
 
 def scene_program() -> Program:
-    """Return a program that only runs a scene: its hosts, its stored programs, its script."""
+    """Return a program that runs the hosts, the stored programs and the script of a scene."""
     return Program(_run_scene)
 
 
@@ -135,7 +134,7 @@ def _send(send: Send, acts: tuple[Act, ...], file: str, bench: Bench, until_ns: 
 
 
 def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
-    """Run the stored program.  A character in the first 200 ms after power-up suppresses the automatic start."""
+    """Run the stored program by RUN; characters in the first 200 ms after power-up prevent the automatic start."""
     motor = only_motor(bench, file)
     motor.serial.write(b"RUN\r")
     deadline_ns = STORED_BOUND_NS if until_ns is None else until_ns

@@ -20,7 +20,7 @@ READY = b"UCI UDI ZS "
 MARKS = {
     codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
 }  # fmt: skip
-"""Marks at the beginning of Unicode texts.  Files without a mark are read as 8-bit characters."""
+"""Byte order marks with their encodings.  Files without a mark are read as 8-bit characters."""
 END_OF_FILE = "\x1a"
 """Ctrl-Z, the end-of-file mark of DOS editors."""
 _line_end = re.compile(r"\r\n|[\r\n\v\f]")
@@ -61,14 +61,14 @@ def check_motor(controller: Controller) -> None:
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:
-    """Raise UsageError or ProgramError if this motor, as wired here, would refuse the program.
+    """Raise UsageError or ProgramError if this motor, with its wiring, would refuse the program.
 
-    The check loads the program into an equal motor on a bench of its own.
+    The check loads the program into an equal motor on a separate bench.
     """
     check_motor(controller)
     if controller.name not in controller.ports:
         raise UsageError(
-            f"{controller.name} shares its serial line: a program can be loaded only over a line of its own"
+            f"{controller.name} shares its serial line with other motors: a program needs a line to this motor alone"
         )
     alike = Bench().add(controller.product.model, controller.name, **controller.given)
     store(source, file, alike)
@@ -116,7 +116,7 @@ def only_motor(bench: Bench, file: str) -> Controller:
 
 
 def _load(port: SerialPort, source: bytes, file: str) -> None:
-    """Load by the protocol of LOAD: the motor requests each block with 06 and decides its length."""
+    """Load a source with the command LOAD; the motor requests each block with 06 and determines its length."""
     port.write(READY + b"LOAD ")
     if not port.read().endswith(ACKNOWLEDGE):
         raise ProgramError(f"the motor does not answer LOAD at {port.host.format}", file=file)

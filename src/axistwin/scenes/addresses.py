@@ -1,4 +1,4 @@
-"""Check the ports of a scene: fitting kinds, no port twice."""
+"""Check the ports of a scene: each has a valid kind, and none is used twice."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from axistwin.scenes.toml_places import Path
 
 
 def check_ports(contents: SceneFile, source: Source) -> None:
-    """Raise SceneError with the place of an impossible port."""
+    """Raise SceneError at the place of the first invalid port."""
     _check_shared(contents, source)
     taken: dict[tuple[str, ...], str] = {}
     for path, text, at_a_bus in _ports(contents, source):
@@ -28,7 +28,7 @@ def check_ports(contents: SceneFile, source: Source) -> None:
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
-    """Yield each port with its place; the flag is True for the bus of a board."""
+    """Yield the place and URL of each port, and True for the port of an 1810 or 1811."""
     for number, table in enumerate(contents.controller):
         with source.placing_errors("controller", number, "model"):
             at_a_bus = product(table.model).attend is not None
@@ -48,7 +48,7 @@ def _place(url: PortUrl) -> tuple[str, ...]:
 
 
 def _check_shared(contents: SceneFile, source: Source) -> None:
-    """Raise SceneError if a channel on a shared line has ports of its own."""
+    """Raise SceneError if a controller on a shared line has separate ports."""
     for kind, name, line, _ in shared_lines(contents):
         for number, table in enumerate(contents.controller):
             key = "ports" if kind == "chain" else "rs485_ports"

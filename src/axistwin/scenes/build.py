@@ -1,7 +1,7 @@
 """Build a bench from a scene file.
 
 The order is that of a real machine: controllers with their axes and stored programs; encoders on shafts; wires; shared
-lines; faults; the script; hosts.  Errors are placed in the file.
+lines; faults; the script; hosts.  Errors have their place in the scene file.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -31,11 +31,11 @@ from axistwin.units import to_ns
 
 Path_ = toml_places.Path
 FAULTS_A_SCENE = 1_000
-"""Distance between the seeds of two scenes."""
+"""Difference between the seeds of faults if the seeds of two scenes differ by 1."""
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if following `leads_to` from `name` leads back to `name`."""
+    """True if `name` is part of a loop in the graph `leads_to`."""
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
         seen.add(at)
@@ -59,8 +59,8 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
 class Builder:
     """Builds one bench.
 
-    `served`: controllers with ports have outside hosts.  `texts`: texts of programs read before, by path, so that every
-    bench of a scene is the same.
+    `served`: controllers with ports have outside hosts.  `texts`: texts of programs that have been read, by path; all
+    benches of a scene use the same texts.
     """
 
     def __init__(self, contents: SceneFile, source: Source, served: bool, texts: dict[str, str]) -> None:
@@ -205,16 +205,16 @@ class Builder:
             self._plan_fault(table, number, ("fault", number))
 
     def _scripted(self) -> list[str]:
-        """Return the names that the script gives to faults."""
+        """Return the names of the faults that the script adds."""
         named = (name_in(act) for table in self.contents.script for act in table.do)
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if faults wait for one another in a circle, so that no fault could begin."""
+        """Raise SceneError if faults wait for one another in a loop: none of them could begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, name in enumerate(names):
             if is_in_loop(name, waits_for):
-                way = f", by way of {waits_for[name]}" if waits_for[name] != name else ""
+                way = f" through {waits_for[name]}" if waits_for[name] != name else ""
                 message = f"{name} waits for itself{way}: expected another event"
                 raise self.source.error(("fault", number, "when"), message)
 
@@ -245,9 +245,9 @@ class Builder:
             self._plan_acts(at_ns, acts)
 
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
-        """Schedule acts after all other events of their time.  Errors are placed in the file.
+        """Schedule acts after all other events of their time.  Errors have their place in the scene file.
 
-        The senders of program lines do not wait for the script.
+        Hosts that wait until no event is due do not wait for these acts.
         """
         clock = self.bench.clock
 
@@ -297,11 +297,11 @@ class Builder:
                     yield (*place, "host", which), name, file
 
     def _text(self, file: str) -> str:
-        """Return the text of a program, read once."""
+        """Return the text of a program; each file is read only once."""
         if file not in self.texts:
             self.texts[file] = hosting.program_text(Path(file))
         return self.texts[file]
 
     def _relative_to_scene(self, path: Path) -> Path:
-        """Return a path relative to the scene file."""
+        """Return a path of the scene; relative paths begin at the folder of the scene file."""
         return self.source.file.parent / path

@@ -1,6 +1,6 @@
-"""Save a scene elsewhere, with the later acts of hosts and operators: its text and the files it needs.
+"""Copy a scene with the files that it needs, and add the later acts of hosts and operators.
 
-The text keeps its comments.  The keys `host`, `program` and `state` of controllers may change, and the script grows.
+Comments are kept.  The keys `host`, `program` and `state` of controllers may change.  The script gets more entries.
 """
 
 import re
@@ -67,7 +67,7 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """Write the data again, for a file whose layout does not allow insertions."""
+        """Return the data with the changes, for a file whose layout does not allow insertions."""
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
             data[kind][number] = {**data[kind][number], **values}
@@ -99,7 +99,7 @@ class Copy:
                 yield (str(path[0]), int(path[1])), {"host": hosts}
 
     def _copied(self, source: Source, file: Path) -> str:
-        """Copy a program next to the scene; return its name, the old one where possible."""
+        """Copy a program to the folder of the scene; return its name, which is kept if possible."""
         path = source.file.parent / file
         text = self.read.get(str(path))
         text = program_text(path) if text is None else text
@@ -107,12 +107,12 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # as it was
+                del self.files.texts[name]  # the text before the change
             text = moved
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Return an act of the script; a program to load is copied next to the scene."""
+        """Return an act of the script for the copy; copy the program that the act loads."""
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
 
@@ -121,14 +121,14 @@ class Copy:
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """Copy the state directory of a controller as at the start; return the copy's name."""
+        """Copy the state of a controller as it was at the start; return the name of the copied directory."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # A bench built in another way
+    # A bench that was not built from a scene
 
     def of_bench(self, note: str) -> str:
         """Return the text of a scene for an equal bench."""
@@ -148,12 +148,12 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return a path that stays inside the directory."""
+    """Return a path inside the directory of the copy."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 
 def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None:
-    """Return the text with new values; None if the layout of the file has no place for them."""
+    """Return the text with new values; None if the layout of the file does not allow insertions."""
     spans, edits = toml_places.spans(text), []
     for where, values in changes.items():
         for key, value in values.items():

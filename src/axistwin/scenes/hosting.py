@@ -2,7 +2,7 @@
 
 A host sends the lines of an `.if1` or `.181x` file: a line when the controller has finished the previous line, or
 after a `+2.5` line when that time has passed.  Other controllers may be moving, so a host observes only its own
-controller.  A host with a conversation (`.talk`) performs the host's acts at their times.
+controller.  A host with a conversation (`.talk`) sends its data at the times of the conversation.
 """
 
 import re
@@ -58,7 +58,7 @@ def prepare_host(
     if KINDS[suffix] == "digiplan":
         line_sender = _ControllerHost(clock, controller, command_lines(text, file), file)
         return lambda: clock.process(line_sender.send_lines())
-    assert controller.product.language is not None, "a board has one"
+    assert controller.product.language is not None, "a board has a language"
     hex_sender = _ControllerHost(clock, controller, command_strings(text, controller.product.language, file), file)
     return lambda: clock.process(hex_sender.send_commands())
 
@@ -123,7 +123,7 @@ def _conversation(bench: Bench, name: str, file: str, text: str) -> Conversation
 
 
 class _ConversationHost:
-    """A host that performs the host's acts of a conversation and waits for its replies.
+    """A host that performs the acts of a conversation and waits for the expected replies.
 
     Assertions (`=`) are skipped.
     """
@@ -147,7 +147,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    if target in FAULT_ACTS:  # it may depend on another fault that exists only later
+                    if target in FAULT_ACTS:  # the act may refer to a fault that is added later
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
                 case Hear():
@@ -203,7 +203,7 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait until the expected number of characters has been received, or for the patience without any character."""
+        """Wait until the expected number of characters has come, or until none has come for the patience time."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:
@@ -216,7 +216,7 @@ class _ConversationHost:
 
 
 class _ControllerHost:
-    """A host at one controller, with the acts it is going to do."""
+    """A host of one controller; `acts`: the acts of its program, in order."""
 
     def __init__(self, clock: Clock, controller: Controller, acts: Iterable[Act], file: str) -> None:
         self.clock, self.controller = clock, controller

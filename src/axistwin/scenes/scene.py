@@ -1,10 +1,10 @@
-"""A scene: controllers with their machines, the wires between them and the ports they are reached at, as a TOML file.
+"""A scene: controllers with their machines, the wires between the controllers, and their ports, as a TOML file.
 
     [[controller]]                      # as many as you like
     model = "if2"
     name = "table"
     ports = ["tcp://127.0.0.1:5001"]
-    options.wiring = "3-wire"           # what `Bench.add` takes for this model
+    options.wiring = "3-wire"           # options of `Bench.add` for this model
     axes.X.limits = [-100, 20_000]      # beyond these positions a limit switch opens
 
     [[wire]]
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 
 class Scene:
-    """A scene that has been read and checked.  `build` puts it on a bench."""
+    """A scene that has been read and checked.  `build` returns its bench."""
 
     def __init__(self, contents: SceneFile, source: Source) -> None:
         self._contents, self._source = contents, source
@@ -71,7 +71,7 @@ class Scene:
 
     @staticmethod
     def schema() -> dict[str, Any]:
-        """The JSON Schema of a scene file."""
+        """Return the JSON Schema of a scene file."""
         return SceneFile.model_json_schema()
 
     @property
@@ -88,7 +88,7 @@ class Scene:
 
     @property
     def stand_in(self) -> StandInTable | None:
-        """The real motors of the scene; None without any."""
+        """The table [stand-in] with the real motors of the scene; None without this table."""
         return self._contents.stand_in
 
     @property
@@ -102,12 +102,12 @@ class Scene:
 
     @property
     def hosted(self) -> set[str]:
-        """Controllers with a host in the scene and no ports: outside hosts cannot reach them."""
+        """Controllers with a host in the scene and no ports: outside hosts cannot connect to these controllers."""
         return {table.called for table in self._contents.controller if table.host and not table.ports}
 
     @property
     def programs(self) -> dict[str, str]:
-        """Texts of the programs that were used, by path, for programs in the scene's folder or below."""
+        """Texts of the programs that were used, by path; only programs in the scene's folder and its subfolders."""
         beside = self._source.file.parent
         named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
@@ -135,7 +135,7 @@ class Scene:
         return found | {name: found[line.motors[0]] for _, name, line, _ in shared_lines(self._contents)}
 
     def build(self, *, served: bool = False) -> Bench:
-        """Return a new bench, the same each time; the controllers have just been switched on.
+        """Return a new bench; every call returns an equal bench.  The controllers have just been switched on.
 
         `served`: controllers with ports have outside hosts, and their `host` files are not sent.
         """
@@ -152,13 +152,13 @@ class Scene:
         return self._source.text
 
     def text_of(self, program: str) -> str:
-        """Return the text of a program that was used, by path.  The scene has been built before."""
+        """Return the text of a program by its path.  The scene must have been built before."""
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
         """Return the scene with other contents; `texts` replaces the texts of programs, by path.
 
-        Raises SceneError with the place in the file of a value that does not fit.
+        Raises SceneError with the place of an invalid value in the file.
         """
         source = self._source.with_data(dict(data))
         other = type(self)(source.contents(), source)
@@ -178,13 +178,13 @@ class Scene:
             count[table.called] += 1
             if count[table.called] > 1:
                 key = "model" if table.name is None else "name"
-                message = f"there is a controller {table.called!r} already: expected a name of its own"
+                message = f"there is a controller {table.called!r} already: expected another name"
                 raise self._source.error(("controller", number, key), message)
 
     def _check_masters(self) -> None:
-        """Raise SceneError if encoders follow one another in a circle."""
+        """Raise SceneError if the external encoders of motors form a loop."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):
-                message = f"{table.called} follows itself, by way of {table.master}: expected another axis"
+                message = f"{table.called} follows itself through {table.master}: expected another axis"
                 raise self._source.error(("controller", number, "master"), message)

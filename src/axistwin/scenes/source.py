@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # for a pair; a missing key has its own message
+    "missing": "expected two numbers",  # an element of a pair is missing
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
@@ -37,7 +37,7 @@ def _depth(value: object) -> int:
 
 
 class Source:
-    """The text of a scene, with the places of its parts.  `text` replaces the contents of the file."""
+    """The text of a scene, and the places of its tables and keys.  `text` replaces the contents of the file."""
 
     def __init__(self, file: Path, text: str | None = None) -> None:
         self.file = file
@@ -49,7 +49,7 @@ class Source:
             raise self._not_toml(str(error)) from None
         except RecursionError:
             nested = True
-        except ValueError as error:  # a number of thousands of digits
+        except ValueError as error:  # a number with thousands of digits
             raise self._not_toml(str(error).partition(":")[0]) from None
         if nested:
             raise self._not_toml(f"Tables or lists are nested too deep: expected at most {MOST_NESTED}")
@@ -78,7 +78,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # As JSON: there `strict` accepts a list for a pair and a whole number for a float.
+        # Only for JSON, `strict` accepts a list for a pair and a whole number for a float.
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
@@ -95,7 +95,7 @@ class Source:
         )
 
     def error(self, path: toml_places.Path, message: str, code: str = "") -> SceneError:
-        """Return an error at the place of `path`, or of the nearest part around it."""
+        """Return an error at the place of `path`, or at the place of the nearest enclosing part."""
         file, line, column = self._place_parts(path)
         return SceneError(message, file=file, line=line, column=column, code=code)
 
@@ -104,7 +104,7 @@ class Source:
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
-        """Return the error for a message of `tomllib`, whose place is in words or missing."""
+        """Return the error for a message of `tomllib`; without a place in the message, the end of the file."""
         what, _, _ = message.partition(" (at ")
         found = re.search(r"line (\d+), column (\d+)", message)
         end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
@@ -135,7 +135,7 @@ class Source:
             raise self.error((*path, *max(named, key=len, default=())), str(error)) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
-        """Return the errors found by pydantic as one error: the first in the file."""
+        """Return one error for all errors found by pydantic: the first error in the file."""
 
         def order(error: ErrorDetails) -> tuple[toml_places.Place, bool, str]:
             return toml_places.place_of(error["loc"], self.places), error["type"] == "missing", _message_for(error)
@@ -146,7 +146,7 @@ class Source:
 
 
 class Given(Source):
-    """A scene given as a dict.  There is no file, so errors give the keys.
+    """A scene given as a dict.  Its errors have the keys of their place instead of a line.
 
     Paths in the scene are relative to the working directory.
     """
@@ -198,7 +198,7 @@ _RULES = {
     "unexpected_keyword_argument": rules.UNKNOWN_KEY,
     "missing": rules.MISSING_KEY,
 }
-"""Rules by the error types of pydantic; every other type is about a value."""
+"""Rules for error types of pydantic; all other types are errors in a value."""
 
 
 def _unknown(error: ErrorDetails) -> bool:
@@ -224,6 +224,6 @@ def _keys_at(path: toml_places.Path) -> list[str]:
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition that a node refers to, for an optional part too."""
+    """Return the definition that a node refers to; the node may be optional."""
     node = node["anyOf"][0] if "anyOf" in node else node
     return schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node

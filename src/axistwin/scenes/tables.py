@@ -32,7 +32,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return a parameter of a fault as a field; the fault's kind checks the value."""
+    """Return the field of a table for a parameter of a fault; the kind of fault checks its value."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     return kinds[parameter.sort] | None, Field(None, description=f"{parameter.doc}: {parameter.wanted}")
 
@@ -43,13 +43,13 @@ FAULT_PARAMETERS: dict[str, Any] = {
 
 
 class Table(BaseModel):
-    """A table without unknown keys."""
+    """Base class of the tables of a scene: unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 
 
 class AxisTable(Table):
-    """The table of a scene for one axis with a stepper motor: the mechanics behind the motor."""
+    """An axis with a stepper motor: its switches, encoder, motor and load."""
 
     limits: tuple[int, int] | None = None
     """Positions, in motor pulses, beyond which the minus and the plus limit switch open."""
@@ -105,7 +105,7 @@ SERVO_SCHEMA: dict[str, Any] = {
         },
         "motor": {
             "anyOf": [_values(ServoMotor, model=_SHEETS), {"enum": list(SERVO_MOTORS)}],
-            "description": "Its data sheet, by name or by values; without it there is no following error.",
+            "description": "Data sheet of the motor, by name or by values; without it the motor is ideal.",
         },
         "load": {**_values(ServoLoad), "description": "Load on the shaft."},
     },
@@ -125,11 +125,11 @@ class ControllerTable(Table):
     name: Annotated[str, Field(pattern=r"^[\w-]+$")] | None = None
     """Name of the controller in wires, conversations and plots; the model if left out."""
     line: str | None = None
-    """Line format of the host where the port carries none, e.g. "9600 8N2", or "instant"."""
+    """Line format of the host, if its port does not set one, e.g. "9600 8N2", or "instant"."""
     state: File | None = None
     """Directory for the data kept without power, relative to the scene file."""
     history: Annotated[int, Field(ge=1, le=1_000_000_000)] | None = None
-    """Number of moves per axis that are remembered."""
+    """Number of moves per axis that are recorded."""
     options: dict[str, Any] = {}
     """Options of the model."""
     axes: dict[str, AxisTable | ServoTable] = {}
@@ -137,7 +137,7 @@ class ControllerTable(Table):
     ports: list[str] = []
     """Ports of the controller: tcp://127.0.0.1:5001, rfc2217://127.0.0.1:0, pty:/tmp/if1, serial:///dev/ttyUSB0."""
     rs485_ports: list[str] = []
-    """Ports of its second serial channel, if it has one."""
+    """Ports of the second serial channel of a SmartMotor."""
     program: File | None = None
     """Source of a SmartMotor's stored program (.sms), relative to the scene file."""
     variables: dict[str, int] = {}
@@ -184,11 +184,11 @@ class WireTable(Table):
     """A wire from one terminal to another."""
 
     from_: Annotated[str, Field(alias="from")]
-    """Terminal at its beginning, as "name.pin"."""
+    """Terminal at the beginning of the wire, as "name.pin"."""
     to: str
-    """Terminal at its end, as "name.pin"."""
+    """Terminal at the end of the wire, as "name.pin"."""
     invert: bool = False
-    """True: high arrives as low."""
+    """True: the wire inverts the level."""
     delay_ms: Annotated[float, Field(ge=0)] = 0.0
     """Delay of each change, in milliseconds."""
 
@@ -206,13 +206,13 @@ class FaultTerms(Table):
     name: Name | None = None
     """Name of the fault; its kind if left out."""
     at: Annotated[float, Field(ge=0)] | None = None
-    """Start, in seconds from the beginning."""
+    """Start time, in seconds from the beginning."""
     when: str | None = None
     """Event that starts the fault, e.g. "table.X passes 1000"."""
     nth: Annotated[int, Field(ge=1)] = 1
-    """Number of such events up to the start."""
+    """Occurrence of the event that starts the fault: 1 is the first."""
     duration: Annotated[float, Field(ge=0)] | None = None
-    """Duration in seconds; without end if left out."""
+    """Duration in seconds; unlimited if left out."""
     seed: int | None = None
     """Seed of random values; derived from the scene's seed if left out."""
 
@@ -229,14 +229,14 @@ Acts = Annotated[list[str], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 class ScriptTable(Table):
-    """Actions at the machine at one time."""
+    """An entry of the script: actions at the machine, all at the same time."""
 
     at: Annotated[float, Field(ge=0)]
     """Time, in seconds from the beginning."""
     do: Acts
     """Actions as after `!` in a conversation: "input1 high", "X.jam on", "fault lose 3"."""
     on: str = ""
-    """Controller whose pins and axes are meant; may be left out if there is only one controller."""
+    """Controller with these pins and axes; may be left out if there is only one controller."""
 
 
 Pin = Annotated[str, Field(pattern=r"^[\^~]?!?\w+$")]
@@ -249,13 +249,13 @@ class BoardTable(Table):
     name: Name
     """Name of the board."""
     port: str
-    """Its serial port, e.g. "/dev/ttyACM0"."""
+    """Serial port of the board, e.g. "/dev/ttyACM0"."""
     baud: Annotated[int, Field(ge=1200)] = 250_000
-    """Baud rate of its firmware; a board with USB of its own ignores it."""
+    """Baud rate of the firmware; a board with native USB ignores it."""
 
 
 class BoardAxisTable(Table):
-    """The drive of an axis."""
+    """The connection of an axis to the drive of a real motor."""
 
     axis: str
     """Axis with a stepper motor, as "controller.axis"."""
@@ -270,13 +270,13 @@ class BoardAxisTable(Table):
     pulse_us: Annotated[float, Field(gt=0, le=1000)] = 2.0
     """Minimum width of a step pulse, in microseconds."""
     travel: tuple[int, int] | None = None
-    """Lowest and highest position in pulses; motion beyond is refused."""
+    """Lowest and highest position in pulses; motion beyond them is refused."""
     max_rate: Annotated[float, Field(gt=0)] | None = None
-    """Highest step rate in pulses per second; a higher one is refused."""
+    """Highest step rate in pulses per second; a higher rate is refused."""
 
 
 class BoardInputTable(Table):
-    """A switch or a signal of the machine."""
+    """A switch or a signal of the machine, connected to an input of a controller."""
 
     to: str
     """Input of a controller, as "controller.pin"."""
@@ -285,13 +285,13 @@ class BoardInputTable(Table):
     board: str | None = None
     """Name of the board; may be left out if there is only one."""
     stops: Literal["plus", "minus", "both"] | None = None
-    """Direction of the motion that the board stops at once; left out: none."""
+    """Direction of motion that the board stops at once; none if left out."""
     stops_at: Literal["low", "high"] = "low"
     """Level of the controller's input at which motion stops."""
 
 
 class BoardOutputTable(Table):
-    """An output of a controller."""
+    """An output of a controller, connected to a pin of a board."""
 
     source: Annotated[str, Field(alias="from")]
     """Output of a controller, as "controller.pin"."""
@@ -307,11 +307,11 @@ class StandInTable(Table):
     """Real motors on motion boards, for `axistwin stand-in`."""
 
     horizon_ms: Annotated[float, Field(ge=50, le=2000)] = 100.0
-    """Constant delay of everything at the pins, in milliseconds."""
+    """Constant delay of all pulses and outputs at the pins, in milliseconds."""
     watchdog_ms: Annotated[float, Field(ge=20, le=2000)] = 100.0
-    """Time after which a board without orders stops everything, in milliseconds; at most the horizon."""
+    """Time after which a board without commands stops all axes, in milliseconds; at most the horizon."""
     journal: File | None = None
-    """Journal of pulses and positions, relative to the scene file; its name with .journal if left out."""
+    """Journal of pulses and positions, relative to the scene file; the scene's name with .journal if left out."""
     board: Annotated[list[BoardTable], Field(min_length=1)]
     """Boards, one [[stand-in.board]] each."""
     axis: Annotated[list[BoardAxisTable], Field(min_length=1)]

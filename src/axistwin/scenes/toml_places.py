@@ -1,9 +1,9 @@
-"""Find the line and column of each part of a TOML file; `tomllib` gives only the contents.
+"""Find the line and column of each part of a TOML file; `tomllib` returns only the contents.
 
     [[controller]]                  ("controller", 0)
     axes.X.limits = [-100, 8000]    ("controller", 0, "axes", "X", "limits")
 
-A small scanner for texts that `tomllib` has accepted.  Headers and keys are read, values are skipped.
+The scanner expects texts that `tomllib` has accepted.  It reads headers and keys, and skips values.
 """
 
 import re
@@ -30,7 +30,7 @@ _VALUE = re.compile(
 
 
 def places(text: str) -> dict[Path, Place]:
-    """Return the place of each table header, each key and each element of a list; the first one of several."""
+    """Return the place of each table header, key and list element; of repeated headers, the first place."""
     return dict(reversed([*_Scanner(text).scan()]))
 
 
@@ -43,7 +43,7 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """Return the place of this path, or of the nearest part around it."""
+    """Return the place of this path, or the place of the nearest enclosing part."""
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
@@ -53,7 +53,7 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # number of each [[table]] so far
+        self.tables: dict[Path, int] = {}  # number of [[tables]] of each name that have been read
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the places of headers and of the pairs after them."""

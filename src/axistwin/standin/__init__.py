@@ -1,4 +1,4 @@
-"""A stand-in for a board that has died: the controllers' pulses go to real motors, through a motion board.
+"""Stand-in for a broken controller: an emulated controller drives real motors through a motion board.
 
-The board runs Klipper's micro-controller firmware.  This package speaks the firmware's documented protocol.
+The motion board runs Klipper's micro-controller firmware.  This package implements the firmware's documented protocol.
 """

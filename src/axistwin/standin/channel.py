@@ -1,4 +1,4 @@
-"""The channel to a board: numbered blocks, acknowledged in order, sent again from the first lost one (go-back-N)."""
+"""The channel to a board: numbered blocks with acknowledgement.  After a loss, all later blocks are repeated."""
 
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -7,18 +7,15 @@ from dataclasses import dataclass
 from axistwin.standin import frames
 
 WINDOW = 12
-"""Most blocks that are not acknowledged.  The sequence number has four bits."""
+"""Largest number of blocks that are sent and not acknowledged.  The sequence number has four bits."""
 LEAST_TIMEOUT_S, MOST_TIMEOUT_S = 0.025, 0.5
 RECEIVE_WINDOW = 192
-"""Bytes that a board can hold, unless its dictionary says so."""
+"""Size of a board's receive buffer in bytes, if its dictionary has no RECEIVE_WINDOW."""
 
 
 @dataclass
 class _Sent:
-    """A block that is not acknowledged.
-
-    `again`: it has been sent more than once.  `lost`: the board has asked for it.
-    """
+    """A block that is not acknowledged.  `again`: sent more than once; `lost`: requested again by the board."""
 
     content: bytes
     data: bytes
@@ -28,13 +25,13 @@ class _Sent:
 
 
 class Channel:
-    """Bytes in, contents out, and back; without input or output of its own.  Times are in seconds."""
+    """Converts between commands or responses and the bytes on the line; it does no input or output itself."""
 
     def __init__(self, window: int = RECEIVE_WINDOW) -> None:
         self.window = window
-        """Bytes that the board can hold."""
+        """Size of the board's receive buffer in bytes."""
         self._reader = frames.Reader()
-        self._first = 0  # number of the oldest block; blocks carry its lowest four bits
+        self._first = 0  # number of the oldest unacknowledged block; a block contains its lowest four bits
         self._agreed = False  # True once the board has acknowledged a block
         self._unacknowledged: deque[_Sent] = deque()
         self._waiting: deque[tuple[bytes, Callable[[float], None]]] = deque()
@@ -46,7 +43,7 @@ class Channel:
 
     @property
     def damaged(self) -> int:
-        """Number of damaged places in what the board has sent."""
+        """Number of times that damaged bytes from the board were dropped."""
         return self._reader.damaged
 
     @property
@@ -55,11 +52,11 @@ class Channel:
         return not self._waiting and not self._unacknowledged
 
     def send(self, content: bytes, sent: Callable[[float], None] = lambda at_s: None) -> None:
-        """Send one command; `sent(at_s)` is called when its block first leaves.  Small commands share a block."""
+        """Queue one command; `sent(at_s)` is called when its block is first sent.  Small commands share a block."""
         self._waiting.append((content, sent))
 
     def silent_s(self, now_s: float) -> float:
-        """Return the time for which the board has acknowledged nothing although it should have."""
+        """Return the time in seconds since the last acknowledgement; 0 if all blocks are acknowledged."""
         return 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
 
     def receive(self, data: bytes, now_s: float) -> Iterator[bytes]:
@@ -70,7 +67,7 @@ class Channel:
                 yield content
 
     def _acknowledge(self, sequence: int, now_s: float, *, is_empty: bool) -> None:
-        """Remove the blocks before this sequence number, which is the next one that the board expects."""
+        """Remove the blocks that the board has received; `sequence` is the number of the next block it expects."""
         ahead = (sequence - self._first) & 0x0F
         if ahead > len(self._unacknowledged):
             if not self._agreed:
@@ -90,7 +87,7 @@ class Channel:
             self._unacknowledged[0].lost = True
 
     def _renumber(self, sequence: int) -> None:
-        """Number the blocks from `sequence`, which the board has counted up to for an earlier host."""
+        """Number the blocks from `sequence`, because the board continues the numbers of an earlier host."""
         self._first = sequence
         for number, sent in enumerate(self._unacknowledged, sequence):
             sent.data, sent.lost = frames.block(number, sent.content), True
@@ -119,7 +116,7 @@ class Channel:
         return sum(len(block.data) for block in self._unacknowledged)
 
     def _next_block(self, now_s: float) -> bytes:
-        """Return a block with as many of the waiting commands as fit."""
+        """Return a block that contains as many waiting commands as fit into it."""
         most = min(frames.MOST_CONTENT, self.window - self._in_flight - frames.LEAST)
         contents, calls = bytearray(), []
         while self._waiting and (not contents or len(contents) + len(self._waiting[0][0]) <= most):
@@ -135,5 +132,5 @@ class Channel:
         return data
 
     def drop_waiting(self) -> None:
-        """Drop the commands that have not left yet."""
+        """Drop the commands that have not been sent."""
         self._waiting.clear()

@@ -1,16 +1,16 @@
-"""The board's clock as a line over the host's: ticks = rate · (time - origin) + offset, by least squares."""
+"""The board's clock as a linear function of the host's clock, fitted by least squares."""
 
 from collections import deque
 
 SAMPLES = 64
 """Number of samples in the fit."""
 ENOUGH = 8
-"""Number of samples after which the fit can be judged."""
+"""Number of samples that a usable fit needs."""
 _WRAP = 1 << 32
 
 
 class ClockFit:
-    """Converts between the host's time in seconds and the board's ticks, without the board's wrap at 32 bits."""
+    """Converts between the host's time in seconds and the board's ticks; ticks are not limited to 32 bits."""
 
     def __init__(self, nominal_hz: float) -> None:
         self.nominal_hz = nominal_hz
@@ -18,7 +18,7 @@ class ClockFit:
         self._latest = 0
         self._time_s, self._ticks, self.hz = 0.0, 0.0, nominal_hz
         self.error_s = float("inf")
-        """Largest distance of a good sample from the line."""
+        """Largest difference in seconds between the line and a sample with a short round trip."""
 
     @property
     def ready(self) -> bool:
@@ -26,14 +26,14 @@ class ClockFit:
         return len(self._samples) >= ENOUGH
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:
-        """Add an answer to `get_clock`; `clock`: its 32 bits.  The board read its clock between the two times."""
+        """Add a sample: the board read the 32 bits of `clock` between the times `sent_s` and `received_s`."""
         ticks = self.unwrapped(clock)
         self._latest = max(self._latest, ticks)
         self._samples.append(((sent_s + received_s) / 2, ticks, received_s - sent_s))
         self._fit()
 
     def unwrapped(self, clock: int) -> int:
-        """Return the full ticks for 32 bits near the latest sample."""
+        """Return the full number of ticks for its lowest 32 bits; the result is near the latest sample."""
         return self._latest + ((clock - self._latest + (_WRAP >> 1)) % _WRAP) - (_WRAP >> 1)
 
     def _fit(self) -> None:

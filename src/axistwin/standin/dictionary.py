@@ -1,7 +1,7 @@
-"""The data dictionary of a board: its messages, its pins and its constants (Protocol, Data Dictionary).
+"""The data dictionary of a board: its messages, its pins and its constants (Klipper's Protocol, Data Dictionary).
 
-The board sends the dictionary when it is asked, as JSON compressed by zlib.  Only the identifiers of `identify` and
-its answer are fixed.
+The board sends the dictionary on request, as JSON compressed by zlib.  Only the command `identify` and its response
+have fixed identifiers.
 """
 
 import json
@@ -23,7 +23,7 @@ Value = int | bytes
 
 @dataclass(frozen=True)
 class Format:
-    """A message: identifier, name, and each parameter with True for a string."""
+    """A message: identifier, name and parameters.  Each parameter has its name, and True if it is a string."""
 
     number: int
     text: str
@@ -38,7 +38,7 @@ class Format:
 
 
 class Dictionary:
-    """What a board's firmware says about itself.  Raises LinkError for a dictionary that cannot be read."""
+    """Commands, responses, pins and constants of a board's firmware.  Raises LinkError for an invalid dictionary."""
 
     def __init__(self, described: Mapping[str, Any] | None = None) -> None:
         described = described or {}
@@ -59,7 +59,7 @@ class Dictionary:
 
     @classmethod
     def unpack(cls, data: bytes) -> "Dictionary":
-        """Return the dictionary that a board has sent."""
+        """Return the dictionary in the data that a board has sent."""
         try:
             described = json.loads(zlib.decompress(data))
         except (zlib.error, ValueError) as error:
@@ -74,7 +74,7 @@ class Dictionary:
         return float(self.constants["CLOCK_FREQ"])
 
     def encode(self, name: str, **values: Value) -> bytes:
-        """Return a command.  Raises LinkError if the firmware does not have it."""
+        """Return a command as bytes.  Raises LinkError if the firmware does not have the command."""
         if name not in self.commands:
             raise LinkError(
                 f"the board's firmware has no command {name!r}: expected Klipper with this feature built in"
@@ -90,7 +90,7 @@ class Dictionary:
         return b"".join(encoded)
 
     def decode(self, content: bytes) -> tuple[str, dict[str, Any]]:
-        """Return the name of a response and its values; "" for one that is not in the dictionary."""
+        """Return the name and the values of a response; the name is "" if the dictionary lacks the response."""
         try:
             number, at = frames.read_integer(content, 0)
             if number in self._outputs:
@@ -112,7 +112,7 @@ class Dictionary:
 
 
 def _numbered(enumeration: Mapping[str, Any]) -> dict[str, int]:
-    """Return an enumeration with its ranges written out: {"PC0": [16, 8]} are PC0 to PC7."""
+    """Return an enumeration without ranges: {"PC0": [16, 8]} becomes PC0 to PC7 with the numbers 16 to 23."""
     numbers: dict[str, int] = {}
     for name, value in enumeration.items():
         if isinstance(value, int):

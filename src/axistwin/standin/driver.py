@@ -1,4 +1,4 @@
-"""Joins a bench to its boards: pulses out, inputs in, and what the boards did not make is corrected in the plant."""
+"""Connects a bench to its boards: sends pulses and outputs, receives inputs, corrects positions after a stop."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -14,41 +14,41 @@ from axistwin.standin.wiring import Wiring
 from axistwin.units import S
 
 INPUT_S = 0.02
-"""Constant time after which a change of an input enters the twin: the board's time plus this."""
+"""Constant delay between a change of an input at the board and its change on the bench."""
 
 
 class Output(Protocol):
-    """A board, as the driver uses it."""
+    """Interface of a board for the driver."""
 
     wiring: Wiring
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]") -> None:
-        """Make pulses at these times of the host plus the horizon."""
+        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output one horizon after this time of the host."""
+        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop axes at once: those of these controllers, or all."""
+        """Stop the axes of these controllers at once; () stops all axes."""
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a controller again."""
+        """Accept pulses of a stopped controller again."""
 
     def restart(self, now_s: float) -> None:
-        """Go on after a failure."""
+        """Connect to the board again after a failure."""
 
 
 class Driver:
-    """Drives the boards from a bench.  `tell` receives one line for each event that a person should know."""
+    """Drives the boards from a bench.  `tell` receives a line of text for each event of interest to the user."""
 
     def __init__(self, bench: Bench, boards: Sequence[Output], tell: Callable[[str], None]) -> None:
         self.bench, self.boards, self._tell = bench, boards, tell
         self.live = False
         """True while pulses go to the boards."""
         self.stopped: dict[str, str] = {}
-        """Controllers that need a human to go on, with the reason."""
+        """Controllers that are stopped until the user continues, each with the reason."""
         self.positions: dict[str, int] = {}
-        """Latest positions that the boards have reported, by axis."""
+        """Latest position that a board has reported for each axis."""
         self._offset_s = 0.0
         self._collected_ns = bench.now
         self._board = {axis.axis: board for board in boards for axis in board.wiring.axes}
@@ -72,7 +72,7 @@ class Driver:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the axes that it drives."""
+        """Names of the axes on the boards."""
         return tuple(self._board)
 
     @property
@@ -86,7 +86,7 @@ class Driver:
         return bool(self._failed)
 
     def begin(self, now_s: float) -> None:
-        """Begin to drive: virtual time is the host's time `now_s` from now on."""
+        """Begin to send pulses.  The present virtual time corresponds to `now_s` of the host's clock."""
         self._offset_s = now_s - self.bench.now / S
         self._collected_ns = self.bench.now
         self._origin = {whole: self.positions[whole] - self._axis(whole).pulses for whole in self._board}
@@ -106,7 +106,7 @@ class Driver:
         self._collected_ns = stop_ns
 
     def _let_go(self) -> None:
-        """Let the axes of a controller move again once it has ended the motion that a board has stopped."""
+        """Release the axes of stopped controllers that have ended their interrupted motion."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
@@ -118,7 +118,7 @@ class Driver:
                     board.resume(group)
 
     def handle(self, board: Output, event: Event) -> None:
-        """Take an event of a board.  The bench must have been advanced to now."""
+        """Handle an event of a board.  The bench must have been advanced to the present time."""
         match event:
             case Ready(positions, inputs):
                 self._ready.add(board.wiring.name)
@@ -135,7 +135,7 @@ class Driver:
                 self.positions |= positions
                 self._hold(positions)
                 if not by:
-                    self._wait_for_human(board, reason)
+                    self._wait_for_user(board, reason)
                 else:
                     self._tell(f"{reason}: {_written(positions)}")
             case Failed(reason):
@@ -143,15 +143,15 @@ class Driver:
                 self._ready.discard(board.wiring.name)
                 if self.live:
                     self._hold({axis.axis: self.positions[axis.axis] for axis in board.wiring.axes})
-                self._wait_for_human(board, reason)
+                self._wait_for_user(board, reason)
 
-    def _wait_for_human(self, board: Output, reason: str) -> None:
+    def _wait_for_user(self, board: Output, reason: str) -> None:
         for group in board.wiring.groups:
             self.stopped[group] = reason
         self._tell(f"stopped: {board.wiring.name}: {reason}")
 
     def _hold(self, positions: Mapping[str, int]) -> None:
-        """Correct the plant: these axes have made pulses up to these positions, and make none now."""
+        """Stop these axes of the plant at the positions that their motors have reached."""
         if self.live:
             for whole, position in positions.items():
                 self._axis(whole).hold(position - self._origin[whole])
@@ -163,7 +163,7 @@ class Driver:
             board.stop(reason)
 
     def go_on(self, now_s: float) -> None:
-        """Go on after a stop, at a human's word: boards that failed start again."""
+        """Continue after a stop, at the user's command.  Failed boards are connected again."""
         self._offset_s = max(self._offset_s, now_s - self.bench.now / S)
         for board in self.boards:
             if board.wiring.name in self._failed:

@@ -1,4 +1,4 @@
-"""What a board reports to the twin."""
+"""Events that a board reports to the driver."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Ready:
-    """The board is configured, and moves its axes from now on.  `positions`: net pulses, by axis."""
+    """The board is configured and accepts pulses.  `positions`: net pulses by axis; `inputs`: levels by input."""
 
     positions: Mapping[str, int]
     inputs: Mapping[str, bool]
@@ -14,7 +14,7 @@ class Ready:
 
 @dataclass(frozen=True)
 class InputChanged:
-    """An input has changed at this time of the host."""
+    """An input has changed; `at_s`: time in s of the host's clock."""
 
     to: str
     level: bool
@@ -23,7 +23,7 @@ class InputChanged:
 
 @dataclass(frozen=True)
 class Stopped:
-    """Axes have stopped at these net pulses.  `by`: the input that stopped them; "": a human must go on."""
+    """Axes have stopped; `positions`: net pulses.  `by`: input that stopped them; "": the user must continue."""
 
     reason: str
     positions: Mapping[str, int] = field(default_factory=dict)
@@ -32,7 +32,7 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Failed:
-    """The board has stopped everything, does not answer, or cannot be used: a human must go on."""
+    """The board has stopped all axes, does not answer, or cannot be used; the user must continue."""
 
     reason: str
 

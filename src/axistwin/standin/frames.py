@@ -1,4 +1,4 @@
-"""Message blocks of a motion board: length, sequence number, content, CRC, sync byte (Protocol, Message Blocks).
+"""Message blocks of a motion board: length, sequence number, content, CRC, sync byte (Klipper's Message Blocks).
 
 <1 byte length><1 byte sequence><content><2 bytes CRC><1 byte sync>
 """
@@ -30,7 +30,7 @@ def block(sequence: int, content: bytes) -> bytes:
 
 
 class Reader:
-    """Finds the blocks in a stream of bytes; damaged ones are dropped."""
+    """Finds the blocks in a stream of bytes; damaged blocks are dropped."""
 
     def __init__(self) -> None:
         self._data = bytearray()
@@ -38,7 +38,7 @@ class Reader:
         """Number of places where bytes have been dropped."""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
-        """Yield sequence number and content of each block that is complete with these bytes."""
+        """Yield the sequence number and content of each block that these bytes complete."""
         self._data += data
         while self._data:
             size = self._data[0]
@@ -63,7 +63,7 @@ def _whole(data: bytes) -> bool:
 
 
 def integer(value: int) -> bytes:
-    """Return a variable length quantity; a small number takes few bytes."""
+    """Return an integer in the protocol's encoding of 1 to 5 bytes."""
     if value >= 1 << 31:
         value -= 1 << 32
     groups = next((n for n in range(1, 5) if -(1 << 7 * n - 2) <= value < 3 << 7 * n - 2), 5)
@@ -71,7 +71,7 @@ def integer(value: int) -> bytes:
 
 
 def read_integer(data: bytes, at: int) -> tuple[int, int]:
-    """Return a variable length quantity and the index after it.  Raises IndexError if the data end early."""
+    """Decode the integer at an index; return its value and the index after it.  Raises IndexError if data ends."""
     byte = data[at]
     value = (byte & 0x7F) - (0x80 if byte & 0x60 == 0x60 else 0)
     while byte & 0x80:

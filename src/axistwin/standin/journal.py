@@ -1,6 +1,6 @@
-"""The journal of a stand-in: every step command sent and every position read, one line each.
+"""The journal of a stand-in: one line for each step command that is sent and each position that is read.
 
-It ends with `end` and the positions after a proper end; without that line the positions are unknown.
+The last line of a completed run begins with `end` and has the positions; without this line the positions are unknown.
 """
 
 from collections.abc import Mapping
@@ -12,26 +12,27 @@ from axistwin.errors import UsageError
 from axistwin.storage import reason
 
 MOST_TAIL = 4096
+"""Longest last line, in bytes."""
 
 
 class Journal:
-    """An open journal file; it is extended, never rewritten."""
+    """An open journal file; lines are only appended."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._file: TextIO = _open(path)
 
     def note(self, line: str) -> None:
-        """Append a line; after a crash of this program the line is in the file."""
+        """Append a line and flush it to the file, so that the line survives a crash of this program."""
         self._file.write(f"{line}\n")
         self._file.flush()
 
     def begin(self, title: str) -> None:
-        """Begin a run."""
+        """Write the first line of a run."""
         self.note(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}")
 
     def end(self, positions: Mapping[str, int]) -> None:
-        """End a run properly, at these positions."""
+        """Write the last line of a run that ended at these positions."""
         self.note("end " + " ".join(f"{axis}={position}" for axis, position in positions.items()))
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The stand-in of a scene: its tables as wirings, one for each board, checked against the bench."""
+"""Read the table [stand-in] of a scene: check it against the bench, and return one wiring for each board."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ DIRECTIONS = {"plus": +1, "minus": -1, "both": 0, None: None}
 
 @dataclass(frozen=True)
 class Plan:
-    """A stand-in as its scene describes it."""
+    """The settings of a stand-in, read from its scene."""
 
     boards: tuple[tuple[BoardTable, Wiring], ...]
     horizon_s: float
@@ -24,20 +24,22 @@ class Plan:
 
 
 def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
-    """Return the plan of a scene; `port` replaces the port of its only board.
+    """Return the stand-in of a scene; `port` replaces the port of its only board.
 
-    Raises SceneError with the place in the file, UsageError without a stand-in.
+    Raises SceneError with the place in the file; UsageError if the scene has no stand-in.
     """
     table = scene.stand_in
     if table is None:
         raise UsageError(f"{scene.file} has no table [stand-in]: expected a table with a board and its axes")
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
-            raise UsageError(f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}")
+            raise UsageError(
+                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most that"
+            )
     boards = {board.name: board for board in table.board}
     if port is not None:
         if len(boards) > 1:
-            raise UsageError("--board is for a scene with one board: set the ports in the scene")
+            raise UsageError("--board is only for a scene with one board: set the ports of these boards in the scene")
         boards = {name: board.model_copy(update={"port": port}) for name, board in boards.items()}
     wirings = tuple((board, _wiring(scene, bench, table, name)) for name, board in boards.items())
     journal = table.journal or Path(f"{scene.file.stem}.journal")
@@ -87,7 +89,7 @@ def _check_axis(bench: Bench, whole: str) -> None:
         known = ", ".join(f"{each}.{axis}" for each in bench.controllers for axis in bench[each].axes)
         raise UsageError(f"no axis {whole!r}: there are {known}")
     if not isinstance(bench[controller].axes[name], StepperAxis):
-        raise UsageError(f"{whole} is a servo axis: a motion board drives axes with stepper motors")
+        raise UsageError(f"{whole} is a servo axis: expected an axis with a stepper motor")
 
 
 def _check_pin(bench: Bench, whole: str, *, output: bool) -> None:
@@ -96,13 +98,13 @@ def _check_pin(bench: Bench, whole: str, *, output: bool) -> None:
         raise UsageError(f"no terminal {whole!r}: expected NAME.PIN, e.g. table.input1")
     pin = bench[controller].pins[name]
     if output and (pin.silent or not pin.is_output):
-        raise UsageError(f"{whole} cannot be followed: expected an output such as output1 or shutdown")
+        raise UsageError(f"{whole} is not a switched output: expected an output such as output1 or shutdown")
     if not output and pin.is_output:
         raise UsageError(f"{whole} is an output: expected an input of the controller")
 
 
 def lines(plan: Plan) -> list[str]:
-    """Return the plan in lines for a person: every pin with its use, and the ceilings."""
+    """Return the plan as lines of text: each pin with its use, and the limits of each axis."""
     found = [f"horizon {plan.horizon_s * 1e3:g} ms, watchdog {plan.watchdog_s * 1e3:g} ms, journal {plan.journal}"]
     for table, wiring in plan.boards:
         found.append(f"board {wiring.name} on {table.port}, {table.baud} baud")

@@ -1,4 +1,4 @@
-"""A board on a serial port, served by a thread of its own so that the emulation cannot starve the port."""
+"""A board on a serial port.  A separate thread serves the port, so that the emulation cannot delay the port."""
 
 from collections.abc import Callable
 from threading import Event as Flag
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 WAIT_S = 0.002
-"""Longest wait for a byte of the board; the interval at which commands leave."""
+"""Longest wait for a byte from the board, and so the interval at which commands are sent."""
 IDENTIFY_S = 3.0
 _CHUNK = 40
 
@@ -34,7 +34,7 @@ def open_port(port: str, baud: int) -> serial.Serial:
 
 
 def identify(port: str, baud: int) -> Dictionary:
-    """Ask the board on a port for its dictionary.  Raises LinkError if no board answers."""
+    """Return the dictionary of the board on a port.  Raises LinkError if no board answers."""
     data, dictionary, channel = bytearray(), Dictionary(), Channel()
     ends_s, asked_s = monotonic() + IDENTIFY_S, 0.0
     with open_port(port, baud) as line:
@@ -69,7 +69,7 @@ class Sender(Thread):
                 self._turn(self._port.read(max(1, self._port.in_waiting)))
             except OSError as error:
                 with self._lock:
-                    self._board.fail(f"the board has disappeared ({error}): connect it, then begin again")
+                    self._board.fail(f"the board has disappeared ({error}): connect it, then start again")
                 self._report()
                 return
         self._port.close()
@@ -88,32 +88,32 @@ class Sender(Thread):
             self._deliver(self, self._board.events.popleft())
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
-        """Make pulses at these times plus the horizon."""
+        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
         with self._lock:
             self._board.queue(axis, direction, times_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output one horizon after this time."""
+        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
         with self._lock:
             self._board.set_output(source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop axes at once: those of these controllers, or all."""
+        """Stop the axes of these controllers at once; () stops all axes."""
         with self._lock:
             self._board.stop(reason, groups)
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a controller again."""
+        """Accept pulses of a stopped controller again."""
         with self._lock:
             self._board.resume(group)
 
     def restart(self, now_s: float) -> None:
-        """Go on after a failure."""
+        """Connect to the board again after a failure."""
         with self._lock:
             self._board.restart(now_s)
 
     def shut_down(self) -> None:
-        """Let the board stop everything and switch the drives off."""
+        """Stop all axes and switch the drives off."""
         with self._lock:
             self._board.shut_down()
 

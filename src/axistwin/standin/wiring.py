@@ -1,4 +1,4 @@
-"""What is connected to a board: pins, and the commands that configure the board for them."""
+"""The wiring of a board: the use of its pins, and the commands that configure the board."""
 
 import re
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ class BoardPin:
 
     @classmethod
     def read(cls, text: str) -> "BoardPin":
-        """Return the pin.  Raises UsageError."""
+        """Parse a pin.  Raises UsageError."""
         found = _PIN.fullmatch(text)
         if found is None:
             raise UsageError(f"invalid pin {text!r}: expected the name of a board's pin, e.g. PD2, !PB0 or ^PC1")
@@ -36,10 +36,10 @@ class BoardPin:
 
 @dataclass(frozen=True)
 class AxisPins:
-    """An axis: pins of its drive, and the ceilings that are checked before pulses leave."""
+    """An axis: pins of its drive, and limits that are checked before pulses are sent."""
 
     axis: str
-    """Axis of the bench, as "controller.axis"."""
+    """Name of the axis on the bench: "controller.axis"."""
     step: BoardPin
     direction: BoardPin
     enable: BoardPin | None = None
@@ -49,13 +49,13 @@ class AxisPins:
 
     @property
     def controller(self) -> str:
-        """Name of its controller."""
+        """Name of the controller with this axis."""
         return self.axis.rpartition(".")[0]
 
 
 @dataclass(frozen=True)
 class InputPin:
-    """An input.  `stops`: direction of the motion that it stops, +1, -1, or 0 for both; None: it stops nothing."""
+    """An input.  `stops`: direction of motion that the input stops (+1, -1, 0: both); None: it stops no motion."""
 
     to: str
     """Terminal of the bench, as "controller.pin"."""
@@ -66,7 +66,7 @@ class InputPin:
 
     @property
     def controller(self) -> str:
-        """Name of its controller."""
+        """Name of the controller with this terminal."""
         return self.to.rpartition(".")[0]
 
 
@@ -82,7 +82,7 @@ class OutputPin:
 
 @dataclass(frozen=True)
 class Wiring:
-    """Everything on one board.  Times in seconds."""
+    """The axes, inputs and outputs on one board.  Times are in seconds."""
 
     name: str
     axes: tuple[AxisPins, ...]
@@ -94,18 +94,22 @@ class Wiring:
     sample_s: float = 1e-3
     """Interval at which the board samples other inputs."""
 
+    def interval_s(self, given: InputPin) -> float:
+        """Return the interval at which the board samples an input."""
+        return self.sample_s if given.stops is None else self.stop_sample_s
+
     @cached_property
     def groups(self) -> tuple[str, ...]:
-        """Controllers on the board: their axes stop together."""
+        """Names of the controllers with axes on the board; all axes of a controller stop together."""
         return tuple(dict.fromkeys(axis.controller for axis in self.axes))
 
     @cached_property
     def enables(self) -> tuple[BoardPin, ...]:
-        """Enable pins, each once."""
+        """Enable pins without duplicates: several axes may share a pin."""
         return tuple(dict.fromkeys(axis.enable for axis in self.axes if axis.enable is not None))
 
     def used(self) -> Iterator[tuple[BoardPin, str]]:
-        """Yield each pin with its use, in the order of the scene."""
+        """Yield each pin with a description of its use, in the order of the scene."""
         for axis in self.axes:
             yield axis.step, f"{axis.axis} step"
             yield axis.direction, f"{axis.axis} direction"
@@ -117,7 +121,7 @@ class Wiring:
             yield output.pin, f"{output.source} output"
 
     def check(self) -> None:
-        """Raise UsageError for pins with two uses, and for axes without a way to be switched off."""
+        """Raise UsageError for a pin with two uses, an axis without an enable pin, or an input of another board."""
         uses: dict[str, str] = {}
         for pin, use in self.used():
             if pin.name in uses:
@@ -125,13 +129,13 @@ class Wiring:
             uses[pin.name] = use
         for axis in self.axes:
             if axis.enable is None:
-                raise UsageError(f"{axis.axis} has no enable pin: the board must switch the drive off when it stops")
+                raise UsageError(f"{axis.axis} has no enable pin: expected a pin that switches the drive off")
         for given in self.inputs:
             if given.stops is not None and given.controller not in self.groups:
-                raise UsageError(f"{given.to} stops an axis of {given.controller}, which has none on this board")
+                raise UsageError(f"{given.to} stops {given.controller}: expected a controller with axes on this board")
 
     def check_pins(self, dictionary: Dictionary) -> None:
-        """Raise UsageError for pins that the board does not have, or needs itself."""
+        """Raise UsageError for a pin that the board does not have, or that its firmware reserves."""
         reserved = {
             pin: key.removeprefix("RESERVE_PINS_")
             for key, pins in dictionary.constants.items()
@@ -148,7 +152,7 @@ class Wiring:
 
 @dataclass(frozen=True)
 class Objects:
-    """The objects of a board's configuration: their numbers, and the commands that make them."""
+    """Object numbers of a board's configuration, and the commands that create the objects."""
 
     steppers: dict[str, int] = field(default_factory=dict)
     enables: dict[BoardPin, int] = field(default_factory=dict)

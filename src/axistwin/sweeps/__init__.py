@@ -1,4 +1,4 @@
-"""Sweeps: thousands of runs of a scene with other values, what is measured in them, and what is claimed of them."""
+"""Sweeps: run a scene many times with varied values, measure each run, and check claims about each run."""
 
 from typing import TYPE_CHECKING
 

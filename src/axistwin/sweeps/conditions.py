@@ -23,13 +23,13 @@ _SIGNS: dict[str, tuple[Callable[[Any, float], Any], Callable[[Any, float], Any]
     "=": (np.equal, lambda x, c: -np.abs(x - c)),
     "!=": (np.not_equal, lambda x, c: np.abs(x - c)),
 }
-"""Truth and robustness of a comparison, by its sign."""
+"""Functions for the truth and the robustness of a comparison, by its sign."""
 _TOKEN = re.compile(r"\s*(<=|>=|!=|[()|<>=]|[^\s()|<>=!]+)")
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition: its signals, its truth (1 or 0) and its robustness over time."""
+    """A condition on signals, with functions that return its truth (1 or 0) and its robustness over time."""
 
     text: str
     signals: tuple[str, ...]
@@ -38,7 +38,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return the truth and the robustness of a comparison with a number, as functions of the value."""
+    """Return two functions of a value: the truth and the robustness of its comparison with a number."""
     try:
         limit = real(number)
     except NumberError as error:
@@ -48,12 +48,12 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return the truth and the robustness of a level, as functions of the value."""
+    """Return two functions of a level: the truth and the robustness of "the level is high" (or low)."""
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
 
 def condition(text: str) -> Condition:
-    """Return the condition in a text.  Raises UsageError."""
+    """Parse a condition.  Raises UsageError."""
     reader = _Reader(text)
     found = reader.either()
     if reader.tokens:
@@ -68,10 +68,10 @@ class _Reader:
 
     def wrong(self) -> UsageError:
         place = f" at {self.tokens[0]!r}" if self.tokens else ""
-        return UsageError(f"{shortened(self.text)} is no condition{place}: expected e.g. {EXAMPLE}")
+        return UsageError(f"invalid condition {shortened(self.text)}{place}: expected e.g. {EXAMPLE}")
 
     def take(self, *wanted: str) -> str:
-        """Return the next token, which is one of `wanted` or any; "" if there is none."""
+        """Remove and return the next token if it is one of `wanted` (none given: any token), else return ""."""
         if not self.tokens or (wanted and self.tokens[0] not in wanted):
             return ""
         return str(self.tokens.pop(0))

@@ -1,8 +1,8 @@
-"""Designs: which combinations of values are run.
+"""Designs: the combinations of values that a sweep runs.
 
-`grid` is every combination, `zip` the first values together, then the second ones, and so on.  `random`, `lhs` (Latin
-hypercube) and `sobol` are `runs` points drawn from all values.  In a grid, distributions are drawn anew for each run,
-and `runs` repeats each combination.
+`grid` runs every combination.  `zip` runs the first values of all paths, then the second values, and so on.
+`random`, `lhs` (Latin hypercube) and `sobol` draw `runs` points from all values.  A grid runs each combination `runs`
+times; each of these runs draws its own values from distributions.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,9 +15,9 @@ from axistwin.fault_injection.chance import Chance
 from axistwin.sweeps.values import MOST, Value, Values
 
 Points = Sequence[tuple[Value, ...]]
-"""One tuple a run, in the order of the paths."""
+"""One tuple of values for each run, in the order of the paths."""
 _SEEDS_APART = 0x9E37_79B9
-"""Distance between the seeds of two paths."""
+"""Difference between the seeds of two paths."""
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
@@ -35,7 +35,7 @@ def _grid(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     _check_drawn(varied, listed, runs)
     count = prod(len(values) for values in listed.values()) * (runs or 1)
     if count > MOST:
-        raise UsageError(f"{count:,} runs: expected at most {MOST:,}: fewer values, or --design sobol --runs N")
+        raise UsageError(f"{count:,} runs: expected at most {MOST:,}: use fewer values, or --design sobol --runs N")
     combinations = (point for point in product(*listed.values()) for _ in range(runs or 1))
     return _with_draws(varied, listed, list(combinations), seed)
 
@@ -45,7 +45,7 @@ def _zip(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     lengths = {path: len(values) for path, values in listed.items()}
     if len(set(lengths.values())) > 1:
         told = ", ".join(f"{path} {length}" for path, length in lengths.items())
-        raise UsageError(f"--design zip: the lists have different lengths ({told}): expected equal ones")
+        raise UsageError(f"--design zip: the lists have different lengths ({told}): expected equal lengths")
     length = max(lengths.values(), default=1)
     listed |= {path: list(each.listed) * length for path, each in varied.items() if len(each.listed) == 1}
     listed = {path: listed[path] for path in varied if path in listed}
@@ -64,13 +64,13 @@ def _listed(varied: Mapping[str, Values]) -> dict[str, Sequence[Value]]:
 def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: int | None) -> None:
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
-        raise UsageError(f"{drawn[0]}={varied[drawn[0]].text} is drawn: give the number of draws, e.g. --runs 100")
+        raise UsageError(f"{drawn[0]}={varied[drawn[0]].text} is random: expected a number of runs, e.g. --runs 100")
 
 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Insert the values that are drawn, from a sequence of random numbers per path."""
+    """Insert random values for paths with distributions.  Each of these paths has its own random sequence."""
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
         if path not in listed:
@@ -94,12 +94,12 @@ def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 
 def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = _count(runs)
-    power = max(count - 1, 1).bit_length()  # the generator is balanced for powers of two
+    power = max(count - 1, 1).bit_length()  # only 2**n points of the sequence are balanced
     return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Return the points at these fractions of each path's distribution."""
+    """Return one point for each row of fractions; a fraction selects a value from its path's distribution."""
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
 
 
@@ -111,7 +111,7 @@ def _count(runs: int | None) -> int:
 
 def _qmc() -> Any:
     require("scipy", "sweeps")
-    from scipy.stats import qmc  # lazy import: half a second
+    from scipy.stats import qmc  # lazy import: takes half a second
 
     return qmc
 

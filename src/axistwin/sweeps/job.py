@@ -1,4 +1,4 @@
-"""A job: a scene, what varies in it, and what is measured; and the run of one point of it."""
+"""A job of a sweep (scene, varied paths, measures and claims), and the runner of its points."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -24,11 +24,11 @@ from axistwin.version import VERSION
 
 Row = dict[str, Any]
 BOUND_NS = 3600 * S
-"""Longest virtual time of a run without `for`."""
+"""Longest virtual time of a run if the sweep gives no time (`for`)."""
 OWN_COLUMNS = ("run", "ended", "seconds", "difference", "notes", "wall_s", "worker", "version", "scene")
-"""Columns besides paths, measures and claims."""
+"""Columns of the results that are not for paths, measures or claims."""
 APART = ("wall_s", "worker", "version")
-"""Columns that may differ between equal sweeps."""
+"""Columns that may differ if a sweep is repeated."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Job:
 
 
 class Runner:
-    """Runs single points of a job.  The scene has been read once.  Raises UsageError for a job that cannot run."""
+    """Runs single points of a job.  Raises UsageError if the job cannot run."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
@@ -71,7 +71,7 @@ class Runner:
         self._check()
 
     def _check(self) -> None:
-        """Raise UsageError for signals, events or a program that do not fit the scene."""
+        """Raise UsageError if the scene lacks a signal or an event, or if the program cannot be loaded."""
         self._program()
         for name, sentence in {**self.measures, **self.claims}.items():
             try:
@@ -84,14 +84,14 @@ class Runner:
         return running.scene_program() if self.job.program is None else running.load(self.job.program)
 
     def row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Run a point; return its row.  A run that fails has the reason in its row."""
+        """Run a point and return its row.  If the run fails, the row has the reason."""
         begin_s = perf_counter()
         row = self.empty_row(number, values, worker)
         try:
             row |= self._run(values)
         except AxistwinError as error:
             row |= {"ended": "error", "notes": str(error)}
-        except Exception as error:  # noqa: BLE001  # a host of the user; the other runs go on
+        except Exception as error:  # noqa: BLE001  # from the user's host: other runs are not affected
             row |= {"ended": "error", "notes": f"{type(error).__name__}: {error}"}
         row["wall_s"] = perf_counter() - begin_s
         return row
@@ -131,7 +131,7 @@ class Runner:
         return None if self.job.for_s is None else max(to_ns(self.job.for_s), bench.now)
 
     def _finish(self, bench: Bench) -> str:
-        """Run to the end; return the reason for the end."""
+        """Run the bench to the end of the run; return the reason for the end."""
         if self.job.for_s is not None:
             bench.clock.run_to(max(to_ns(self.job.for_s), bench.now))
             return "for"
@@ -143,7 +143,7 @@ class Runner:
         return "bound"
 
     def files(self, row: Row) -> dict[str, str]:
-        """Return a scene that repeats a run, and its programs, by file name."""
+        """Return the texts of a scene that repeats a run, and of its programs, by file name."""
         scene = self.variation.scene([row[path] for path in self.job.paths])
         scene.build()
         failed = [name for name in self.claims if row[name] is False]
@@ -177,11 +177,11 @@ def _function(name: str) -> Callable[[Bench], object]:
 
 
 def check_names(names: Iterable[str], paths: Iterable[str]) -> None:
-    """Raise UsageError for a name of a measure or claim that cannot be a column."""
+    """Raise UsageError if the name of a measure or claim cannot be the name of a column."""
     taken = {*paths, *OWN_COLUMNS}
     for name in names:
         if name in taken:
-            raise UsageError(f"there is a column {name!r} already: choose another name")
+            raise UsageError(f"a column {name!r} exists already: choose another name")
         if not name.replace("_", "").replace("-", "").isalnum():
-            raise UsageError(f"{name!r} is no name: expected letters, digits, _ and -, e.g. cycle")
+            raise UsageError(f"invalid name {name!r}: expected letters, digits, _ and -, e.g. cycle")
         taken |= {name, f"{name}.robustness", f"{name}.at_s"}

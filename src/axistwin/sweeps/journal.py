@@ -1,7 +1,7 @@
-"""The results of a sweep: numbered parts beside the file, which become one Parquet file at the end.
+"""The results of a sweep: numbered part files during the sweep, joined to one Parquet file at the end.
 
-Each part is renamed into place when it is complete.  The plan of the sweep lies with the parts, and in the finished
-file: a sweep goes on where it stopped only with the same plan.
+A part file gets its name only when it is complete.  The plan of the sweep is stored with the parts and in the Parquet
+file.  An interrupted sweep is resumed only if its plan has not changed.
 """
 
 import json
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 PLAN = b"axistwin.sweep"
 """Key of the plan in the metadata of a Parquet file."""
 ROWS, FLUSH_S = 1000, 2.0
-"""Rows of a part at most, and the time after which a part is written."""
+"""Largest number of rows in a part file, and the time after which a part file is written."""
 Plan = Mapping[str, Any]
 
 
 class Journal:
-    """The rows of a sweep on their way to the file `out`.  Raises UsageError if `out` belongs to another sweep."""
+    """Writes the rows of a sweep to the file `out`.  Raises UsageError if `out` belongs to another sweep."""
 
     def __init__(self, out: Path, plan: Plan, types: Mapping[str, str]) -> None:
         require_pyarrow()
         if out.suffix != ".parquet":
-            raise UsageError(f"{out.name!r} is no name for results: expected a name that ends in .parquet")
+            raise UsageError(f"invalid file name {out.name!r}: expected a name that ends in .parquet")
         self.out, self.plan = out, plan
         self.parts = out.with_name(f"{out.name}.parts")
         self._types, self._rows = types, list[Row]()
@@ -67,13 +67,13 @@ class Journal:
         return {run for column in columns for run in column}
 
     def add(self, row: Row) -> None:
-        """Add a row; now and then a part is written."""
+        """Add a row; write a part file if enough rows or enough time have passed."""
         self._rows.append(row)
         if len(self._rows) >= ROWS or monotonic() - self._written_s > FLUSH_S:
             self.flush()
 
     def flush(self) -> None:
-        """Write the rows so far as a part."""
+        """Write the rows that are in no file yet to a part file."""
         self._written_s = monotonic()
         if not self._rows:
             return
@@ -83,7 +83,7 @@ class Journal:
         self._rows = []
 
     def finish(self) -> None:
-        """Join the parts to the Parquet file, in the order of the runs, and remove them."""
+        """Join the part files to one Parquet file, in the order of the runs, and remove the part files."""
         if self.complete:
             return
         import pyarrow as pa
@@ -97,7 +97,7 @@ class Journal:
 
 
 def table(rows: Sequence[Row], types: Mapping[str, str], plan: Plan) -> "pa.Table":
-    """Return rows as a table.  `types`: kinds of the columns, "number", "whole", "truth", "text" or "numbers"."""
+    """Return rows as a table.  `types`: type of each column: "number", "whole", "truth", "text" or "numbers"."""
     import pyarrow as pa
 
     kinds = {
@@ -119,7 +119,7 @@ def _as_kind(value: Any, kind: str) -> Any:
 
 
 def kind_of(values: Sequence[Any]) -> str:
-    """Return the kind of a column for the values of a path."""
+    """Return the type of the column for these values of a path."""
     if all(isinstance(value, bool) for value in values):
         return "truth"
     if all(isinstance(value, int) and not isinstance(value, bool) for value in values):
@@ -151,17 +151,17 @@ def is_sweep(path: Path) -> bool:
 
 
 def plan_of(path: Path) -> Plan:
-    """Return the plan of a file of results.  Raises TraceError if the file is something else."""
+    """Return the plan stored in a file of results.  Raises TraceError for any other file."""
     import pyarrow.parquet as pq
 
     if not is_sweep(path):
-        raise TraceError(f"{path}: no results of a sweep: expected a file written by axistwin sweep")
+        raise TraceError(f"{path} has no results of a sweep: expected a file written by axistwin sweep")
     plan: Plan = json.loads(pq.read_schema(path).metadata[PLAN])
     return plan
 
 
 def read(path: Path) -> "pa.Table":
-    """Return the results of a sweep, finished or not.  Raises UsageError or TraceError."""
+    """Return the results of a finished or interrupted sweep.  Raises UsageError or TraceError."""
     require_pyarrow()
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -176,16 +176,16 @@ def read(path: Path) -> "pa.Table":
 
 
 def digest(found: "pa.Table") -> str:
-    """Return a hash over the sorted rows, without columns that may differ between equal sweeps."""
+    """Return a hash of the sorted rows; columns that may differ if a sweep is repeated are left out."""
     kept = found.select([name for name in found.column_names if name not in APART]).sort_by("run")
     rows = (json.dumps(row, sort_keys=True) for row in kept.to_pylist())
     return sha256("\n".join(rows).encode()).hexdigest()[:16]
 
 
 def _check_plan(place: Path, old: Plan, new: Plan) -> None:
-    """Raise UsageError with the first difference between two plans."""
+    """Raise UsageError if two plans differ; the message gives the first difference."""
     new = json.loads(json.dumps(new))
     for key in dict.fromkeys((*old, *new)):
         if old.get(key) != new.get(key):
             was, now = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
-            raise UsageError(f"{place} is of another sweep: {key} was {was}, now {now}: choose another --out")
+            raise UsageError(f"{place} belongs to another sweep: {key} was {was}, now {now}: choose another --out")

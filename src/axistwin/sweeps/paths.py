@@ -1,11 +1,13 @@
-"""Paths: what a sweep varies in a scene, by name.
+"""Paths: names for the values of a scene that a sweep can vary.
 
-table.X.load.torque      an option of an axis; limits.1 is an element of a list, counted from 0
+table.X.load.torque      an option of an axis; in table.X.limits.1 the index of a list element, from 0
 table.wiring             an option of a controller
 knife.program.KP         the number first assigned to KP in the stored program
 knife.KP                 a variable or gain at power-up, before the program begins
 fault.cable.at           a time, seed or parameter of a fault, by its name
-script.0.at  wire.1.delay_ms  seed
+script.0.at              the time of an entry of the script, by its index
+wire.1.delay_ms          a property of a wire, by its index
+seed                     the seed of the scene
 """
 
 import re
@@ -26,17 +28,17 @@ from axistwin.sweeps.values import Value
 
 Keys = tuple[str | int, ...]
 TERMS = ("at", "nth", "duration", "seed")
-"""Properties of every fault that can be varied."""
+"""Properties that every fault has and that a sweep can vary."""
 WIRE = ("delay_ms", "invert")
 OWN = ("line", "history", "master_ratio")
-"""Keys of a controller, besides its options, that can be varied."""
+"""Keys of a controller that can be varied; options of its model can be varied too."""
 LISTS = {"fault": "fault.NAME.parameter", "script": "script.0.at", "wire": "wire.0.delay_ms"}
 _CODE = r"""(?:"[^"]*"|[^'"])*?"""
 
 
 @dataclass(frozen=True)
 class Place:
-    """The place of a path: keys in the scene, or the number assigned to `variable` in the text of a program."""
+    """The location of a varied value: keys in the scene, or a variable in a program file that gets the value."""
 
     path: str
     keys: Keys
@@ -45,7 +47,7 @@ class Place:
 
 
 class Variation:
-    """The places of some paths in a scene.  `scene(values)` returns the scene with these values."""
+    """A scene and the paths to vary.  `scene(values)` returns the scene with these values."""
 
     def __init__(self, base: Scene, paths: Iterable[str]) -> None:
         self.base = base.varied(_without_state(base.data))
@@ -54,7 +56,7 @@ class Variation:
         self._texts = {place.file: _program(self.base, place.file) for place in self.places if place.file}
 
     def scene(self, values: Sequence[Value]) -> Scene:
-        """Return the scene with these values.  Raises UsageError that names the path of a value that does not fit."""
+        """Return the scene with these values, one for each path.  Raises UsageError for an invalid value."""
         data: Any = self.base.data
         texts = dict(self._texts)
         for place, value in zip(self.places, values, strict=True):
@@ -65,7 +67,7 @@ class Variation:
         return self.base.varied(data, texts)
 
     def check(self, number: int, value: Value) -> None:
-        """Raise UsageError if a scene with this value of one path cannot be built."""
+        """Raise UsageError if the scene cannot be built with this value of the path with index `number`."""
         place = self.places[number]
         alone = Variation.__new__(Variation)
         alone.base, alone.places, alone._texts = self.base, [place], self._texts
@@ -78,7 +80,7 @@ class Variation:
 
 
 def states(scene: Scene) -> list[str]:
-    """Return the names of the controllers with a state directory, which a sweep leaves alone."""
+    """Return the names of the controllers with a state directory; a sweep does not use these directories."""
     return [_called(table) for table in scene.data["controller"] if table.get("state") is not None]
 
 
@@ -101,7 +103,7 @@ def _place(scene: Scene, bench: Bench, path: str) -> Place:
         first, rest = next(iter(bench.controllers)), [first, *rest]
     if first not in bench.controllers or not rest:
         there = (*bench.controllers, "fault", "script", "wire", "seed")
-        raise UsageError(f"{path} names nothing in the scene: {instead(first, there)}, e.g. table.X.load.torque")
+        raise UsageError(f"{path} is not in the scene: {instead(first, there)}, e.g. table.X.load.torque")
     return _in_controller(scene, bench[first], path, rest)
 
 
@@ -119,10 +121,10 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
         if not rest[0].isdecimal() or int(rest[0]) >= len(tables):
-            raise UsageError(f"{path}: no [[{kind}]] {rest[0]}: the scene has {len(tables)}, counted from 0")
+            raise UsageError(f"{path}: no [[{kind}]] {rest[0]}: the scene has {len(tables)}; the first is 0")
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
-        raise UsageError(f"{path}: no number {'.'.join(rest[1:])!r} here: {_there(rest[1], known)}")
+        raise UsageError(f"{path}: {'.'.join(rest[1:])!r} cannot be varied: {_there(rest[1], known)}")
     return (kind, number, rest[1])
 
 
@@ -151,7 +153,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
     if controller.has_variables and len(rest) == 1 and _assignable(controller, rest[0]):
         return Place(path, (*at, "variables", rest[0]))
     known_here = (*controller.axes, *options, *OWN, *(["program"] if controller.has_variables else []))
-    raise UsageError(f"{path} names nothing in the scene: {instead(rest[0], known_here)}")
+    raise UsageError(f"{path} is not in the scene: {instead(rest[0], known_here)}")
 
 
 def _assignable(controller: Controller, name: str) -> bool:
@@ -167,12 +169,12 @@ def _key(part: str) -> str | int:
 
 
 def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
-    """Return the keys.  Raises UsageError for an element of a list that the scene does not have."""
+    """Return the keys.  Raises UsageError if they contain the index of a list element that is not in the scene."""
     at: Any = scene.data
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             size = f"has {len(at)} elements" if isinstance(at, list) else "is not in the scene"
-            raise UsageError(f"{path}: no element {key}: the list {size}; elements count from 0")
+            raise UsageError(f"{path}: no element {key}: the list {size}; the first element is 0")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
         else:
@@ -181,14 +183,14 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
 
 
 def _put(node: Any, keys: Keys, value: Value) -> Any:
-    """Return a copy of the tables along `keys` with another value; missing tables are added."""
+    """Return a copy of `node` with another value at `keys`; missing tables are added."""
     if not keys:
         return value
     key, rest = keys[0], keys[1:]
     if isinstance(node, list):
         assert isinstance(key, int), "lists have numbers as keys"
         return [*node[:key], _put(node[key], rest, value), *node[key + 1 :]]
-    table = {"model": node} if isinstance(node, str) else node or {}  # a data sheet by name
+    table = {"model": node} if isinstance(node, str) else node or {}  # "frame23" is short for { model = "frame23" }
     return {**table, key: _put(table.get(key), rest, value)}
 
 
@@ -202,7 +204,7 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     users = [_called(other) for other in scene.data["controller"] if other.get("program") == table["program"]]
     if len(users) > 1:
         both = " and ".join(users)
-        raise UsageError(f"{path}: {table['program']} is the program of {both}: give each a file of its own")
+        raise UsageError(f"{path}: {table['program']} is the program of {both}: expected a separate file for each")
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)
     _assigned(_program(scene, file), place, 0)
@@ -214,7 +216,7 @@ def _program(scene: Scene, file: str) -> str:
 
 
 def _assigned(text: str, place: Place, value: Value) -> str:
-    """Return a program in which the number first assigned to the variable is `value`."""
+    """Return a program with `value` in place of the first number that is assigned to the variable."""
     if type(value) is not int:
         raise UsageError(f"{place.path}={value}: expected a whole number in a program, e.g. {place.variable}=100")
     number = re.compile(rf"(?<![\w@.]){re.escape(place.variable)}=[ ]*(-?\d+)(?![\w.])", re.ASCII)

@@ -1,7 +1,7 @@
-"""Draw the results of a sweep: a row for each measure and for each claim's robustness.
+"""Plot the results of a sweep: one row of plots for each measure and for each claim's robustness.
 
-A row has a histogram, a scatter plot over each path, and a heat map if two paths of numbers vary.  Runs that fail a
-claim are red; the worst runs of a claim have their numbers.
+A row has a histogram, a scatter plot over each path, and a heat map if exactly two numeric paths vary.  Runs that fail
+a claim are red; the worst runs of a claim are labelled with their run numbers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,14 +19,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PATHS = 4
-"""Paths with a scatter plot of their own; the first ones are drawn."""
+"""Largest number of scatter plots in a row; further paths are not drawn."""
 WORST = 3
+"""Number of runs that are labelled for each claim."""
 _SIZE = 2.6, 2.2
 """Width and height of one plot in inches."""
 
 
 def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = "") -> None:
-    """Draw the results to a PNG or SVG file.  Raises TraceError if nothing was measured."""
+    """Plot the results to a PNG or SVG file.  Raises TraceError if the sweep has no measures and no claims."""
     check_suffix(path)
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
     if not names:
@@ -71,7 +72,7 @@ def _is_number(table: "pa.Table", path: str) -> bool:
 
 
 def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Return values as numbers: a list as its mean, no answer and infinity as nan."""
+    """Return values as an array: the mean of a list, nan for None and for infinity."""
     flat = [np.mean(value) if isinstance(value, list) else np.nan if value is None else value for value in values]
     found = np.array(flat, float)
     found[~np.isfinite(found)] = np.nan

@@ -1,10 +1,10 @@
-"""Record what the measures and claims of a sweep need from one run: signals as changes, events as times.
+"""Record one run for the measures and claims of a sweep: the changes of signals, and the times of events.
 
-A signal is one of a trace (`docs/traces.md`), or of an axis:
+All signals of a trace can be recorded (`docs/traces.md`), and these signals of an axis:
 
-    position, lost            of a stepper: where the motor is, and the pulses that it has not followed
+    position, lost            of a stepper motor: actual position in steps, and number of lost steps
     velocity                  of a servo: counts per second over the latest sample
-    following_error           of a servo: commanded less actual position, in counts
+    following_error           of a servo: commanded minus actual position, in counts
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -30,12 +30,12 @@ from axistwin.units import S
 
 SERVO = {"velocity": ("position",), "following_error": ("commanded", "position")}
 STEPPER = {"position": ("pulses",), "lost": ("pulses",)}
-"""Signals of axes besides those of a trace, and what they are made of."""
+"""Signals of an axis that are not in a trace, with the signals of a trace from which they are computed."""
 
 
 @dataclass(frozen=True)
 class _Plan:
-    """The lost steps of a stepper from a time on; `losing` gives them by the pulses of the move, if more are lost."""
+    """Lost steps of a stepper motor since a time; `losing` returns their number after n pulses, if more are lost."""
 
     since_ns: int
     lost: int
@@ -44,7 +44,7 @@ class _Plan:
 
 
 class Recording:
-    """The signals and events of these names on a bench, from now to the end of the context."""
+    """Records signals and events of a bench, given by their names, within a `with` block."""
 
     def __init__(self, bench: Bench, signals: Iterable[str], events: Iterable[str]) -> None:
         self.bench = bench
@@ -56,14 +56,14 @@ class Recording:
         self._events: dict[str, list[int]] = {sentence: [] for sentence in events}
         self._plans: dict[str, list[_Plan]] = {}
         self._periods: dict[str, int] = {}
-        """Time from sample to sample, by servo axis."""
+        """Sample period in ns, by servo axis."""
         wanted = {part for name in self._names.values() for part in self._parts(name)}
         self._signals = [signal for name, signal in self._known.items() if name in wanted]
         self._stack = ExitStack()
         self._blocks: list[list[Part]] = [[] for _ in self._signals]
 
     def __enter__(self) -> Self:
-        """Subscribe.  Raises UsageError for an event that the bench cannot have."""
+        """Start recording.  Raises UsageError for an event that is impossible on this bench."""
         for sentence, times in self._events.items():
             happened = partial(self._happened, times)
             self._stack.callback(self.bench.when(sentence, happened, self._here))
@@ -98,16 +98,11 @@ class Recording:
         """Return the times of an event, in order."""
         return np.array(self._events[sentence], np.int64)
 
-    def axis_signal(self, sentence: str) -> str | None:
-        """Return the signal of the position of the axis in `X passes 1000`; None for other events."""
-        axis, verb, *_ = [*sentence.split(), "", ""]
-        return f"{axis}.position" if verb == "passes" else None
-
     def _happened(self, times: list[int]) -> None:
         times.append(self.bench.now)
 
     def _note_plan(self, scope: str, axis: StepperAxis) -> None:
-        """Note the lost steps of a move that begins or changes."""
+        """Record the lost steps when a move begins or changes."""
         self._plans[scope].append(_Plan(self.bench.now, axis.lost, axis.train.move.origin, axis.losing()))
 
     def _note_period(self, scope: str, samples: Samples) -> None:
@@ -121,7 +116,7 @@ class Recording:
     # Names
 
     def _full(self, name: str) -> str:
-        """Return the full name of a signal.  Raises UsageError if there is none."""
+        """Return the full name of a signal.  Raises UsageError if the bench has no such signal."""
         for candidate in (name, f"{self._here}.{name}"):
             if candidate in self._known or self._parts(candidate) != (candidate,):
                 return candidate
@@ -139,7 +134,7 @@ class Recording:
         return found
 
     def _parts(self, name: str) -> tuple[str, ...]:
-        """Return the signals of a trace that a signal is made of."""
+        """Return the signals of a trace from which a signal is computed."""
         if name in self._known:
             return (name,)
         scope, _, which = name.rpartition(".")
@@ -177,7 +172,7 @@ class Recording:
         return Series.of(times, values, self.end_ns)
 
     def _lost_of(self, scope: str) -> Series:
-        """Return the lost steps: constant between moves and in moves without a slip, else as planned pulse by pulse."""
+        """Return the number of lost steps over time; it changes only during moves that lose steps."""
         pulses, plans = self._traced(f"{scope}.pulses"), self._plans[scope]
         times: list[Times] = []
         values: list[list[int]] = []
@@ -191,7 +186,7 @@ class Recording:
         return Series.of(np.concatenate(times), np.concatenate(values).astype(float), self.end_ns)
 
     def _velocity(self, scope: str) -> Series:
-        """Return the velocity of a servo: the way of a sample, from the end of this sample to that of the next."""
+        """Return the velocity of a servo: the distance moved in a sample gives the velocity during the next sample."""
         position, period_ns = self._traced(f"{scope}.position"), self._periods.get(scope, S)
         moved, ways = position.times[1:], np.diff(position.values)
         ends = moved + period_ns
@@ -204,6 +199,6 @@ class Recording:
 
 
 def check(bench: Bench, signals: Sequence[str], events: Sequence[str]) -> None:
-    """Raise UsageError for a signal or an event that the bench cannot have."""
+    """Raise UsageError if the bench has no such signal, or if an event is impossible on this bench."""
     with Recording(bench, signals, events):
         pass

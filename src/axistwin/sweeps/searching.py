@@ -1,7 +1,7 @@
-"""Search for the worst run: CMA-ES over the fractions of each path's values, generation by generation.
+"""Search for the worst run with the evolution strategy CMA-ES.
 
-The result depends on the seed and not on the number of workers.  A generation without any difference, or one that has
-converged, is followed by a new start at a random point.
+The search varies one fraction, 0 to 1, for each path.  The result depends on the seed, not on the number of workers.
+The search restarts at a random point if it has converged, or if all runs of a generation have the same robustness.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,25 +17,25 @@ from axistwin.sweeps.values import Values
 from axistwin.sweeps.workers import Engine
 
 FAR = 1e12
-"""Stands for an infinite robustness."""
+"""Robustness that the search uses in place of infinity."""
 SIGMA = 0.3
-"""First step, as a fraction of the range."""
+"""Initial step size, as a fraction of the range."""
 
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
-    """Raise an error if there is nothing to search, or no library to search with."""
+    """Raise UsageError if the sweep cannot be searched, MissingExtraError without the library."""
     require("cmaes", "sweeps")
     if not claims:
-        raise UsageError("--search looks for the run that fails a claim: add --claim 'NAME: SENTENCE'")
+        raise UsageError("--search needs a claim: add --claim 'NAME: SENTENCE'")
     for path, values in varied.items():
         if not values.ordered:
-            raise UsageError(f"{path}={values.text}: a search needs numbers in order: expected e.g. 0.05..0.4")
+            raise UsageError(f"{path}={values.text}: a search needs numbers: expected e.g. 0.05..0.4")
     if not varied:
-        raise UsageError("--search needs something to vary: add --vary PATH=VALUES")
+        raise UsageError("--search needs a value to vary: add --vary PATH=VALUES")
 
 
 def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
-    """Return the claims' robustness in the runs of an unfinished search, by run."""
+    """Return the rows of an interrupted search by run number; each row has the robustness of the claims."""
     import pyarrow.parquet as pq
 
     columns = ["run", *(f"{name}.robustness" for name in claims)]
@@ -44,7 +44,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the least robustness of a run; FAR without a finite one."""
+    """Return the least robustness of a run's claims, limited to ±FAR; FAR if no claim has one."""
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]
     return min(finite, default=FAR)
@@ -58,7 +58,7 @@ def search(
     seed: int,
     before: Mapping[int, Row],
 ) -> Iterator[Row]:
-    """Yield the rows of `count` runs; those in `before` are not repeated."""
+    """Yield the rows of a search of `count` runs; runs in `before` are not repeated."""
     chance = Chance(seed)
     strategy, asked = _start(len(varied), chance, first=True), 0
     while asked < count:
@@ -86,6 +86,6 @@ def _start(dimensions: int, chance: Chance, *, first: bool = False) -> Any:
     import numpy as np
     from cmaes import CMA
 
-    size = max(2, dimensions)  # the library has no search in one dimension
+    size = max(2, dimensions)  # CMA needs at least two dimensions
     mean = np.array([0.5 if first else chance.unit() for _ in range(size)])
     return CMA(mean, SIGMA, bounds=np.array([[0.0, 1.0]] * size), seed=chance.below(1 << 31))

@@ -1,7 +1,7 @@
-"""Measures and claims, as sentences.  One table of forms; the schema and the documentation are made from the table.
+"""Measures and claims as sentences.  The schema and the documentation are generated from the tables of forms.
 
-A claim has a robustness: above 0 it holds and could be missed by that much, below 0 it fails by that much.  Levels have
-no distance: their robustness is infinite.
+The robustness of a claim is its margin: positive if the claim holds, negative if the claim fails.  A claim about a
+level (high, low) has an infinite robustness.
 """
 
 import re
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from axistwin.errors import UsageError
+from axistwin.fault_injection.triggers import VERBS
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.sweeps.conditions import Condition, comparison, condition
 from axistwin.sweeps.recording import Recording
@@ -19,13 +20,12 @@ from axistwin.sweeps.series import Series, combined, minimum
 from axistwin.units import S, to_ns
 
 Answer = float | list[float] | None
-VERBS = "passes", "rises", "falls", "changes", "hears", "says", "raises", "runs", "begins", "ends"
 _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 
 @dataclass(frozen=True)
 class Finding:
-    """The answer of a sentence in one run.  `reason`: why there is no answer; claims have a robustness and a time."""
+    """The result of a measure or claim in one run.  `reason`: why a result is missing; `at_ns`: time of the failure."""
 
     value: Answer = None
     reason: str = ""
@@ -36,7 +36,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence that has been read, with the signals and events that it needs."""
+    """A parsed measure or claim, with the signals and events that it needs."""
 
     text: str
     signals: tuple[str, ...]
@@ -46,7 +46,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Form:
-    """A form of sentence.  `read` makes the sentence of the parts that `pattern` has found."""
+    """A form of a measure or claim.  `read` converts the named groups of `pattern` to a sentence."""
 
     form: str
     pattern: str
@@ -56,13 +56,13 @@ class Form:
 
 
 def measure(text: str) -> Sentence:
-    """Return the measure that a sentence describes.  Raises UsageError."""
-    return _read(text, MEASURES, "a measure")
+    """Parse a measure.  Raises UsageError."""
+    return _read(text, MEASURES, "measure")
 
 
 def claim(text: str) -> Sentence:
-    """Return the claim that a sentence describes.  Raises UsageError."""
-    return _read(text, CLAIMS, "a claim")
+    """Parse a claim.  Raises UsageError."""
+    return _read(text, CLAIMS, "claim")
 
 
 def _read(text: str, forms: tuple[Form, ...], what: str) -> Sentence:
@@ -70,17 +70,17 @@ def _read(text: str, forms: tuple[Form, ...], what: str) -> Sentence:
     for form in forms:
         if found := re.fullmatch(form.pattern, words):
             return form.read(words, {name: part or "" for name, part in found.groupdict().items()})
-    raise UsageError(f"{shortened(text)} is not {what}: expected e.g. {', '.join(repr(f.example) for f in forms[:3])}")
+    raise UsageError(f"invalid {what} {shortened(text)}: expected e.g. {', '.join(repr(f.example) for f in forms[:3])}")
 
 
 # Measures
 
 
 def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
-    """Return the name of a signal, and how it is read: `|X|` is its magnitude."""
+    """Return the name of a signal, and a function that returns its values; `|X|` is the magnitude of X."""
     name = text.strip("|").strip()
     if not name or " " in name or (text.startswith("|") is not text.endswith("|")):
-        raise UsageError(f"{shortened(text)} is no signal: expected e.g. table.X.velocity or |motor.RPE|")
+        raise UsageError(f"invalid signal {shortened(text)}: expected e.g. table.X.velocity or |motor.RPE|")
     if text.startswith("|"):
         return name, lambda record: record.series(name).map(np.abs)
     return name, lambda record: record.series(name)
@@ -92,7 +92,7 @@ def _final(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _masked(series: Series, where: Series | None) -> tuple[Any, Any]:
-    """Return the values and durations of the pieces of a signal during which the condition holds."""
+    """Return the values of a signal and their durations, as long as the condition `where` is true."""
     if where is None:
         return series.values, series.seconds
     both = combined(lambda values, holds: np.stack((values, holds), axis=1), series, where)
@@ -131,7 +131,7 @@ def _statistic(text: str, parts: Mapping[str, str]) -> Sentence:
 def _event(text: str) -> str:
     if not _EVENT.fullmatch(text):
         raise UsageError(
-            f"{shortened(text)} is no event: expected e.g. 'table.X passes 1000'; verbs: {', '.join(VERBS)}"
+            f"invalid event {shortened(text)}: expected e.g. 'table.X passes 1000'; verbs: {', '.join(VERBS)}"
         )
     return text
 
@@ -154,7 +154,7 @@ def _from_to(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _two_events(text: str) -> tuple[str, str]:
-    """Divide at the word `to` that leaves an event on both sides."""
+    """Split at the word `to` that has an event on both sides."""
     words = text.split(" to ")
     for n in range(1, len(words)):
         begin, end = " to ".join(words[:n]), " to ".join(words[n:])
@@ -236,7 +236,7 @@ def _position(text: str) -> float:
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
-    """Robustness: the distance from the position at the nearest, or the way beyond it, while the condition holds."""
+    """Robustness: the least distance from the position, or minus the distance moved beyond the position."""
     name, position, way = passing
     series, times = record.series(name), record.times(event)
     where = during.truth(record) if during else series.map(np.ones_like)
@@ -254,7 +254,7 @@ def _not_passing(record: Recording, event: str, passing: tuple[str, float, int],
 
 
 def _not_happening(record: Recording, event: str, during: Condition | None) -> Finding:
-    """Robustness: the seconds between the nearest event and the condition; infinite without one of them."""
+    """Robustness: the least time in s between an event and the condition; infinite if either does not occur."""
     times = record.times(event)
     if during is None:
         return _verdict(not len(times), -np.inf if len(times) else np.inf, int(times[0]) if len(times) else None)
@@ -281,7 +281,7 @@ def _eventually(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _after(text: str, parts: Mapping[str, str]) -> Sentence:
-    """`within`: the condition becomes true in the window after each event; `for`: it stays true."""
+    """Read a claim about the time after each event: the condition becomes true (`within`) or stays true (`for`)."""
     what, event, span_ns = condition(parts["what"]), _event(parts["event"]), _ns(parts["span"])
     assert span_ns is not None, "the form has a time"
     stays = parts["kind"] == "for"
@@ -324,10 +324,10 @@ def _until(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _until_value(first: Series, second: Series, end_ns: int) -> float:
-    """Return the maximum over times of the second signal there and the minimum of the first one before."""
+    """Return the maximum over all times of min(value of `second`, all earlier values of `first`)."""
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))  # at the first time of each piece
+    before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))  # of `first`
     return float(np.max(np.minimum(values[:, 1], before)))
 
 
@@ -365,13 +365,13 @@ MEASURES = (
     Form(
         "max|min|mean|rms|integral SIGNAL [while CONDITION]",
         r"(?P<what>max|min|mean|rms|integral) (?P<signal>.+?)(?: while (?P<during>.+))?",
-        "a statistic over time, exact; an integral is in units of the signal times seconds",
+        "an exact statistic over time; the unit of an integral is that of the signal times seconds",
         "max |knife.shaft.following_error| while knife.D high", _statistic,
     ),
     Form(
         "from EVENT to EVENT [first|last|each]",
         r"from (?P<events>.+?)(?: (?P<which>first|last|each))?",
-        "seconds from an event to the next one of the other kind; the first pair, the last or a list of each",
+        "seconds from the first event to the next occurrence of the second event; of the first pair, the last, or each",
         "from table.output1 rises to table.output1 falls", _from_to,
     ),
     Form("count EVENT", r"count (?P<event>.+)", "the number of events", "count knife raises Be", _count),
@@ -381,7 +381,7 @@ CLAIMS = (
     Form(
         "never EVENT [while CONDITION]",
         r"never (?P<what>\S+ (?:" + "|".join(VERBS) + r")(?: .*?)??)(?: while (?P<during>.+))?",
-        "the event does not occur; robustness of `passes`: the least distance, or the way beyond the position",
+        "the event does not occur; robustness of `passes`: the least distance, or minus the distance moved beyond",
         "never table.X passes 12000 while table.output1 high", _never,
     ),
     Form(
@@ -391,13 +391,13 @@ CLAIMS = (
     Form(
         "always within SECONDS s after EVENT: CONDITION",
         rf"always (?P<kind>within) {_SECONDS.format('span')} after (?P<event>.+?): (?P<what>.+)",
-        "after each event the condition becomes true in time",
+        "the condition becomes true within this time after each event",
         "always within 2 s after knife.D rises: knife.shaft.velocity = 0", _after,
     ),
     Form(
         "always for SECONDS s after EVENT: CONDITION",
         rf"always (?P<kind>for) {_SECONDS.format('span')} after (?P<event>.+?): (?P<what>.+)",
-        "after each event the condition is true for this time",
+        "the condition stays true for this time after each event",
         "always for 0.5 s after table.output1 rises: table.X.velocity = 0", _after,
     ),
     Form(
@@ -410,14 +410,14 @@ CLAIMS = (
     ),
     Form(
         "CONDITION until CONDITION [within SECONDS s]", rf"(?P<what>.+?) until (?P<then>.+?){_WITHIN}",
-        "the first condition is true up to some time at which the second one is true",
+        "the first condition is true until the second condition is true",
         "table.X.velocity <= 4000 until table.output1 high", _until,
     ),
     Form(
         "MEASURE < NUMBER (or <= > >= = !=)",
         r"(?P<measure>(?:final|max|min|mean|rms|integral|from|count) .+?)"
         r" ?(?P<sign><=|>=|!=|<|>|=) ?(?P<number>[\d.eE+-]+)",
-        "a bound for a measure", "from table.output1 rises to table.output1 falls < 1.5", _bounded,
+        "the measure is within a limit", "from table.output1 rises to table.output1 falls < 1.5", _bounded,
     ),
 )  # fmt: skip
 """Forms of claims, in the order in which they are tried."""

@@ -1,4 +1,4 @@
-"""Piecewise constant signals over a run, as the measures and claims use them."""
+"""Piecewise constant signals, used by measures and claims."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Series:
-    """A signal: `values[n]` holds from `times[n]` to the next time, the last one up to `end_ns`."""
+    """A signal: `values[n]` applies from `times[n]` to `times[n + 1]`, the last value up to `end_ns`."""
 
     times: Times
     values: NDArray[Any]
@@ -23,7 +23,7 @@ class Series:
 
     @classmethod
     def of(cls, times: Times, values: NDArray[Any], end_ns: int) -> "Series":
-        """Return a signal from changes in order of time; of several at one time the last one counts."""
+        """Return a signal from changes in order of time; of several changes at one time the last applies."""
         last = np.append(np.diff(times) > 0, True)
         return cls(times[last], values[last], end_ns)
 
@@ -44,12 +44,12 @@ class Series:
         return self.values[first : max(int(np.searchsorted(self.times, end_ns, "right")), first + 1)]
 
     def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> "Series":
-        """Return the signal of a function of the value."""
+        """Return the signal with `function` applied to its values."""
         return Series(self.times, function(self.values), self.end_ns)
 
 
 def combined(function: Callable[..., NDArray[Any]], *parts: Series) -> Series:
-    """Return the signal of a function of several signals, on the union of their times."""
+    """Return a signal: `function` applied to the values of several signals, at the times of all of them."""
     times = np.unique(np.concatenate([part.times for part in parts]))
     return Series(times, function(*(part.at(times) for part in parts)), max(part.end_ns for part in parts))
 

@@ -16,7 +16,7 @@ WORST = 3
 
 
 def summary(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the summary as data for JSON; numbers that are not finite are null."""
+    """Return the summary as data for JSON; an infinite robustness is None."""
     rows = table.to_pylist()
     return {
         "runs": len(rows),
@@ -58,7 +58,10 @@ def _finite(value: float) -> float | None:
 
 
 def without_effect(rows: Sequence[Mapping[str, Any]], plan: Mapping[str, Any]) -> list[str]:
-    """Return the paths that changed no result, where runs differ in one path only or all results are equal."""
+    """Return the paths that change no result.
+
+    Only runs that differ in this path alone are compared.  Without such runs, the results of all runs must be equal.
+    """
     paths = list(plan["varied"])
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
     if not names:

@@ -1,4 +1,4 @@
-"""A sweep: a scene, what varies, what is measured and claimed; run it to a table.
+"""A sweep: a scene with varied values, measures and claims; `run` returns a table of results.
 
 from axistwin.sweeps import Sweep
 
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 KEPT = 20
-"""Largest number of failing runs that are kept as scenes."""
+"""Largest number of failing runs that are saved as scenes."""
 Progress = Callable[[int, int, int], object]
-"""Called with the number of finished runs, of all runs, and of runs in which a claim fails."""
+"""Called with three numbers of runs: finished runs, all runs, runs in which a claim fails."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """How the points of a sweep are chosen; `search`: number of runs that look for the worst point."""
+    """The choice of the points of a sweep.  `search`: number of runs of a search for the worst point."""
 
     name: str = "grid"
     runs: int | None = None
@@ -51,7 +51,7 @@ class Design:
 
 
 class Sweep:
-    """A sweep of a scene: a file, a `Scene` or a dict.  `program` and `host` take part in every run."""
+    """A sweep of a scene (a file, a `Scene` or a dict).  `program` and `host` are part of every run."""
 
     def __init__(
         self, scene: Scene | str | Path | Mapping[str, Any], program: str | Path | None = None, host: str | None = None
@@ -60,14 +60,14 @@ class Sweep:
             self.scene = scene
         else:
             self.scene = Scene.given(scene) if isinstance(scene, Mapping) else Scene.load(scene)
-        self.scene.build()  # reads its programs
+        self.scene.build()  # reads the files of its programs
         self.program, self.host = None if program is None else Path(program), host
         self.varied: dict[str, Values] = {}
         self.measures: dict[str, str] = {}
         self.claims: dict[str, str] = {}
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary what `path` names: `.vary("table.X.load.torque", "0.05..0.4:8")`, or a list.  Raises UsageError."""
+        """Vary the value at a path: `.vary("table.X.load.torque", "0.05..0.4:8")`.  Raises UsageError."""
         if path in self.varied:
             raise UsageError(f"{path} is varied twice: expected one list of values")
         try:
@@ -77,19 +77,19 @@ class Sweep:
         return self
 
     def measure(self, name: str, sentence: str) -> Self:
-        """Measure in each run: `.measure("cycle", "from table.output1 rises to table.output1 falls")`."""
+        """Add a measure: `.measure("cycle", "from table.output1 rises to table.output1 falls")`."""
         check_names([name], [*self.varied, *self.measures, *self.claims])
         self.measures[name] = sentence
         return self
 
     def claim(self, name: str, sentence: str) -> Self:
-        """Claim of each run: `.claim("safe", "never table.X passes 12000 while table.output1 high")`."""
+        """Add a claim: `.claim("safe", "never table.X passes 12000 while table.output1 high")`."""
         check_names([name], [*self.varied, *self.measures, *self.claims])
         self.claims[name] = sentence
         return self
 
     def plan(self, design: Design, seconds: float | None) -> dict[str, Any]:
-        """Return everything that the rows depend on."""
+        """Return all settings that determine the rows."""
         varied = {path: values.text for path, values in self.varied.items()}
         job = self._job(seconds)
         return {
@@ -102,7 +102,7 @@ class Sweep:
         return Job(self.scene, tuple(self.varied), self.measures, self.claims, seconds, self.program, self.host)
 
     def check(self, design: Design | None = None, seconds: float | None = None) -> tuple[Runner, Points]:
-        """Return what runs the points, and the points.  Raises UsageError for anything that cannot run."""
+        """Return the runner and the points.  Raises UsageError if the sweep cannot run."""
         design = design or Design()
         runner = Runner(self._job(seconds))
         for number, values in enumerate(self.varied.values()):
@@ -124,10 +124,11 @@ class Sweep:
         progress: Progress | None = None,
         tell: Callable[[str], None] = lambda words: None,
     ) -> "pa.Table":
-        """Run all points and return the table, one row a run; with `out` as a Parquet file that can be resumed.
+        """Run all points and return a table with one row per run.
 
-        `seconds`: virtual time of each run.  `workers`: number of processes; 0 runs in this process; None: one for each
-        core.  `limit`: longest real time of a run in seconds.  Raises UsageError before anything runs.
+        `out`: Parquet file for the table; an interrupted sweep is resumed.  `seconds`: virtual time of each run.
+        `workers`: number of processes; 0: run in this process; None: one process per core.  `limit`: longest real time
+        of a run in seconds.  Raises UsageError before the first run.
         """
         if out is None:
             with TemporaryDirectory() as directory:
@@ -146,7 +147,7 @@ class Sweep:
     def _engine(self, runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
         count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
         count = (os.cpu_count() or 1) if count is None else count
-        prepare(runner)  # compiles before several workers would
+        prepare(runner)  # compile once, before the workers start
         return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
     def _run(
@@ -177,7 +178,7 @@ class Sweep:
         yield from engine.map(_tasks(found, results.done))
 
     def _types(self, found: Points) -> dict[str, str]:
-        """Return the kinds of all columns."""
+        """Return the type of each column."""
         columns: list[Sequence[Value]] = [*zip(*found, strict=True)]
         columns = columns or [values.samples for values in self.varied.values()]
         types = {"run": "whole"}
@@ -203,7 +204,7 @@ def _kept(out: Path) -> Path:
 
 
 def _keep(runner: Runner, row: Row, directory: Path) -> bool:
-    """Write a scene that repeats a failing run."""
+    """Write a scene that repeats a failing run; return False if it cannot be written."""
     with suppress(OSError):
         for name, text in runner.files(row).items():
             file = directory / f"run-{row['run']}" / name

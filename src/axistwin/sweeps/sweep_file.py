@@ -47,15 +47,15 @@ class SweepFile(BaseModel):
     host: Annotated[str, Field(pattern=r"^[\w.]+:\w+$")] | None = None
     """A Python host, MODULE:FUNCTION, that is called with the bench of each run."""
     seconds: float | None = Field(default=None, alias="for", gt=0)
-    """Virtual time of each run in seconds; if left out, a run ends when everything rests."""
+    """Virtual time of each run in seconds; if left out, a run ends when nothing moves and no event is due."""
     design: Literal["grid", "zip", "random", "lhs", "sobol"] = "grid"
-    """Choice of the points."""
+    """Design: the combinations of values that are run."""
     runs: Annotated[int, Field(ge=1)] | None = None
-    """Number of runs of a drawn design, or of draws for each point of a grid."""
+    """Number of runs of a random design, or number of runs for each point of a grid."""
     seed: Annotated[int, Field(ge=0)] = 0
-    """Seed of drawn values."""
+    """Seed of random values."""
     search: Annotated[int, Field(ge=1)] | None = None
-    """Number of runs that look for the worst point, instead of a design."""
+    """Number of runs of a search for the worst point; replaces the design."""
     vary: Annotated[dict[str, Any], Field(min_length=1)]
     """Values by path: "0.05..0.4:8", "normal(1, 0.1)", [1, 2, 4]."""
     measure: Annotated[dict[str, str], Field(description=f"Measures by name.  {_told(MEASURES)}")] = {}
@@ -79,7 +79,7 @@ class SweepFile(BaseModel):
 
 
 def is_sweep_file(file: Path) -> bool:
-    """True for a TOML file that names a scene; a scene itself has controllers."""
+    """True if a TOML file has the key `scene` and no [[controller]]."""
     try:
         data = tomllib.loads(read_text(file))
     except (ValueError, RecursionError):
@@ -118,7 +118,7 @@ def check(file: Path) -> None:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Return the result; an error without a place gets that of `keys`."""
+    """Return the result of `do`; an error without a place gets the place of `keys`."""
     try:
         return do()
     except PlacedError:

@@ -1,6 +1,6 @@
 """VALUES of a variation: `1..5`, `0.05..0.4:8`, `1..1000:4:log`, `[a, b]`, `normal(m, s)`, `uniform(a, b)`.
 
-A grid takes the listed values.  A sampled design draws from the same text: `a..b` is then the whole interval.
+A grid runs the listed values.  A random design draws from the same range: `a..b` is then the whole interval.
 """
 
 import re
@@ -28,18 +28,18 @@ _WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
 
 @dataclass(frozen=True)
 class Values:
-    """The values of one path.  `listed`: those of a grid; empty if they can only be drawn."""
+    """The values of one path.  `listed`: values for a grid; empty if values can only be drawn at random."""
 
     text: str
     listed: Sequence[Value]
     at: Callable[[float], Value]
-    """Returns the value at a fraction of the distribution, from 0 to below 1."""
+    """Returns the value at a fraction of the distribution; 0 <= fraction < 1."""
     ordered: bool = True
-    """False for a list without numbers, which a search cannot follow."""
+    """False for a list with values other than numbers: a search needs numbers."""
 
     @property
     def samples(self) -> list[Value]:
-        """Values to check before a sweep: all of a short list, else the ends and the middle."""
+        """Values to check before a sweep: all values of a short list, else the first, the middle and the last."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -49,7 +49,7 @@ _ENDS = (0.0, 0.001, 0.5, 0.999, 1 - 2**-53)
 
 
 def read(given: Value) -> Values:
-    """Return the values that a text, a list or a single value stands for.  Raises UsageError."""
+    """Return the values given by a text, a list or a single value.  Raises UsageError."""
     if isinstance(given, list):
         return _listed(str(given), given)
     if not isinstance(given, str):
@@ -60,7 +60,7 @@ def read(given: Value) -> Values:
     if found := _DRAWN.fullmatch(text):
         return _distribution(text, found["name"], found["given"])
     if ".." in text and not text.startswith(('"', "'", "[")):
-        raise UsageError(f"{shortened(text)} is no range: expected e.g. {EXAMPLES}")
+        raise UsageError(f"invalid range {shortened(text)}: expected e.g. {EXAMPLES}")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
@@ -70,7 +70,7 @@ def read(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return a text without quotation marks.  Raises UsageError for a text that looks like something else."""
+    """Return a text without quotation marks.  Raises UsageError if the text begins like a list, a tuple or a quote."""
     if not text or text[0] in "[{(\"'":
         raise UsageError(f"{shortened(text)} cannot be read: expected e.g. {EXAMPLES}")
     return text
@@ -93,10 +93,10 @@ def _number(text: str) -> float:
 def _range(text: str, found: re.Match[str]) -> Values:
     low, high = _number(found["low"]), _number(found["high"])
     if not low < high:
-        raise UsageError(f"{text}: the range is the wrong way round: expected {found['high']}..{found['low']}")
+        raise UsageError(f"{text}: the lower value must be first: expected {found['high']}..{found['low']}")
     logarithmic = found["log"] is not None
     if logarithmic and low <= 0:
-        raise UsageError(f"{text}: a logarithmic range begins above 0, e.g. 1..1000:4:log")
+        raise UsageError(f"{text}: a logarithmic range must begin above 0: expected e.g. 1..1000:4:log")
     whole_ends = isinstance(low, int) and isinstance(high, int)
     if found["count"] is not None:
         listed = _points(text, low, high, int(found["count"]), logarithmic)
@@ -153,7 +153,7 @@ DISTRIBUTIONS: dict[str, tuple[Callable[..., float], str, Callable[[list[float]]
         lambda given: given[0] <= given[1] <= given[2] and given[0] < given[2],
     ),
 }  # fmt: skip
-"""Distributions by name: the value at a fraction, the form, and the check of its parameters."""
+"""By name: function that returns the value at a fraction, notation, and check of the parameters."""
 
 
 def _distribution(text: str, name: str, given: str) -> Values:

@@ -1,7 +1,7 @@
-"""Worker processes of this machine: each runs one point after the other.
+"""Worker processes on this computer.  Each worker runs one point at a time.
 
-A worker that is killed is replaced, and its run is repeated, up to three times.  A run that exceeds the time limit ends
-with its worker.  Rows come in the order in which runs end; a row does not depend on its worker.
+A killed worker is replaced and its run is repeated; a run is tried three times.  A worker whose run exceeds the time
+limit is killed, and this run is not repeated.  Rows are yielded in the order in which their runs end.
 """
 
 import os
@@ -28,13 +28,13 @@ _POLL_S = 0.2
 
 
 class Engine(Protocol):
-    """Something that runs tasks."""
+    """Interface of `Workers` and `ThisProcess`: a context manager that runs tasks."""
 
     def __enter__(self) -> Self:
-        """Start."""
+        """Start the workers."""
 
     def __exit__(self, *_: object) -> None:
-        """End, also in the middle of runs."""
+        """Stop the workers, even during runs."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
         """Yield the row of each task, in any order."""
@@ -50,7 +50,7 @@ class ThisProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Nothing has been started."""
+        """Do nothing."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
         """Yield the row of each task."""
@@ -59,7 +59,7 @@ class ThisProcess:
 
 
 class Workers:
-    """A number of worker processes for a job."""
+    """Worker processes for one job."""
 
     def __init__(
         self, runner: Runner, count: int, limit_s: float = LIMIT_S, tell: Callable[[str], None] = print
@@ -82,7 +82,7 @@ class Workers:
 
     @property
     def processes(self) -> list[int]:
-        """Numbers of the worker processes."""
+        """Process IDs of the workers."""
         return [worker.process.pid for worker in self._workers if worker.process is not None]
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
@@ -114,7 +114,7 @@ class Workers:
     def _serve(
         self, worker: "_Worker", waiting: Iterator[Task], rows: "SimpleQueue[Row | BaseException | None]"
     ) -> None:
-        """Give tasks to a worker until there are none."""
+        """Send tasks to a worker until none is left."""
         try:
             while not self._ended:
                 with self._lock:
@@ -124,7 +124,7 @@ class Workers:
                 row = self._perform(worker, task)
                 if row is not None:
                     rows.put(row)
-        except BaseException as error:  # noqa: BLE001  # raised in the thread of the caller
+        except BaseException as error:  # noqa: BLE001  # `map` raises the error in the caller's thread
             rows.put(error)
         rows.put(None)
 
@@ -138,14 +138,14 @@ class Workers:
             late, worker.late = worker.late, False
             worker.start()
             if late:
-                note = f"no end after {self._limit_s:g} s of real time"
+                note = f"not finished after {self._limit_s:g} s of real time"
                 return {**self._runner.empty_row(*task, worker.name), "ended": "limit", "notes": note}
             self._tell(f"{worker.name} was killed in run {task[0]}: the run is repeated")
         return {**self._runner.empty_row(*task, worker.name), "ended": "killed", "notes": "the worker was killed"}
 
 
 class _Worker:
-    """One process, which is given tasks over its standard input."""
+    """One process, which receives tasks on its standard input."""
 
     def __init__(self, name: str, setup: bytes) -> None:
         self.name, self.late = name, False
@@ -154,13 +154,13 @@ class _Worker:
         self._since_s: float | None = None
 
     def start(self) -> None:
-        """Start the process; it sets itself up while the caller goes on."""
+        """Start the process, without waiting until it is ready."""
         package = str(Path(__file__).resolve().parents[2])
         path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
         self.process = subprocess.Popen(
             [sys.executable, "-c", "from axistwin.sweeps.workers import work; work()", self.name],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
-            start_new_session=True,  # Ctrl-C is for the parent
+            start_new_session=True,  # Ctrl-C must reach only the parent
         )  # fmt: skip
         with suppress(OSError):
             self._pipe(self.process.stdin).write(self._setup)
@@ -176,12 +176,12 @@ class _Worker:
         return row
 
     def busy_s(self) -> float:
-        """Return the time since the present run was handed over, in seconds; 0 without one."""
+        """Return the time in seconds since the current run began; 0 if the process is idle."""
         since_s = self._since_s
         return 0.0 if since_s is None else monotonic() - since_s
 
     def kill(self) -> None:
-        """End the process at once."""
+        """Kill the process."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()
@@ -197,12 +197,12 @@ class _Worker:
 
 
 def work() -> None:
-    """Run tasks from standard input until it ends: the main function of a worker process."""
+    """Run tasks until the end of standard input: the main function of a worker process."""
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a host prints is no row
-    job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent
+    os.dup2(2, 1)  # keeps output of the user's host out of the rows
+    job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     prepare(runner)
     with suppress(EOFError, BrokenPipeError):  # the parent has ended
@@ -213,7 +213,7 @@ def work() -> None:
 
 
 def prepare(runner: Runner) -> None:
-    """Compile what runs in every sample, once per process."""
+    """Compile the code that runs in every servo sample, once per process."""
     controllers = runner.variation.base.build().controllers.values()
     for made in {controller.product.model: controller.product for controller in controllers}.values():
         made.prepare(None, len(controllers))

@@ -1,4 +1,4 @@
-"""The tutor and the lessons: words for newcomers, made from the command tables, for terminal, panel and playground."""
+"""Tutor and lessons: explanations for new users in the terminal, the panel and the playground."""
 
 from axistwin.teaching.lessons import Lesson, course
 from axistwin.teaching.pupil import Pupil

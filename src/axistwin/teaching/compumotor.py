@@ -1,4 +1,4 @@
-"""The tutor's knowledge of an 1810 and 1811."""
+"""Explanations of the tutor for an 1810 and 1811."""
 
 import re
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 
 
 class CompumotorGuide(Guide):
-    """An 1810 or 1811."""
+    """Explains an 1810 or 1811."""
 
     suggestions = (
         (DEFAULTS, "velocity and acceleration of default moves (31h)"),
@@ -31,11 +31,11 @@ class CompumotorGuide(Guide):
 
     @property
     def ready(self) -> bool:
-        """True if the board takes commands."""
+        """True if the board accepts commands."""
         return bool(int(self.value("status")) & Status.INPUT_READY)
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield what is in the way: power, failure, shutdown, limits, joystick, mode, missing definitions."""
+        """Yield why no move begins: power, failure, shutdown, limits, joystick, mode, missing definitions."""
         pins = self.controller.pins
         if not self.controller.powered:
             yield Reason("the power is off", "type  :drive power on")
@@ -47,28 +47,28 @@ class CompumotorGuide(Guide):
             yield Reason("the motor is shut down (12h)", "type  remote_power_shutdown off")
         for pin, side in (("cw_limit", "plus"), ("ccw_limit", "minus")):
             if pins[pin].level:
-                yield Reason(f"the {side} limit is active: only moves away begin", f"type  :drive {pin} low")
+                yield Reason(f"the {side} limit is active: only moves away from it begin", f"type  :drive {pin} low")
         if self.value("phase") == "joystick":
-            yield Reason("the joystick has the motor (11h)", "type  disable_joystick")
+            yield Reason("the joystick controls the motor (11h)", "type  disable_joystick")
         if int(self.value("mode")) != INDEXER:
             yield Reason(f"the board is in streaming mode {int(self.value('mode')):02X}h", "type  indexer_mode")
         elif any(found.code == NOT_GIVEN.code for found in self.refused(GO_RELATIVE)):
             yield Reason("a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}")
 
-    def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # a message names its request
-        """Return the bits of 88h; other messages are shown in words beside their bytes."""
+    def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # each message contains its opcode
+        """Return the meaning of the bits of 88h; the meaning of other messages is shown without the tutor."""
         return self.bits("move", reply[1], "at rest, no limit, not at home") if reply[0] == MOVE_STATUS else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings as status byte, as answer to 88h, as opcode."""
+        """Yield the meanings of a number as status byte and as answer to 88h."""
         if 0 <= value <= 0xFF:
             yield f"status byte: {self.bits('status', value)}"
             yield f"answer to 88h: {self.bits('move', value)}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield a command or a message in hex, byte by byte, or the command of a name."""
+        """Yield the meaning of a command or message in hex, byte by byte, or of a command given by name."""
         commands, language = self.controller.product.commands, self.controller.product.language
-        assert language is not None, "a board has one"
+        assert language is not None, "a board has a language"
         if not _HEX.fullmatch(text):
             named = [each for each in commands if isinstance(each, Opcode) and name_of(each) == text.split()[0]]
             yield from map(described, named)
@@ -99,11 +99,11 @@ class CompumotorGuide(Guide):
             yield f"  {data[at:].hex(' ').upper()}: fills the message up to 16 bytes"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield nothing but the time of the test after power-up: a board needs no initialisation."""
+        """Yield a wait for the end of the self-test; a board needs no other initialisation."""
         if not self.ready:
             yield Wait(S)
 
     def words(self) -> list[Term]:
-        """Return the commands by name."""
+        """Return the commands for completion, by name."""
         opcodes = (each for each in self.controller.product.commands if isinstance(each, Opcode))
         return [Term(name_of(each), f"{each.opcode:02X}h {each.name}", each.syntax) for each in opcodes]

@@ -1,4 +1,4 @@
-"""The tutor's knowledge of an IF1 and IF2."""
+"""Explanations of the tutor for an IF1 and IF2."""
 
 import re
 from collections.abc import Iterator
@@ -14,16 +14,16 @@ from axistwin.units import MS, to_ns
 _COMMAND = re.compile(r"\D[+-]?[\d,]*|.")
 DRIVEN = {
     "estop": "the emergency stop is open",
-    "limit_plus": "the plus limit is open: only moves in minus direction begin",
-    "limit_minus": "the minus limit is open: only moves in plus direction begin",
+    "limit_plus": "the plus limit is open: only moves in the minus direction begin",
+    "limit_minus": "the minus limit is open: only moves in the plus direction begin",
     "x_fault": "the drive of X reports a fault",
     "y_fault": "the drive of Y reports a fault",
 }
-"""By the input that must be high."""
+"""Reason why no move begins, for each input that must be high."""
 
 
 class DigiplanGuide(Guide):
-    """An IF1 or IF2."""
+    """Explains an IF1 or IF2."""
 
     single_characters = True
     suggestions = (
@@ -40,7 +40,7 @@ class DigiplanGuide(Guide):
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield what is in the way: power, data format, lock, open inputs, faults that K has not read."""
+        """Yield why no move begins: power, data format, lock, open inputs, faults that K has not read."""
         controller = self.controller
         if not controller.powered:
             yield Reason("the power is off", "type  :drive power on")
@@ -66,7 +66,9 @@ class DigiplanGuide(Guide):
             yield Reason(f"the last message was refused ({self.bits('F', int(self.value('F')))})", "type  F")
         port = controller.serial
         if not (port.host.dtr and port.host.rts):
-            yield Reason("DSR or CTS is off, so that nothing is answered", "type  :drive dtr on  and  :drive rts on")
+            yield Reason(
+                "DSR or CTS is off, so the interface does not answer", "type  :drive dtr on  and  :drive rts on"
+            )
 
     def answer(self, request: bytes, reply: bytes) -> str:
         """Return the meaning of a reply."""
@@ -88,7 +90,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings as an answer to K, F and I."""
+        """Yield the meanings of a number as an answer to K, F and I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"

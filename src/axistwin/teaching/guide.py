@@ -1,4 +1,4 @@
-"""The interface between the tutor and a family, and the explanations that all families share."""
+"""The base class of each family's explanations for the tutor, with the explanations that all families share."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -12,12 +12,12 @@ from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.controllers.front import Lamp, Reading, Word
 
 Refused = Callable[[bytes], Sequence[Diagnostic]]
-"""Returns what would be wrong with a line if the host sent the line now."""
+"""Returns the diagnostics of a line that the host would send now."""
 
 
 @dataclass(frozen=True)
 class Reason:
-    """A reason why nothing moves, and a line to type against it."""
+    """A reason why no move begins, and a line to type that removes the reason."""
 
     text: str
     remedy: str = ""
@@ -36,7 +36,7 @@ class Term:
 
 
 class Guide(ABC):
-    """The knowledge of one family, for one controller."""
+    """Explanations for one controller; each family has its own subclass."""
 
     def __init__(self, controller: Controller, refused: Refused) -> None:
         self.controller, self.refused = controller, refused
@@ -48,7 +48,7 @@ class Guide(ABC):
 
     @abstractmethod
     def reasons(self) -> Iterator[Reason]:
-        """Yield the reasons why nothing moves, the first to be removed first."""
+        """Yield the reasons why no move begins, in the order in which the user should remove them."""
 
     @abstractmethod
     def answer(self, request: bytes, reply: bytes) -> str:
@@ -64,14 +64,14 @@ class Guide(ABC):
 
     @abstractmethod
     def initialisation(self) -> Iterator[Act]:
-        """Yield the acts that make the controller ready.  Each act must be performed before the next is requested."""
+        """Yield the actions that make the controller ready; perform each one before requesting the next."""
 
-    def notes(self, line: bytes) -> Iterator[str]:  # noqa: ARG002  # for families with more to say
+    def notes(self, line: bytes) -> Iterator[str]:  # noqa: ARG002  # subclasses use it
         """Yield notes about a line that is valid but may surprise a newcomer."""
         yield from ()
 
     suggestions: tuple[tuple[str, str], ...] = ()
-    """Lines to type when nothing is in the way, with their meanings."""
+    """Lines to type when moves are possible, with their meanings."""
     single_characters = False
     """True if each command is one character, and commands follow each other without blanks."""
 
@@ -86,7 +86,7 @@ class Guide(ABC):
     # Shared by all families
 
     def value(self, source: str) -> int | str:
-        """Return the value of a register; the level of a terminal, as a number."""
+        """Return the value of a register, or the level of a terminal as 0 or 1."""
         if source in self.controller.registers:
             return self.controller.registers[source].read()
         return int(self.controller.pins[source].level)
@@ -122,7 +122,7 @@ def _whole(text: str) -> int | None:
 
 
 def described(command: Command) -> str:
-    """Return a line of the command table as one line: code, name, notation, parameters, chapter."""
+    """Return a command as one line of text: code, name, notation, parameters, chapter."""
     code = f"{command.code:02X}" if isinstance(command.code, int) else show_controls(command.code)
     syntax = show_controls(command.syntax)
     notation = f"   {syntax}" if syntax != code else ""

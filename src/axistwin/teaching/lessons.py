@@ -1,6 +1,6 @@
-"""The lessons: six short ones for each family, from the first word to a repeating sequence with inputs.
+"""The lessons: six for each family, from the first command to a repeating sequence with inputs.
 
-A step is done when the bench shows its effect; the user may reach the effect in another way than the solution.
+A step is done when the bench shows its effect.  The user may type other lines than those of the solution.
 """
 
 import re
@@ -13,7 +13,7 @@ from axistwin.errors import UsageError
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a step may be checked against: the controller, and what was sent and answered during the step."""
+    """Data for the check of a step: the controller, and the texts sent and received during the step."""
 
     controller: Controller
     said: str
@@ -27,7 +27,7 @@ Check = Callable[[Evidence], bool]
 
 @dataclass(frozen=True)
 class Step:
-    """One step: the task, lines that solve it (`:drive`, `:wait` as in the terminal), and the check."""
+    """One step: a task, lines that solve the task (`:drive` and `:wait` as in the terminal), and a check."""
 
     task: str
     solution: tuple[str, ...]
@@ -36,7 +36,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Lesson:
-    """Some steps on a controller that has just been switched on."""
+    """A lesson: steps that begin with a controller that has just been switched on."""
 
     title: str
     steps: tuple[Step, ...]
@@ -44,12 +44,12 @@ class Lesson:
 
 
 def answered(pattern: str, to: str = "") -> Check:
-    """Return a check for an answer, and for the request before it."""
+    """Return a check for an answer that matches `pattern`, and for the request `to` before the answer."""
     return lambda it: re.search(pattern, it.heard) is not None and to in it.said
 
 
 def moved(axis: str, by: int) -> Check:
-    """Return a check for an axis at rest that has moved by so much."""
+    """Return a check for an axis that has moved by this distance and has stopped."""
 
     def check(it: Evidence) -> bool:
         found = it.controller.axes[axis]
@@ -64,7 +64,7 @@ def moving(axis: str) -> Check:
 
 
 def stopped(axis: str) -> Check:
-    """Return a check for an axis that has been stopped away from its origin, or at it."""
+    """Return a check for an axis that does not move."""
     return lambda it: not it.controller.axes[axis].moving
 
 
@@ -79,7 +79,7 @@ def register(name: str, value: int | str) -> Check:
 
 
 IF1 = (
-    Lesson("The first word", (
+    Lesson("The first command", (
         Step("The interface measures the baud rate by an open bracket: type  (", ("(",), answered("U")),
         Step("Choose 8 data bits, no parity, 2 stop bits: type  U61", ("U61", ":wait 1.5"), register("state", "ready")),
         Step("Ask whether the interface is busy: type  E  (C: clear for commands)", ("E",), answered("C", "E")),
@@ -91,7 +91,7 @@ IF1 = (
     )),
     Lesson("Speed", (
         Step("Move X by 2000 steps at 2000 steps/s: @ sets the speed", ("X2000@2000$", ":wait 5"), moved("X", 2000)),
-        Step("Run X without end: a distance is not needed, G runs", ("XG$", ":wait 1"), moving("X")),
+        Step("Run X continuously: G instead of a distance", ("XG$", ":wait 1"), moving("X")),
         Step("Stop the run with deceleration: type  #", ("#", ":wait 3"), stopped("X")),
     )),
     Lesson("Outputs and two axes", (
@@ -108,9 +108,9 @@ IF1 = (
              (":drive limit_plus high", "K", ":wait 1"), register("K", 0)),
     )),
     Lesson("A repeating sequence", (
-        Step("Forth and back, three times: type  :X400:X-400:=2,1:$", (":X400:X-400:=2,1:$", ":wait 15"),
+        Step("Move forth and back three times: type  :X400:X-400:=2,1:$", (":X400:X-400:=2,1:$", ":wait 15"),
              lambda it: len(it.controller.programs["sequence"].lines) >= 3 and not it.controller.axes["X"].moving),
-        Step("For ever, at each rise of input 1: type  :H1X100:L1:=0,1:$  and  :drive input1 high",
+        Step("Move each time input 1 rises, endlessly: type  :H1X100:L1:=0,1:$  and  :drive input1 high",
              (":H1X100:L1:=0,1:$", ":wait 1", ":drive input1 high", ":wait 5"), moved("X", 100)),
         Step("End the sequence: type  #", ("#", ":wait 1"), register("step", 0)),
     )),
@@ -118,7 +118,7 @@ IF1 = (
 
 DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 BOARD = (
-    Lesson("The first word", (
+    Lesson("The first command", (
         Step("Ask for the position: type  83  or  position_from_absolute_zero", ("83",), answered("83")),
         Step("Ask for limits, home and motion: type  move_status", ("move_status",), answered("88")),
     )),
@@ -157,11 +157,11 @@ CLEAR = Step("Make pins C and D inputs, and clear the limit fault: type  UCI UDI
 START = Step("Give acceleration and velocity, and go to 4000: type  A=100 V=200000 P=4000 G",
              ("A=100 V=200000 P=4000 G", ":wait 5"), moved("shaft", 4000))  # fmt: skip
 MOTOR = (
-    Lesson("The first word", (
+    Lesson("The first command", (
         Step("Ask for the position: type  RP", ("RP",), answered("0", "RP")),
-        Step("Ask for the status word: type  RW  (the aside reads its bits)", ("RW",), answered("1670", "RW")),
+        Step("Ask for the status word: type  RW  (the tutor explains its bits)", ("RW",), answered("1670", "RW")),
     )),
-    Lesson("Out of the limit fault", (
+    Lesson("Clear the limit fault", (
         CLEAR,
         Step("Ask for the status word again: type  RW", ("RW",), answered("128", "RW")),
     )),
@@ -186,7 +186,7 @@ MOTOR = (
              (":drive A low",
               ":store UCI UDI ZS A=100 V=200000 WHILE 1 WHILE UAI LOOP P=2000 G TWAIT P=0 G TWAIT LOOP END",
               ":wait 1.5"), moving("shaft")),
-        Step("Release pin A: type  :drive A high,  and wait until the shaft stands", (":drive A high", ":wait 6"),
+        Step("Release pin A: type  :drive A high,  and wait until the shaft has stopped", (":drive A high", ":wait 6"),
              stopped("shaft")),
     )),
 )  # fmt: skip

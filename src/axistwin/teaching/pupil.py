@@ -1,4 +1,4 @@
-"""A user in a lesson: the present step, checked against what happens on the bench."""
+"""The progress of a user in a lesson."""
 
 from contextlib import ExitStack
 
@@ -9,7 +9,7 @@ from axistwin.teaching.lessons import Evidence, Lesson
 
 
 class Pupil:
-    """Follows a lesson on the only controller of a bench, from a step on."""
+    """Checks the steps of a lesson on the only controller of a bench, beginning with `step`."""
 
     def __init__(self, lesson: Lesson, bench: Bench, step: int = 0) -> None:
         self.lesson, self.step = lesson, step
@@ -33,23 +33,23 @@ class Pupil:
         self._acted = True
 
     @property
-    def over(self) -> bool:
+    def finished(self) -> bool:
         """True after the last step."""
         return self.step == len(self.lesson.steps)
 
     @property
     def task(self) -> str:
-        """The present task."""
-        return "" if self.over else f"{self.step + 1}. {self.lesson.steps[self.step].task}"
+        """Task of the current step; "" after the last step."""
+        return "" if self.finished else f"{self.step + 1}. {self.lesson.steps[self.step].task}"
 
     @property
     def solution(self) -> tuple[str, ...]:
-        """Lines that solve the present task."""
-        return () if self.over else self.lesson.steps[self.step].solution
+        """Lines that solve the current task."""
+        return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:
-        """Go to the next step if the present one is done.  Return True in that case."""
-        if self.over or not self._acted:
+        """Return True, and go to the next step, if the current step is done."""
+        if self.finished or not self._acted:
             return False
         shown = (self._show(self._said), self._show(self._heard))
         done = self.lesson.steps[self.step].done(Evidence(self._controller, *shown, self._origin))

@@ -1,4 +1,4 @@
-"""The tutor's knowledge of a SmartMotor."""
+"""Explanations of the tutor for a SmartMotor."""
 
 from collections.abc import Iterator
 
@@ -19,7 +19,7 @@ STARTED = 200 * MS
 
 
 class SmartMotorGuide(Guide):
-    """A SmartMotor."""
+    """Explains a SmartMotor."""
 
     suggestions = (
         ("A=100 V=100000 MP", "acceleration, velocity, mode position"),
@@ -35,7 +35,7 @@ class SmartMotorGuide(Guide):
         return self.controller.powered
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield what is in the way: power, limits, historical faults, missing velocity or acceleration."""
+        """Yield why no move begins: power, limits, historical faults, missing velocity or acceleration."""
         if not self.controller.powered:
             yield Reason("the power is off", "type  :drive power on")
             return
@@ -73,7 +73,7 @@ class SmartMotorGuide(Guide):
         return found.name.removeprefix("report ") if found is not None else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meaning as status word."""
+        """Yield the meaning of a number as status word."""
         if 0 <= value <= 0xFFFF:
             yield "as status word W, bit by bit:"
             for lamp in self.lamps("RW"):
@@ -81,7 +81,7 @@ class SmartMotorGuide(Guide):
                     yield f"  {1 << lamp.bit:5}  {lamp.label}  {lamp.name}{'.  ' + lamp.doc if lamp.doc else ''}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the commands of a line, in order."""
+        """Yield the meaning of each command of a line, in order."""
         whole = read(text)
         found = [whole.command] if whole.problem is None else [read(word).command for word in text.split()]
         yield from dict.fromkeys(described(command) for command in found if command is not None)

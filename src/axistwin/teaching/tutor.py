@@ -1,4 +1,4 @@
-"""The tutor of one controller: asides about what is sent and received, and answers to questions."""
+"""The tutor of one controller: comments on the data sent and received, and answers to questions."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -14,18 +14,18 @@ from axistwin.sim.manual_actions import ManualAct
 from axistwin.teaching.guide import Guide, Refused, Term
 
 LONGEST = 400
-"""Number of lines that are kept for checking; older ones are forgotten."""
+"""Number of earlier lines that are checked together with a new line."""
 _CODE = re.compile(r"[A-Z]{2}\d{3}")
 _NUMBER = re.compile(r"-?\d+")
 
 
 class Tutor:
-    """Explains what a host sends to one controller, and what the controller answers."""
+    """Explains the lines that a host sends to one controller, and the answers of the controller."""
 
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
         self.on = True
-        """True if asides are wanted."""
+        """True if the tutor is switched on."""
         self.guide = _guide(controller, self._refused)
         self._lines: list[list[Sent]] = []
         self._request = b""
@@ -33,10 +33,10 @@ class Tutor:
         self._told: set[str] = set()
         controller.manual_actions.subscribe(self._handled)
 
-    # Asides
+    # Comments
 
     def sending(self, line: bytes) -> list[str]:
-        """Return asides about a line that a host is about to send: characters with a terminator, or a whole command."""
+        """Return comments on a line before the host sends it: characters with a terminator, or a whole command."""
         if not line:
             return []
         self._request = line
@@ -49,38 +49,38 @@ class Tutor:
         found = self._check([*self._lines, characters])
         self._lines = [*self._lines, characters][-LONGEST:]
         refused = any(each.severity is Severity.ERROR for each in found)
-        asides = [words for each in found for words in self._aside(each)]
-        return asides if refused else [*asides, *self.guide.notes(line)]
+        comments = [words for each in found for words in self._comment(each)]
+        return comments if refused else [*comments, *self.guide.notes(line)]
 
     def received(self, data: bytes) -> list[str]:
-        """Return asides about data from the controller, when a reply is complete."""
+        """Return comments on data from the controller, when a reply is complete."""
         if on_a_bus(self.controller):
             return self._answered(data)
-        asides = []
+        comments = []
         for byte in data:
             self._reply.append(byte)
             if byte in b"\r\n" or self._request.strip() == b"Q":
-                asides += self._answered(bytes(self._reply))
+                comments += self._answered(bytes(self._reply))
                 self._reply.clear()
-        return asides
+        return comments
 
     def unreadable(self, error: PlacedError) -> list[str]:
-        """Return asides about a line that cannot be read as a command, and therefore is not sent."""
+        """Return comments on a line that is not sent because it is not a valid command."""
         return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
 
     # Questions
 
     def why(self) -> list[str]:
-        """Return why nothing moves, and what to type."""
+        """Return the reasons why no move begins, and lines to type that remove the reasons."""
         moving = [name for name, axis in self.controller.axes.items() if axis.moving]
         if moving:
             return [f"{' and '.join(moving)} {'is' if len(moving) == 1 else 'are'} moving"]
         reasons = [str(reason) for reason in self.guide.reasons()]
         hint = self.controller.hint
-        return reasons or ([hint] if hint else ["nothing is in the way of a move: try", *self._suggested(1)])
+        return reasons or ([hint] if hint else ["a move is possible: try", *self._suggested(1)])
 
     def next(self) -> list[str]:
-        """Return what to type next."""
+        """Return lines to type next."""
         remedies = [str(reason) for reason in self.guide.reasons()]
         return remedies[:1] or self._suggested(3)
 
@@ -95,7 +95,7 @@ class Tutor:
         return [f"no meaning known for {words!r}" + (f": did you mean {' or '.join(close)}?" if close else "")]
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the acts that make the controller ready.  Each act must be performed before the next is requested."""
+        """Yield the actions that make the controller ready; perform each one before requesting the next."""
         return self.guide.initialisation()
 
     def words(self) -> list[Term]:
@@ -122,7 +122,7 @@ class Tutor:
         elif words:
             yield from self.guide.command(words)
 
-    def _aside(self, found: Diagnostic) -> Iterator[str]:
+    def _comment(self, found: Diagnostic) -> Iterator[str]:
         mark = "refused" if found.severity is Severity.ERROR else "note"
         title = f"; {found.fix.title}" if found.fix is not None and found.fix.title not in found.message else ""
         yield f"{mark}: {found.message}{title} [{found.code}]"
@@ -154,14 +154,14 @@ class Tutor:
         return [Sent(byte, 0, column) for column, byte in enumerate(line, start=1)]
 
     def _check(self, lines: Sequence[Sequence[Sent]]) -> list[Diagnostic]:
-        """Return what is wrong with the last of these lines."""
+        """Return the diagnostics of the last of these lines."""
         check = self.controller.product.check
         assert check is not None, "every family has a checker"
         numbered = (sent._replace(line=number) for number, line in enumerate(lines, start=1) for sent in line)
         return [found for found in check([Session(tuple(numbered), initialised=True)]) if found.line == len(lines)]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # a controller that has just been switched on knows nothing of the earlier lines
+        if act == ManualAct.POWER:  # earlier lines have no effect after power-up
             self._lines.clear()
 
 

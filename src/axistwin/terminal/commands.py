@@ -88,8 +88,8 @@ class LocalCommands:
         if self.lesson is None or self._virtual is None:
             return False
         while self._virtual.inspect(self.lesson.check):
-            self.screen.show("done." if self.lesson.over else f"done.  {self.lesson.task}")
-        return self.lesson.over
+            self.screen.show("done." if self.lesson.finished else f"done.  {self.lesson.task}")
+        return self.lesson.finished
 
     async def obey(self, line: str) -> bool:
         """Execute a command, and show an error on the screen.  Return False for `:quit`, otherwise True."""

@@ -7,8 +7,8 @@
         host = MyHost(axistwin_port)                        # a URL for pyserial; .visa for PyVISA, .address for asyn
         axistwin_clock.advance(1.5)                         # virtual time passes in this call only
 
-The conversation and a trace of the axes are recorded in the test's `tmp_path`.  The report of a failed test names them;
-otherwise they are removed.  The rest of axistwin is imported when a test uses one of the fixtures.
+The conversation and a trace of the axes are recorded in the test's `tmp_path`.  If the test fails, its report names
+these files; otherwise they are removed.  Other modules of axistwin are imported when a test uses one of the fixtures.
 """
 
 from collections.abc import Generator, Iterator
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 RECORDED_FILES = pytest.StashKey[tuple[Path, ...]]()
 FAILED = pytest.StashKey[bool]()
 MARKER = (
-    "axistwin(what, *, scene=None, speed='manual', **options): the model, or the scene (a path seen from the test's "
+    "axistwin(what, *, scene=None, speed='manual', **options): the model, or the scene (a path relative to the test's "
     "file, or a dict), that the fixtures axistwin_twin, axistwin_port and axistwin_clock serve."
 )
 
@@ -36,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Twin]":
-    """The served model or scene of the marker `axistwin`: ports, bench, advance, run_until, call, start."""
+    """Serve the model or scene of the marker `axistwin`; the value of the fixture is a `Twin`."""
     from axistwin.testing.twin import serve  # lazy import: only tests with this fixture need it
 
     what, keywords = _marker_arguments(request)
@@ -53,7 +53,7 @@ def axistwin_port(axistwin_twin: "Twin") -> "Url":
 
 @pytest.fixture
 def axistwin_clock(axistwin_twin: "Twin") -> "ServedClock":
-    """Virtual time of the twin: `advance(seconds)`, `run_until(condition, timeout)`, `seconds`, `now`."""
+    """Clock of the twin's virtual time: `advance(seconds)`, `run_until(condition, timeout)`, `seconds`, `now`."""
     return axistwin_twin.clock
 
 
@@ -87,6 +87,6 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
 
 
 def _shown(path: Path) -> str:
-    """Return the path relative to the current directory, if it is inside."""
+    """Return the path as shown to the user: relative to the current directory, if the path is inside it."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)

@@ -41,7 +41,7 @@ HOST_TIMEOUT_S = 10.0
 
 
 class Url(str):
-    """URL of a port for `serial.serial_for_url`; of a board: `bus://host:port`."""
+    """URL of a port for `serial.serial_for_url`; for an 1810 or 1811, `bus://host:port`."""
 
     __slots__ = ()
 
@@ -110,7 +110,7 @@ class Twin:
 
     @property
     def clock(self) -> ServedClock:
-        """Virtual time."""
+        """Clock of the virtual time."""
         return self._service.clock
 
     @property

@@ -177,7 +177,7 @@ async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) 
             watching.cancel()
         pupil.close()
         other.close()
-    return pupil.over, code
+    return pupil.finished, code
 
 
 async def _watch(commands: LocalCommands, lines: Lines) -> None:

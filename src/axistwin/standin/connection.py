@@ -1,0 +1,138 @@
+"""The connection to a board's firmware: commands, requests with responses, and the board's clock."""
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from axistwin.errors import AxistwinError
+from axistwin.standin.channel import Channel
+from axistwin.standin.clock_fit import ClockFit
+from axistwin.standin.dictionary import Dictionary
+
+SOON_S = 0.05
+"""Longest time until a command reaches a board that answers."""
+MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
+"""A board that acknowledges nothing for this long has failed.  A board that has just been reset takes longer."""
+CLOCK_S, CLOCK_AT_START_S = 1.0, 0.02
+"""Intervals at which the board's clock is read."""
+ANSWER_S, MOST_REQUESTS = 0.25, 24
+"""Time after which a request is sent again, and largest number of times that a request is sent."""
+
+Procedure = Generator[tuple[str, int | None, bytes], dict[str, Any], None]
+"""Yields requests (name and object number of the response, and the command); receives the values of each response."""
+
+
+@dataclass
+class _Request:
+    """A pending request; the response `name` from the object `oid` resumes `procedure`."""
+
+    procedure: Procedure
+    name: str
+    oid: int | None
+    content: bytes
+    left: int
+    again_at_s: float
+
+
+class Connection:
+    """Sends commands to a board and decodes its responses.  `fail` is called with the reason when a request fails."""
+
+    def __init__(self, fail: Callable[[str], None]) -> None:
+        self._fail = fail
+        self.now_s = 0.0
+        self.channel, self.dictionary = Channel(), Dictionary()
+        self.clock = ClockFit(1.0)
+        self._requests: list[_Request] = []
+        self._clock_sent_s: float | None = None
+        self._next_clock_s = 0.0
+
+    def restart(self, now_s: float) -> None:
+        """Forget the firmware of the board, which may have been reset."""
+        self.now_s = now_s
+        self.channel, self.dictionary = Channel(), Dictionary()
+
+    def drop(self) -> None:
+        """Drop all pending requests, and commands that have not been sent."""
+        self._requests.clear()
+        self.channel.drop_waiting()
+
+    @property
+    def silent(self) -> bool:
+        """True if the board has not acknowledged anything for too long."""
+        most_s = MOST_SILENT_S if self.dictionary.constants else MOST_SILENT_AT_START_S
+        return self.channel.silent_s(self.now_s) > most_s
+
+    def send(self, name: str, **values: int) -> None:
+        """Send a command."""
+        self.channel.send(self.dictionary.encode(name, **values))
+
+    def receive(self, data: bytes) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Yield the name and values of each response in these bytes, then resume the procedures that requested it."""
+        for content in self.channel.receive(data, self.now_s):
+            name, values = self.dictionary.decode(content)
+            if name == "clock" and self._clock_sent_s is not None:
+                self.clock.add(self._clock_sent_s, self.now_s, values["clock"])
+                self._clock_sent_s = None
+            if name:
+                yield name, values
+                self._answer(name, values)
+
+    # Requests
+
+    def begin(self, procedure: Procedure) -> None:
+        """Run a procedure up to its first request."""
+        self._advance(procedure, None)
+
+    def ask(self, name: str, answer: str, **values: int) -> Generator[Any, dict[str, Any], dict[str, Any]]:
+        """Send a command within a procedure; return the values of the response called `answer`."""
+        found: dict[str, Any] = yield answer, values.get("oid"), self.dictionary.encode(name, **values)
+        return found
+
+    def repeat_requests(self) -> None:
+        """Send requests again whose response may have been lost."""
+        for request in self._requests:
+            if request.content and self.now_s >= request.again_at_s:
+                request.left -= 1
+                request.again_at_s = self.now_s + ANSWER_S
+                if not request.left:
+                    self._fail(f"the board does not answer ({request.name}): check its firmware, then try again")
+                    return
+                self.channel.send(request.content)
+
+    def _advance(self, procedure: Procedure, values: dict[str, Any] | None) -> None:
+        try:
+            name, oid, content = next(procedure) if values is None else procedure.send(values)
+        except StopIteration:
+            return
+        except AxistwinError as error:
+            self._fail(str(error))
+            return
+        if content:
+            self.channel.send(content)
+        self._requests.append(_Request(procedure, name, oid, content, MOST_REQUESTS, self.now_s + ANSWER_S))
+
+    def _answer(self, name: str, values: dict[str, Any]) -> None:
+        for request in [each for each in self._requests if each.name == name]:
+            if request.oid is None or request.oid == values.get("oid"):
+                self._requests.remove(request)
+                self._advance(request.procedure, values)
+
+    # Clock
+
+    def read_clock(self) -> None:
+        """Request the board's clock if the interval has passed."""
+        if self.now_s >= self._next_clock_s:
+            self._next_clock_s = self.now_s + (CLOCK_S if self.clock.ready else CLOCK_AT_START_S)
+            self._clock_sent_s = None
+            self.channel.send(self.dictionary.encode("get_clock"), self._clock_request_sent)
+
+    def _clock_request_sent(self, at_s: float) -> None:
+        self._clock_sent_s = at_s
+
+    def soon(self) -> int:
+        """Return the time at which a command sent now has certainly arrived, in ticks of the board (32 bits)."""
+        return int(self.clock.ticks(self.now_s + SOON_S)) & 0xFFFF_FFFF
+
+    def ticks(self, seconds: float) -> int:
+        """Return a duration in ticks of the board's clock."""
+        return round(seconds * self.dictionary.clock_hz)
