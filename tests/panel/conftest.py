@@ -1,4 +1,4 @@
-"""Start NiceGUI once for all tests of the panel in this process."""
+"""Close the simulated NiceGUI server after all tests of the panel."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Views on simulated pages of NiceGUI, without web server and browser; a test draws each frame.
+"""Show views on simulated pages of NiceGUI, without web server and browser; the test draws each frame.
 
 NiceGUI is started once in a process, and so is the event loop.  Each test has a page, a bench and a session of its own.
 """
@@ -28,7 +28,7 @@ def bench_of(*models, **options):
 
 
 class Visit:
-    """A user's page; `context` is the user's."""
+    """A simulated page with one view, and the `Context` of its user."""
 
     def __init__(self, user, context, refresh):
         self.user, self.context, self._refresh = user, context, refresh
@@ -46,12 +46,12 @@ class Visit:
                 self._refresh()
 
     def run(self, seconds):
-        """Let virtual time pass, and draw a frame."""
+        """Run the bench for some virtual time, and draw a frame."""
         self.bench.run(seconds)
         self.frame()
 
     def found(self, mark):
-        """Return the only element with this mark."""
+        """Return the element with this mark; there must be exactly one."""
         (element,) = self.user.find(marker=mark).elements
         return element
 
@@ -61,28 +61,28 @@ class Visit:
         self.frame()
 
     def trigger(self, mark, event, arguments=None):
-        """Send any event, and draw a frame."""
+        """Send an event to an element, and draw a frame."""
         self.user.find(marker=mark).trigger(event, arguments)
         self.frame()
 
     def choose(self, mark, value):
-        """Set the value of a field."""
+        """Set the value of a field, and draw a frame."""
         with self.user.client:
             self.found(mark).value = value
 
     def lit(self, mark):
-        """Return True if a lamp is lit, both visibly and for screen readers."""
+        """Return True if a lamp is lit; its CSS class and its label for screen readers must be equal."""
         lamp = self.found(mark)
         told = lamp.props["aria-label"].endswith(": on")
         assert told is ("lit" in lamp.classes)
         return told
 
     def pressed(self, *marks):
-        """Return the keys that are pressed."""
+        """Return the names of the keys that are shown as pressed."""
         return [mark for mark in marks if self.found(mark).props["aria-pressed"] == "true"]
 
     async def until(self, came_true):
-        """Draw frames until a condition is true, with a pass of the event loop in between."""
+        """Draw frames until a condition is true; the event loop runs between two frames."""
         for _ in range(1000):
             if came_true():
                 return
@@ -92,19 +92,19 @@ class Visit:
 
     @property
     def messages(self):
-        """Messages that have been shown."""
+        """The notifications that have been shown."""
         return self.user.notify.messages
 
 
 class Stage:
-    """NiceGUI in simulation: started with the first visit, ended by `close`, started again with the next visit."""
+    """The simulated NiceGUI server.  The first `play` starts it, and `close` ends it."""
 
     def __init__(self):
         self._runner = self._ending = self._http = None
         self._root = None
 
     def play(self, root, played):
-        """Return what `await played(user)` returns, at a site whose pages `root()` makes.
+        """Return the result of `await played(user)`; the user visits a web site whose pages `root()` builds.
 
         Afterwards its pages are deleted and its tasks are cancelled.
         """
@@ -118,7 +118,7 @@ class Stage:
         return self._runner.run(self._played(played))
 
     def close(self):
-        """End NiceGUI, and the event loop."""
+        """End NiceGUI and its event loop."""
         if self._runner is not None:
             self._runner.run(self._ending.aclose())
             self._runner.close()
@@ -142,7 +142,7 @@ class Stage:
 
 
 stage = Stage()
-"""The stage of this process."""
+"""The server that all tests in this process share."""
 
 
 def show(build, view, play):

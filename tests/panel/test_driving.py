@@ -103,10 +103,10 @@ def test_acts_during_a_move_are_performed_after_it_in_their_order():
         type_into(visit, "moment", "0.25")
         assert (actions.state, visit.found("run").text) == (State.BUSY, "Stop")
         visit.press("step-event")
-        visit.trigger("run", "click", "Run")  # the browser still shows Run
+        visit.trigger("run", "click", "Run")  # the button in the browser still shows Run
         assert not session.running
         await visit.until(lambda: session.running)
-        assert session.seconds >= 1.0  # the step has been before
+        assert session.seconds >= 1.0  # the run has followed the step
         visit.trigger("run", "click", "Pause")
         assert (state(visit), actions.state, visit.messages) == ("paused", State.QUIET, [])
 
@@ -124,7 +124,7 @@ def test_stop_drops_the_acts_that_wait():
         visit.trigger("run", "click", "Stop")
         await visit.until(lambda: actions.state is State.QUIET)
         assert (session.running, session.busy, visit.messages) == (False, False, [])
-        assert session.seconds <= 0.5  # neither the step nor the run has been
+        assert session.seconds <= 0.5  # both the step and the run have been dropped
 
     show(bench_of("if1"), driving, play)
 

@@ -1,4 +1,4 @@
-"""Faults on the page: a form made of the table, the faults there are, power switches, the temperature."""
+"""Faults on the page: the form, the list of faults, power switches and the ambient temperature."""
 
 import pytest
 
@@ -10,11 +10,11 @@ from .showing import bench_of, show
 
 EVERYTHING = ("if1", "1811", "smartmotor")
 MUST = {"baudrate": 300, "percent": 2, "seconds": 0.01, "counts": 100, "torque": 0.5}
-"""Values of parameters that must be given."""
+"""Values of the parameters without a default."""
 
 
 def build():
-    """Return a bench on which every kind of fault is possible."""
+    """Return a bench on which faults of all kinds are possible."""
     bench = Bench()
     bench.add("if1", "if1", X={"motor": {"torque": [[0, 1.0], [5000, 0.5]], "inertia": 3e-5}, "limits": (-100, 1000)})
     bench.add("1811", "1811", motor={"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25_000}})
@@ -104,7 +104,7 @@ def test_a_fault_for_which_there_is_nothing_here():
     def play(visit):
         visit.choose("fault-kind", "lose")
         visit.press("fault-put")
-        assert visit.messages == ["there is no serial line here"]
+        assert visit.messages == ["the bench has no serial line"]
 
     show(bench_of("1811"), faults, play)
 

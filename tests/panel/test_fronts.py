@@ -1,4 +1,4 @@
-"""The front panel on the page: any controller's, drawn from data."""
+"""Front panels of controllers on the page."""
 
 from dataclasses import replace
 

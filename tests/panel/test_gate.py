@@ -1,4 +1,4 @@
-"""Access control."""
+"""Access control of the panel's web server."""
 
 import asyncio
 
@@ -14,7 +14,7 @@ async def page(scope, receive, send):
 
 
 def asked(token, *requests, base="http://127.0.0.1:8080"):
-    """Return the answer to one browser, with its cookies."""
+    """Return the answers to these requests of one browser, which stores cookies."""
 
     async def ask():
         transport = httpx.ASGITransport(Gate(page, token))
@@ -49,7 +49,7 @@ def test_on_loopback_whoever_asks_for_a_loopback_name_is_let_in(host):
 
 def test_a_name_of_the_web_that_points_here_is_refused():
     (answer,) = asked(None, ("/", {"host": "evil.example:8080"}))
-    assert (answer.status_code, "from this machine only" in answer.text) == (403, True)
+    assert (answer.status_code, "expected a loopback name" in answer.text) == (403, True)
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "http://127.0.0.1:9999", "https://localhost", "null"])

@@ -1,4 +1,4 @@
-"""Axes drawn as machines: travel, switches, brakes and faults."""
+"""Drawings of axes: travel, limit switches, brakes and faults."""
 
 import re
 from fractions import Fraction
@@ -14,12 +14,12 @@ SLIDE = {"limits": (-100, 1000)}
 
 
 def go(axis, pulses, rate=1000):
-    """Start a move of some pulses now."""
+    """Start a move by a number of pulses now."""
     axis.start(Profile([Segment(Fraction(rate), Fraction(abs(pulses), rate))]), 1 if pulses > 0 else -1)
 
 
 def seen(visit, axis):
-    """Return the complete state of the drawing of an axis, by part and property."""
+    """Return all values in the drawing of an axis, by part and property."""
     return visit.found(f"axis {axis}").shown
 
 
@@ -29,12 +29,12 @@ def written(visit, axis, *parts):
 
 
 def place(visit, axis, part):
-    """Return the first number in a part's transform: pixels or degrees."""
+    """Return the first number in the CSS transform of a part: pixels or degrees."""
     return float(re.search(r"-?[\d.]+", seen(visit, axis)[part, "move"])[0])
 
 
 def drawn(visit):
-    """Return the axes of an if1 that are on the page."""
+    """Return the names of those axes of an IF1 that are on the page."""
     figures = visit.user.find(kind=Drawing).elements
     return [axis for axis in "XYZ" if any(f"if1.{axis}" in figure._markers for figure in figures)]
 

@@ -1,4 +1,4 @@
-"""Deleted pages are freed without garbage collection, and garbage collection skips pages."""
+"""Memory management: deleted pages are freed without garbage collection, which skips open pages."""
 
 import asyncio
 import gc
@@ -13,7 +13,7 @@ from .showing import bench_of, show, stage
 
 
 def test_a_page_that_is_deleted_is_freed_by_counting_references():
-    """Few elements remain, although no garbage collection has run."""
+    """Garbage collection is switched off in this test."""
     people, common = People(), Common(Session(bench_of("if1"), None))
     left = []
 
@@ -31,7 +31,7 @@ def test_a_page_that_is_deleted_is_freed_by_counting_references():
     try:
         stage.play(partial(page, lambda: Context(common, people, people["a"])), play)
         assert len(left) > 300
-        assert sum(each() is not None for each in left) <= 10  # cycles of NiceGUI's own
+        assert sum(each() is not None for each in left) <= 10  # NiceGUI itself keeps a few
     finally:
         gc.enable()
 

@@ -1,4 +1,4 @@
-"""Orders of a product for stored programs: sent by a host, they start and stop the program."""
+"""Orders: the messages of a host that start and stop a stored program, as defined by its product."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from axistwin.bench.hosts import host_at
 
 
 def board(bench):
-    """Return an 1811 whose sequence 2 waits for 1000 ms and then for 7 s."""
+    """Return an 1811 with a sequence 2 that waits for 1 s, and then for 7 s."""
     controller = bench.add("1811", "board")
     bench.run(2)
     say(bench, "board", *map(bytes, ((0xD9, 2), (0x29, 0, 0, 0x03, 0xE8), (0x2A, 0, 7), (0xD8,))))
@@ -43,7 +43,7 @@ def test_a_sequence_of_a_board_is_performed_suspended_continued_and_discontinued
     assert order(bench, controller, "sequence 2", "perform") == 0
     assert order(bench, controller, "sequence 2", "suspend") == 0
     bench.run(3)
-    assert controller.programs["sequence 2"].running == 0  # that command is finished, and it waits
+    assert controller.programs["sequence 2"].running == 0  # command 0 has ended, and the sequence is suspended
     assert order(bench, controller, "sequence 2", "continue") == 1
     assert order(bench, controller, "sequence 2", "discontinue") == 1
     bench.run(8)
@@ -63,7 +63,7 @@ def test_the_sequence_of_an_interface_is_carried_out_again_and_cancelled():
     bench.run(1.5)
     say(bench, "table", b"(", b"U61\r", seconds=1.3)
     say(bench, "table", b":S1:H1:R1:$\r", seconds=0.2)
-    assert controller.programs["sequence"].running == 1  # it waits for input 1
+    assert controller.programs["sequence"].running == 1  # command 1 waits for input 1
     assert order(bench, controller, "sequence", "cancel #") is None
     assert controller.pins["output1"].level
     assert order(bench, controller, "sequence", "start :$") == 1

@@ -1,4 +1,4 @@
-"""The complete page: tabs, users, terminals; a controller that is unknown to the panel."""
+"""The complete page: tabs, users, terminals, and a controller of another family."""
 
 from dataclasses import replace
 

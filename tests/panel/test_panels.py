@@ -1,4 +1,4 @@
-"""Several panels in one process, one after the other, as in an embedding program."""
+"""Several panels in one process, one after the other."""
 
 import asyncio
 
@@ -26,5 +26,5 @@ def test_two_panels_in_a_row_each_with_its_own_bench():
     async def both():
         return [await title_of_a_panel(title) for title in ("one", "two")]
 
-    stage.close()  # NiceGUI is there once in a process
+    stage.close()  # a process can have only one NiceGUI server at a time
     assert asyncio.run(both()) == ["VIRTUAL: one", "VIRTUAL: two"]

@@ -1,4 +1,4 @@
-"""Users and the driver."""
+"""Users of the panel, and the driver among them."""
 
 import asyncio
 from functools import partial
@@ -39,7 +39,7 @@ def test_a_driver_who_has_gone_for_long_is_replaced_by_who_comes(monkeypatch):
     first.came()
     now[0] = 1000.0
     assert those["b"].name == "visitor 2"
-    assert those.driver is first  # who is looking on
+    assert those.driver is first  # the first user's page is still connected
     first.left()
     now[0] = 1000.0 + people.GONE_S
     assert those["b"] is not those.driver
@@ -100,7 +100,7 @@ def test_of_very_many_who_left_the_latest_are_remembered(monkeypatch):
 
 
 class Visited:
-    """Build a page for each visit, of users with these keys."""
+    """Builds pages, one for each visit, for the users with these keys."""
 
     def __init__(self, keys):
         self.session, self.people, self._keys = Session(bench_of("if1"), None), People(), iter(keys)
@@ -124,7 +124,7 @@ async def disconnect(client):
 
 
 def test_somebody_is_there_as_long_as_a_page_is_connected():
-    """A page without a connection is kept for a while; its user is absent at once."""
+    """A disconnected page is kept for a while, but its user counts as absent at once."""
     visited = Visited("a")
 
     async def play(user):
@@ -159,7 +159,7 @@ def test_of_many_pages_that_are_left_the_latest_are_kept_whole(monkeypatch):
             await user.open("/")
             await visited.until(lambda number=number: visited.people["a"].pages and len(user.client.elements) > 100)
             left.append(user.client)
-            async with visited.common(Visits).building:  # it is built by then
+            async with visited.common(Visits).building:  # wait until the page is built
                 await disconnect(user.client)
         return [len(client.elements) > 100 for client in left]
 

@@ -14,7 +14,7 @@ SOURCE = b"a=1\nWAIT=4000\na=2\nC1\nWAIT=4000\nGOTO1\n"
 
 
 def motor(source=SOURCE):
-    """Return a function that builds a bench with a motor that stores this program, at power-on."""
+    """Return a function that builds a bench with a motor that contains this program."""
 
     def build():
         bench = Bench()
@@ -33,7 +33,7 @@ def listing(visit, name="motor"):
 
 
 def test_lines_are_listed_and_the_running_one_is_marked():
-    """The program starts automatically after 0.2 s, and waits for 4000 samples, almost a second, in line 2."""
+    """The program starts 0.2 s after power-on, and waits for 4000 samples, almost a second, in line 2."""
 
     def play(visit):
         assert listing(visit).lines == ("a=1", "WAIT=4000", "a=2", "C1", "WAIT=4000", "GOTO1")
@@ -181,7 +181,7 @@ def test_where_nothing_is_stored_that_is_said():
 
 
 def board():
-    """Build a board with two sequences: 29h waits 1000 ms, 2Ah waits 3 or 7 s."""
+    """Return a board with two sequences: one waits 1000 ms (29h), the other 3 s or 7 s (2Ah)."""
     bench = Bench()
     bench.add("1811", "board")
     bench.run(2)

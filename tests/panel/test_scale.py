@@ -1,4 +1,4 @@
-"""Format of numbers, round steps, and smooth motion."""
+"""Numbers, scales and smooth motion in drawings."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,27 +29,27 @@ def test_ticks_lie_within_and_are_few(first, span, most):
     assert str(step).rstrip("0") in ("1", "2", "5")
 
 
-def test_time_that_goes_on_is_seen_as_motion():
+def test_a_drawing_moves_smoothly_while_time_passes():
     bench, flow = Bench(), Flow()
-    assert not flow.goes_on(bench)
+    assert not flow.is_smooth(bench)
     bench.run(0.05)
-    assert flow.goes_on(bench)
-    assert flow.goes_on(bench)
+    assert flow.is_smooth(bench)
+    assert flow.is_smooth(bench)
 
 
 def test_a_jump_is_none():
     bench, flow = Bench(), Flow()
-    flow.goes_on(bench)
+    flow.is_smooth(bench)
     bench.run(1.001)
-    assert not flow.goes_on(bench)
+    assert not flow.is_smooth(bench)
     bench.run(0.05)
-    assert flow.goes_on(bench)
+    assert flow.is_smooth(bench)
 
 
 def test_another_bench_is_none_though_it_be_later():
     bench, other, flow = Bench(), Bench(), Flow()
-    flow.goes_on(bench)
+    flow.is_smooth(bench)
     other.run(0.05)
-    assert not flow.goes_on(other)
+    assert not flow.is_smooth(other)
     other.run(0.05)
-    assert flow.goes_on(other)
+    assert flow.is_smooth(other)

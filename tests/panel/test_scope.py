@@ -1,4 +1,4 @@
-"""The oscilloscope without its page: recording, trigger, measurement, frames and files."""
+"""The oscilloscope without its user interface: recording, trigger, measurement, frames and files."""
 
 from base64 import b64decode
 from math import isnan
@@ -41,7 +41,7 @@ SIGNALS = ("if1.input1", "if1.X.pulses", "if1.X.velocity", "if1.controller_says"
 
 @pytest.fixture
 def bench():
-    """Return a bench with an IF1 that is initialised."""
+    """Return a bench with an initialised IF1."""
     bench = Bench()
     if1 = bench.add("if1")
     bench.run(1.5)
@@ -66,7 +66,7 @@ def screen(recorder):
 
 
 def pulse(bench, seconds=0.01):
-    """Set input 1 high for a while."""
+    """Send a pulse to input 1."""
     bench["if1"].pins["input1"].drive(True)
     bench.run(seconds)
     bench["if1"].pins["input1"].drive(False)
@@ -134,7 +134,7 @@ def test_all_that_people_look_at_is_recorded_once(recorder, screen):
 
     assert set(recorder.record.tracks) == {*SIGNALS, "if1.led"}
     recorder.leave(screen)
-    recorder.leave(other)  # nobody is there: what was looked at last goes on
+    recorder.leave(other)  # the signals of the last screen are still recorded
     other.show(("if1.led",))
     assert {name for name, track in recorder.record.tracks.items() if not isnan(value_at(track, 4 * S))} == {"if1.led"}
 
@@ -158,7 +158,7 @@ def test_there_is_a_limit_for_all_together(recorder, screen):
     recorder.attach(bench)
     names = [name for name in recorder.signals if ".R" in name]
 
-    with pytest.raises(UsageError, match=f"{MOST_SIGNALS} signals at most"):
+    with pytest.raises(UsageError, match=f"too many signals: expected at most {MOST_SIGNALS} "):
         recorder.want("somebody", names[: MOST_SIGNALS + 1])
     with pytest.raises(UsageError, match="20 signals are too many for one screen: choose 16 or fewer"):
         screen.show(names[:20])
@@ -179,7 +179,7 @@ def test_who_has_chosen_nothing_sees_how_axes_move_and_what_is_said(recorder):
     ]  # fmt: skip
 
 
-# The window
+# Visible time
 
 
 def test_a_live_screen_shows_the_newest(bench, recorder, screen):
@@ -259,7 +259,7 @@ def test_the_window_is_fixed_to_the_newest_edge_with_enough_behind_it(bench, rec
     pulse(bench)
     bench.run(0.05)
     recorder.catch_up()
-    assert screen.waiting  # three quarters of the window are to come
+    assert screen.waiting  # three quarters of the screen must follow the edge
 
     bench.run(0.05)
     recorder.catch_up()
@@ -367,7 +367,7 @@ def test_times_are_told_in_the_unit_that_suits_them():
     assert rate(-4 * MS) == "250 Hz" and rate(0) == "–"
 
 
-# What a browser is sent
+# Messages to the browser
 
 
 def points(signal):

@@ -1,4 +1,4 @@
-"""The oscilloscope on a simulated page of NiceGUI: each of its controls is used once."""
+"""The user interface of the oscilloscope on a simulated page; the tests use each control at least once."""
 
 import json
 
@@ -18,7 +18,7 @@ def screen_of(visit) -> Screen:
 
 
 def tell(visit, **what):
-    """Send a message of the page's script about wheel, fingers or keys."""
+    """Send a message as the script of the page does for mouse, fingers and keys."""
     layout = visit.user.client.layout
     (listener,) = (listener for listener in layout._event_listeners.values() if listener.type == "scope")
     visit.user.client.handle_event({"id": layout.id, "listener_id": listener.id, "args": [json.dumps(what)]})
@@ -26,7 +26,7 @@ def tell(visit, **what):
 
 
 def played(play, *models):
-    """Call `play(visit)` with the oscilloscope of a bench after 1.5 s."""
+    """Call `play(visit)` for the oscilloscope of a bench that has run for 1.5 s."""
 
     def begin(visit):
         visit.run(1.5)
@@ -140,7 +140,7 @@ def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure():
         visit.press("scope-show")
         visit.run(2.5)
         visit.bench["if1"].pins["input1"].drive(True)
-        visit.run(1.0)  # 5 s by now, 2 s of them are seen
+        visit.run(1.0)  # now 5 s, of which the latest 2 s are visible
         visit.choose("scope-snap", False)
         tell(visit, do="click", place=0.25)
         tell(visit, do="click", place=0.75)

@@ -1,4 +1,4 @@
-"""The oscilloscope's memory: recent changes exactly, older times as extremes, in limited space."""
+"""Tracks of the oscilloscope: recent changes are stored exactly, older changes as extremes, in limited memory."""
 
 from itertools import pairwise
 
@@ -23,7 +23,7 @@ def line(seen):
     return list(zip(seen.times.tolist(), seen.values.tolist(), strict=True))
 
 
-# Windows, by hand
+# Windows with calculated contents
 
 
 def test_each_pixel_has_what_was_when_it_began_and_what_came_in_it():
@@ -75,14 +75,14 @@ def test_what_is_no_change_is_left_out():
     assert track_of((0, 2), (5, 2), (6, 3)).rows(0, 10).begin.tolist() == [0, 6]
 
 
-# Against what a person would do with a pencil
+# Comparison with a simple implementation
 
 
 changes_ = st.lists(st.tuples(st.integers(1, 50), st.integers(-9, 9)), min_size=1, max_size=80)
 
 
 def stepped(steps):
-    """Changes with increasing times; the second of two equal values is not a change."""
+    """Return samples as changes: without those that are equal to the value before."""
     time_ns, found = 0, []
     for wait_ns, value in steps:
         time_ns += wait_ns
@@ -92,7 +92,7 @@ def stepped(steps):
 
 
 def naive(changes, from_ns, to_ns, pixels):
-    """Return the least and greatest value of each pixel, in order."""
+    """Return the least and the greatest value in each pixel, calculated value by value."""
     edges = [from_ns + (to_ns - from_ns) * n // pixels for n in range(pixels + 1)]
     found = []
     for left, right in pairwise(edges):
@@ -146,7 +146,7 @@ def test_what_is_old_keeps_its_extremes(steps, cut, pixels):
 
     expected = naive(changes, 0, to_ns, pixels)
     for low, high, (least, greatest) in zip(seen.low, seen.high, expected, strict=True):
-        assert least is None or (low <= least and high >= greatest)  # an interval may reach into it
+        assert least is None or (low <= least and high >= greatest)  # an interval may extend into this pixel
     assert np.nanmin(seen.low) == min(value for _, value in changes)
     assert np.nanmax(seen.high) == max(value for _, value in changes)
 
@@ -162,7 +162,7 @@ def test_hours_take_no_more_memory_than_is_told():
     assert (everything.high > 990).all() and (everything.low < -990).all()
 
 
-@pytest.mark.parametrize("every_ns", [250_000, 20_000])  # samples of a servo; pulses, many in the smallest interval
+@pytest.mark.parametrize("every_ns", [250_000, 20_000])  # samples of a servo, and fast pulses
 def test_of_what_comes_fast_every_larger_interval_keeps_its_extremes(every_ns):
     interval_ns, count = 1 << tracks.SHIFTS[1], 4 * tracks.CHANGES
     times = np.arange(count, dtype=np.int64) * every_ns
@@ -175,7 +175,7 @@ def test_of_what_comes_fast_every_larger_interval_keeps_its_extremes(every_ns):
     seen = window(track, 0, intervals * interval_ns, intervals, now_ns=int(times[-1]))
 
     edges = np.searchsorted(times, np.arange(intervals + 1) * interval_ns)
-    inside = [values[max(first - 1, 0) : end] for first, end in pairwise(edges)]  # and what it was before
+    inside = [values[max(first - 1, 0) : end] for first, end in pairwise(edges)]  # with the value before the pixel
     assert seen.low.tolist() == [each.min() for each in inside]
     assert seen.high.tolist() == [each.max() for each in inside]
 

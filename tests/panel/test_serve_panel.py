@@ -1,4 +1,4 @@
-"""`axistwin serve --panel` as a program: its address, its end, and rejected options."""
+"""`axistwin serve --panel` as a process: its URL, its end, and rejected options."""
 
 import http.client
 import re
@@ -26,7 +26,7 @@ PANEL = re.compile(r"panel on (http://\S+)\n")
 
 @contextmanager
 def started(*words):
-    """Run the program, and yield it with the address of its panel."""
+    """Start `axistwin serve`; yield the process and the URL of its panel."""
     with running("serve", *words) as program:
         line = program.stdout.readline()
         assert PANEL.fullmatch(line), line + program.stderr.read()
@@ -34,7 +34,7 @@ def started(*words):
 
 
 def get(address, **headers):
-    """Return status, headers and text of an answer."""
+    """Request a URL; return status, headers and text of the answer."""
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.hostname, place.port, timeout=PATIENCE_S)
     try:
@@ -143,7 +143,7 @@ def test_state_speed_and_ports_are_as_without_a_panel_also_with_a_token_of_ones_
 
 @contextmanager
 def page_socket(address):
-    """Open the connection of a page: a websocket with socket.io."""
+    """Open the connection of a page: a WebSocket with the Socket.IO protocol."""
     client = re.search(r"client_id\W+([\w-]+)", get(address)[2])[1]
     query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
     with connect(f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}") as page:

@@ -1,4 +1,4 @@
-"""Two axes that make a table: from above with trail and tool, and in three dimensions."""
+"""X-Y tables: the drawing from above with trail and tool, and the 3-D drawing."""
 
 from fractions import Fraction
 
@@ -20,12 +20,12 @@ def at(context):
 
 
 def top(visit):
-    """Return the state of the view from above."""
+    """Return all values in the drawing from above."""
     return visit.found("table if2").shown
 
 
 def go(visit, **pulses):
-    """Move these axes by some pulses at the same time, and draw a frame."""
+    """Move axes at the same time by numbers of pulses, and draw a frame."""
     for axis, number in pulses.items():
         profile = Profile([Segment(Fraction(1000), Fraction(abs(number), 1000))])
         visit.bench["if2"].axes[axis].start(profile, 1 if number > 0 else -1)
@@ -33,7 +33,7 @@ def go(visit, **pulses):
 
 
 def pixels(shown, part):
-    """Return the place of a part: right and down."""
+    """Return the position of a part in pixels, to the right and down."""
     return [float(word.strip(" px)")) for word in shown[part, "move"].partition("(")[2].split(",")]
 
 
@@ -77,7 +77,7 @@ def test_a_long_trail_is_drawn_in_pieces_of_which_only_the_last_changes():
         assert top(visit)["trail1", "points"].split()[0] == first.split()[-1]
         go(visit, X=10)
         assert top(visit)["trail0", "points"] == first
-        assert len(corners(top(visit))) == PIECE + 10 + 1 + 1 + 1  # a corner where they join is in both
+        assert len(corners(top(visit))) == PIECE + 10 + 1 + 1 + 1  # adjacent elements share a corner
 
     show(TABLE, at, play)
 

@@ -1,4 +1,4 @@
-"""The text of terminals on the page."""
+"""The text on the terminals of the page."""
 
 import re
 
@@ -16,7 +16,7 @@ def bench_with(model, **options):
 
 
 def printed(bench, talk, name):
-    """Return the lines of a terminal that is opened now."""
+    """Return the lines on a terminal that is opened now."""
     printer = Printer(endpoints.codec_at(bench, name), endpoints.at_a_bus(bench, name))
     return COLOURS.sub("", printer.text(talk.since(name, 0)[1])).split("\r\n")[1:]
 

@@ -1,4 +1,4 @@
-"""The trail of a table, calculated from the moves of its axes; all corners are calculated by hand."""
+"""The trail of an X-Y table, calculated from the moves of its axes."""
 
 import asyncio
 from fractions import Fraction
@@ -34,7 +34,7 @@ def trail_of(controller):
 
 
 def square(bench, go, update=lambda: None):
-    """Move 100 along X, 50 along Y, and back along X, with an update after each."""
+    """Move 100 pulses along X, 50 along Y, and back along X; update the trail after each move."""
     for axis, rate, direction in (("X", 100, +1), ("Y", 50, +1), ("X", 100, -1)):
         go(axis, (rate, Fraction(1)), direction=direction)
         bench.run(1.5)
@@ -74,7 +74,7 @@ def test_two_axes_at_one_rate_make_a_straight_line(moving):
 
 
 def test_a_ramp_of_one_of_them_makes_a_curve(moving):
-    """Move 40 by 20 in the first half second, 40 by 60 in the second, each with eight updates."""
+    """The axes move 40 and 20 pulses in the first half second, and 40 and 60 in the second."""
     bench, controller, go = moving
     trail = trail_of(controller)
     go("X", (80, Fraction(1)))

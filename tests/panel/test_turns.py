@@ -1,4 +1,4 @@
-"""A computation in pieces, with passes of the event loop in between."""
+"""Execute a computation in pieces; the event loop runs between two pieces."""
 
 import asyncio
 from types import SimpleNamespace
@@ -28,7 +28,7 @@ def clock(monkeypatch):
 
 
 def run(compute):
-    """Return the result of `in_turns`, and the number of passes of the loop meanwhile."""
+    """Return the result of `in_turns`, and the number of passes of the event loop during the computation."""
 
     async def counted():
         had = 0
@@ -51,7 +51,7 @@ def run(compute):
 
 
 def test_the_loop_has_its_turn_whenever_the_time_is_over(clock):
-    """A piece starts, and ends after three reads of the clock: 3 ms."""
+    """A piece ends when the clock has been read three times, which takes 3 ms."""
     order = []
 
     def compute():
@@ -77,7 +77,7 @@ def test_what_is_raised_is_raised():
 
 
 def test_it_is_in_the_task_that_waits_for_it():
-    """NiceGUI needs this to find the page of a new element."""
+    """NiceGUI finds the page of a new element by the present task."""
 
     async def compare():
         return await in_turns(asyncio.current_task) is asyncio.current_task()

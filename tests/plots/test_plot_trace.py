@@ -1,4 +1,4 @@
-"""Pictures of traces, and of where two of them differ."""
+"""Pictures of traces, and comparison of traces: `axistwin plot TRACE` and `axistwin diff`."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ SIGNALS = ("default", "motor.RPE", "motor.RBt", "if1.state")
 
 
 def session(path: Path, target: int = 300, early_s: float = 0.0, seconds: float = 2.0) -> Path:
-    """An IF1 and a SmartMotor that move and talk."""
+    """Write a trace of an IF1 and a SmartMotor that move and exchange messages with their hosts."""
     bench = Bench()
     if1, motor = bench.add("if1"), bench.add("smartmotor", "motor", shaft={"motor": "frame23"})
     with tracing(bench, path, SIGNALS):
@@ -61,7 +61,7 @@ def run(capsys, *arguments: object) -> tuple[int, str, str]:
 
 @pytest.fixture(scope="module")
 def pictures(directory) -> dict[str, Path]:
-    """One of each kind of trace, all with the same title."""
+    """Return pictures with the same title of the same run, one from each kind of trace file."""
     made = {suffix: directory / f"{suffix}.svg" for suffix in SUFFIXES}
     for suffix, out in made.items():
         with pytest.raises(SystemExit, match=r"^0$"):
@@ -83,14 +83,14 @@ def test_the_picture_is_the_same_for_all_kinds(pictures):
     assert csv == vcd == parquet
 
 
-def test_without_a_name_it_is_beside_the_trace(tmp_path, capsys):
+def test_without_a_name_the_picture_is_written_beside_the_trace(tmp_path, capsys):
     session(tmp_path / "a.csv")
     code, out, err = run(capsys, "plot", tmp_path / "a.csv")
     assert (code, out, err) == (0, "", f"axistwin: {tmp_path / 'a.png'}\n")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_some_signals_in_some_time(tmp_path, directory, capsys):
+def test_options_select_signals_and_a_time_span(tmp_path, directory, capsys):
     options = ("--signals", "if1.X.velocity,if1.output1", "--from", 4, "--to", 4.2, "-o", tmp_path / "a.svg")
     run(capsys, "plot", directory / "a.csv", *options)
     found = texts(tmp_path / "a.svg")
@@ -99,7 +99,7 @@ def test_some_signals_in_some_time(tmp_path, directory, capsys):
     assert not any("motor" in text for text in found)
 
 
-def test_a_chart_has_the_whole_course(directory):
+def test_a_chart_contains_the_whole_motion(directory):
     chart = of_trace(read(directory / "a.csv"), from_ns=0)
     position = next(panel for panel in chart.panels if panel.label.startswith("if1.X  position"))
     assert position.lines[0].curve.values[-1] == 40
@@ -112,7 +112,7 @@ def test_a_chart_has_the_whole_course(directory):
     assert "motor.RBt" in chart.lanes
 
 
-def test_faults_are_marked_and_are_no_lane(tmp_path):
+def test_faults_are_marked_and_have_no_lane(tmp_path):
     bench = Bench()
     bench.add("if1", X={"encoder": {}})
     bench.faults.add("stuck", "if1.input3", level="high")
@@ -127,10 +127,12 @@ def test_faults_are_marked_and_are_no_lane(tmp_path):
         Fault("push", 1 * S + 250 * MS, 1 * S + 250 * MS),
     ]
     assert not any("faults" in name for name in chart.states)
-    assert not of_trace(read(tmp_path / "a.csv"), ("if1.led",)).faults, "only if one asks for them"
+    assert not of_trace(read(tmp_path / "a.csv"), ("if1.led",)).faults, (
+        "faults are drawn only if their signal is selected"
+    )
 
 
-def test_messages_are_told_whole():
+def test_messages_are_complete():
     track = Track("if1.host_says", "string")
     for n, text in enumerate(("", "a", "ab", "", "ab", "c", r"c\x20", "c d")):  # a space at the end is escaped
         track.add(n, text)
@@ -145,7 +147,7 @@ def test_a_trace_in_which_nothing_happens(tmp_path, capsys):
     assert run(capsys, "plot", tmp_path / "a.csv")[0] == 0
 
 
-def test_what_cannot_be_plotted(tmp_path, directory, capsys):
+def test_wrong_options_are_rejected(tmp_path, directory, capsys):
     trace = directory / "a.csv"
     for arguments, message in (
         ((trace, "--from", 2, "--to", 1), "--from 2 --to 1: expected --to after --from"),
@@ -171,10 +173,17 @@ def test_without_a_screen(directory, capsys):
 # Differences
 
 
-def test_no_difference(directory, capsys):
-    code, out, _ = run(capsys, "diff", directory / "a.csv", directory / "a.parquet")
-    assert code == 0
-    assert out.startswith("no difference in ")
+@pytest.mark.parametrize(
+    ("other", "code", "expected"),
+    [
+        ("a.parquet", 0, "no difference in "),
+        ("short.csv", 1, "one ends at 6.100000000 s, the other at 5.100000000 s\n"),
+    ],
+    ids=["equal", "shorter"],
+)
+def test_traces_without_a_different_value(directory, capsys, other, code, expected):
+    found = run(capsys, "diff", directory / "a.csv", directory / other)
+    assert (found[0], found[1][: len(expected)]) == (code, expected)
 
 
 def test_the_first_difference(directory, capsys):
@@ -188,7 +197,7 @@ def test_the_first_difference(directory, capsys):
     assert not any("if1" in row for row in rows)
 
 
-def test_the_same_for_machines(directory, capsys):
+def test_differences_as_json(directory, capsys):
     import json
 
     code, out, _ = run(capsys, "diff", directory / "a.csv", directory / "b.csv", "--json", "--signals", "motor.shaft.*")
@@ -207,13 +216,7 @@ def test_a_picture_of_the_difference(tmp_path, directory, capsys):
     )
 
 
-def test_one_ends_before_the_other(directory, capsys):
-    code, out, _ = run(capsys, "diff", directory / "a.csv", directory / "short.csv")
-    assert code == 1
-    assert out == "one ends at 6.100000000 s, the other at 5.100000000 s\n"
-
-
-def test_a_signal_that_is_in_one_only(tmp_path, directory, capsys):
+def test_a_signal_of_only_one_trace(tmp_path, directory, capsys):
     bench = Bench()
     bench.add("if1")
     with tracing(bench, tmp_path / "a.csv", ("if1.output1",)):
@@ -254,7 +257,7 @@ def test_what_is_a_difference(directory, one, other, tolerance, at_ns):
 
 
 def test_a_tolerance_in_time(directory, capsys):
-    """The IF1 was told 3 ms earlier, and does all it does 3 ms earlier."""
+    """The IF1 of the second trace receives the command 3 ms earlier, so all its changes are 3 ms earlier."""
     traces = directory / "a.csv", directory / "early.csv"
     first = compare(*map(read, traces)).differences[0]
     assert first.signal == "if1.host_says"
@@ -262,7 +265,7 @@ def test_a_tolerance_in_time(directory, capsys):
     assert run(capsys, "diff", *traces, "--time-tolerance", 0.0031, "--signals", "if1.*")[0] == 0
 
 
-def test_the_colours_never_run_out(tmp_path, directory):
+def test_colours_repeat_after_the_last(tmp_path, directory):
     chart = of_trace(read(directory / "a.csv"), ("if1.X.velocity",))
     all_of_them = len(picture.COLOURS)
     chart.panels = [replace(chart.panels[0], colour=colour) for colour in (0, all_of_them + 1, 10 * all_of_them + 2)]

@@ -1,4 +1,4 @@
-"""A trace in memory: the same as a trace in a file, and limited."""
+"""A trace in memory has the same contents as a trace in a file, but a limited size."""
 
 import pytest
 

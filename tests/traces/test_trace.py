@@ -1,4 +1,4 @@
-"""Traces: every change, in order, in files that can be read whatever happens."""
+"""CSV and VCD traces: they contain every change in order of time, also after an interrupt."""
 
 import csv
 from pathlib import Path
@@ -12,8 +12,8 @@ from axistwin.traces import trace, tracing
 from axistwin.traces.files import VcdSink
 
 
-def tell_and_run(bench: Bench, *messages: str) -> None:
-    """An IF1 that has just been switched on is initialised and told this, two seconds for each."""
+def send_and_run(bench: Bench, *messages: str) -> None:
+    """Initialise an IF1 after power-on, and send messages; run for two seconds after each."""
     bench.run(1.5)
     for message in ("(", "U61\r", *messages):
         bench["if1"].serial.write(message.encode())
@@ -27,7 +27,7 @@ def traced(path: Path, *messages: str, model: str = "if1", **options) -> Bench:
     bench = Bench()
     bench.add(model, "if1", **options)
     with tracing(bench, path):
-        tell_and_run(bench, *messages)
+        send_and_run(bench, *messages)
     return bench
 
 
@@ -38,7 +38,7 @@ def read_csv(path: Path) -> list[tuple[int, str, str]]:
 
 
 def read_vcd(path: Path) -> list[tuple[int, str, object]]:
-    """The changes after the first values, by full name."""
+    """Return the changes after the initial values: time, full name of the signal, and value."""
     names: dict[str, str] = {}
     scopes: list[str] = []
     changes: list[tuple[int, str, object]] = []
@@ -71,7 +71,7 @@ def of(rows, signal):
     return [(time, value) for time, name, value in rows if name == signal]
 
 
-def test_csv_has_every_pulse_with_its_place(tmp_path):
+def test_csv_has_every_pulse_with_its_position(tmp_path):
     bench = traced(tmp_path / "a.csv", *MESSAGES)
     rows = read_csv(tmp_path / "a.csv")
     assert [time for time, *_ in rows] == sorted(time for time, *_ in rows)
@@ -86,7 +86,7 @@ def test_csv_has_every_pulse_with_its_place(tmp_path):
     assert of(rows, "if1.output1")[1:] == [(of(rows, "if1.output1")[1][0], "1")]
 
 
-def test_csv_has_what_was_said(tmp_path):
+def test_csv_has_the_messages(tmp_path):
     traced(tmp_path / "a.csv", "E\r", "E\r")
     rows = read_csv(tmp_path / "a.csv")
     assert [v for _, v in of(rows, "if1.host_says")] == ["", "(", "", r"U61\r", r"E\r", "", r"E\r", ""]
@@ -105,7 +105,7 @@ def test_vcd_has_real_step_pulses(tmp_path):
         assert of(changes, f"if1.{name}.pulses")[-1][1] == axis.pulses % (1 << 64)
 
 
-def test_vcd_has_pins_and_words(tmp_path):
+def test_vcd_has_pins_and_messages(tmp_path):
     traced(tmp_path / "a.vcd", "S1$\r", "E\r")
     changes = read_vcd(tmp_path / "a.vcd")
     assert [value for _, value in of(changes, "if1.output1")] == ["1"]
@@ -122,28 +122,28 @@ def test_the_size_of_the_pieces_does_not_matter(tmp_path, monkeypatch, suffix):
     assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
 
 
-def test_a_bench_does_the_same_whether_it_is_traced_or_not(tmp_path):
+def test_tracing_does_not_change_a_bench(tmp_path):
     bench = traced(tmp_path / "a.csv", *MESSAGES)
     plain = Bench()
     plain.add("if1")
-    tell_and_run(plain, *MESSAGES)
+    send_and_run(plain, *MESSAGES)
     assert plain["if1"].serial.read() == bench["if1"].serial.read()
     for name, axis in plain["if1"].axes.items():
         assert axis.pulse_times().tolist() == bench["if1"].axes[name].pulse_times().tolist()
     assert (plain.clock.next_event_ns(), plain.now) == (bench.clock.next_event_ns(), bench.now)
 
 
-def test_pulses_that_the_train_has_forgotten_are_in_the_trace(tmp_path):
+def test_a_trace_has_pulses_that_the_train_has_deleted(tmp_path):
     bench = traced(tmp_path / "a.csv", ":X5@200:X-:=9,1:$\r", "\r", history=4)
     pulses = of(read_csv(tmp_path / "a.csv"), "if1.X.pulses")[1:]
     assert len(pulses) == 100
     assert bench["if1"].axes["X"].train.forgotten
 
 
-def test_a_trace_that_begins_late_begins_with_what_is(tmp_path):
+def test_a_trace_begins_with_the_present_values(tmp_path):
     bench = Bench()
     bench.add("if1")
-    tell_and_run(bench, "S1$\r", "X100$\r")
+    send_and_run(bench, "S1$\r", "X100$\r")
     with tracing(bench, tmp_path / "a.csv"):
         bench["if1"].serial.write(b"X$\r")
         bench.run(2.0)
@@ -153,7 +153,7 @@ def test_a_trace_that_begins_late_begins_with_what_is(tmp_path):
     assert of(rows, "if1.X.pulses")[-1][1] == "200"
 
 
-def test_a_motion_is_traced_up_to_the_end(tmp_path):
+def test_an_unfinished_motion_is_traced_up_to_the_end(tmp_path):
     bench = traced(tmp_path / "a.csv", "X@1000G$\r")
     assert bench["if1"].axes["X"].moving
     assert int(of(read_csv(tmp_path / "a.csv"), "if1.X.pulses")[-1][1]) == bench["if1"].axes["X"].pulses
@@ -162,13 +162,14 @@ def test_a_motion_is_traced_up_to_the_end(tmp_path):
 def end_with(error: BaseException, bench: Bench, path: Path) -> None:
     bench.add("if1")
     with tracing(bench, path):
-        tell_and_run(bench, "X10$\r")
+        send_and_run(bench, "X10$\r")
         raise error
 
 
-def test_an_interrupt_leaves_a_whole_file(tmp_path, bench):
-    with pytest.raises(KeyboardInterrupt):
-        end_with(KeyboardInterrupt(), bench, tmp_path / "a.vcd")
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), ValueError()], ids=repr)
+def test_after_an_exception_the_file_is_complete(tmp_path, bench, error):
+    with pytest.raises(type(error)):
+        end_with(error, bench, tmp_path / "a.vcd")
     assert of(read_vcd(tmp_path / "a.vcd"), "if1.X.pulses")[-1][1] == 10
     assert [file.name for file in tmp_path.iterdir()] == ["a.vcd"]
 
@@ -176,14 +177,14 @@ def test_an_interrupt_leaves_a_whole_file(tmp_path, bench):
 def interrupt_in_the_middle_of_writing(bench: Bench, path: Path, monkeypatch) -> None:
     bench.add("if1")
     with tracing(bench, path) as trace:
-        tell_and_run(bench, "X100$\r")
+        send_and_run(bench, "X100$\r")
         trace.catch_up()
-        monkeypatch.setattr(VcdSink, "write", pressed)
-        tell_and_run(bench, "X100$\r")
+        monkeypatch.setattr(VcdSink, "write", interrupt)
+        send_and_run(bench, "X100$\r")
 
 
-def pressed(*_):
-    """Somebody presses Ctrl-C."""
+def interrupt(*_):
+    """Raise KeyboardInterrupt, as Ctrl-C does."""
     raise KeyboardInterrupt
 
 
@@ -195,22 +196,16 @@ def test_an_interrupt_in_the_middle_of_writing_leaves_a_file_that_can_be_read(tm
     assert len(times) == 100
 
 
-def test_an_error_leaves_what_has_happened(tmp_path, bench):
-    with pytest.raises(ValueError, match="oh"):
-        end_with(ValueError("oh"), bench, tmp_path / "a.vcd")
-    assert of(read_vcd(tmp_path / "a.vcd"), "if1.X.pulses")[-1][1] == 10
-
-
-def test_after_it_nothing_is_watched_any_more(tmp_path, bench):
+def test_a_closed_trace_has_unsubscribed(tmp_path, bench):
     if1 = bench.add("if1")
     before = [bool(axis.on_motion) for axis in if1.axes.values()]
     with tracing(bench, tmp_path / "a.csv"):
         pass
     assert [bool(axis.on_motion) for axis in if1.axes.values()] == before
-    tell_and_run(bench, "X10$\r")
+    send_and_run(bench, "X10$\r")
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a"])
-def test_a_suffix_that_says_nothing(tmp_path, bench, name):
+def test_an_unknown_suffix_is_rejected(tmp_path, bench, name):
     with pytest.raises(UsageError, match=r"expected a name that ends in \.csv, \.vcd or \.parquet"):
         tracing(bench, tmp_path / name)

@@ -1,4 +1,4 @@
-"""Traces of all kinds: chosen signals, registers, Parquet, what is left when something goes wrong, reading back."""
+"""Traces in all kinds of files: selection of signals, registers, Parquet, errors during writing, and reading."""
 
 import errno
 import os
@@ -23,7 +23,7 @@ WINDER = Path(__file__).parents[2] / "examples" / "winder" / "scene.toml"
 
 
 def workshop() -> Bench:
-    """One of each family."""
+    """Return a bench with one controller of each family."""
     bench = Bench()
     bench.add("if1", X={"limits": (-50, 5000)})
     bench.add("1811")
@@ -32,7 +32,7 @@ def workshop() -> Bench:
 
 
 def work(bench: Bench) -> None:
-    """Each moves, and says something."""
+    """Run a bench on which each controller moves an axis and sends a message."""
     bench.run(1.6)
     for message in ("(", "U61\r", "X40@1000S1$\r"):
         bench["if1"].serial.write(message.encode())
@@ -56,16 +56,16 @@ def traced(path: Path, patterns: Sequence[str] = ("*",)) -> Trace:
 
 @pytest.fixture(scope="module")
 def traces(tmp_path_factory) -> dict[str, Trace]:
-    """The same in files of all kinds."""
+    """Return traces of the same run from each kind of file."""
     directory = tmp_path_factory.mktemp("traces")
     return {kind: traced(directory / f"a.{kind}") for kind in KINDS}
 
 
-# The three kinds
+# Kinds of files
 
 
 @pytest.mark.parametrize("kind", ["vcd", "parquet"])
-def test_all_kinds_tell_the_same(traces, kind):
+def test_all_kinds_of_files_have_the_same_contents(traces, kind):
     csv, other = traces["csv"], traces[kind]
     assert (csv.begin_ns, csv.end_ns, csv.about) == (other.begin_ns, other.end_ns, other.about)
     for name, track in csv.tracks.items():
@@ -81,13 +81,13 @@ def test_only_changes_are_written(traces):
         assert list(track.times) == sorted(track.times)
 
 
-def test_it_says_what_it_is_a_trace_of(traces):
+def test_a_trace_contains_its_provenance(traces):
     about = traces["parquet"].about
     assert list(about) == ["axistwin", "controller if1", "controller 1811", "controller motor"]
     assert about["controller motor"] == 'smartmotor {"shaft": {"motor": "frame23"}}'
 
 
-def test_the_origin_of_a_bench_is_told(tmp_path):
+def test_the_provenance_contains_the_origin_of_a_bench(tmp_path):
     bench = workshop()
     bench.origin |= {"scene": "line.toml sha256:1234", "seed": "7"}
     with tracing(bench, tmp_path / "a.csv"):
@@ -95,8 +95,7 @@ def test_the_origin_of_a_bench_is_told(tmp_path):
     assert list(read(tmp_path / "a.csv").about.items())[1:3] == [("scene", "line.toml sha256:1234"), ("seed", "7")]
 
 
-def test_parquet_for_everybody(traces):
-    """As anybody reads it, with times that are integers and encodings that suit them."""
+def test_parquet_has_plain_columns_in_compact_encodings(traces):
     path = traces["parquet"].path
     table = pq.read_table(path)
     assert table.column_names == ["time_ns", "signal", "integer", "number", "text"]
@@ -139,7 +138,7 @@ def test_patterns():
     assert names("*.host_says") == ["if1.host_says", "1811.host_says", "motor.host_says"]
 
 
-def test_the_default_is_pins_axes_and_streams():
+def test_the_default_pattern_selects_pins_axes_and_messages():
     default = names("default")
     assert {"if1.output1", "1811.motor.pulses", "motor.shaft.position", "motor.A_volts", "motor.host_says"} <= set(
         default
@@ -153,12 +152,12 @@ def test_a_pin_and_a_variable_of_the_same_name():
     assert names("motor.RE") == ["motor.RE"]
 
 
-def test_what_costs_much_has_to_be_asked_for():
+def test_a_costly_signal_is_selected_only_by_its_full_name():
     assert "motor.RTEMP" not in names("*")
     assert names("motor.RTEMP") == ["motor.RTEMP"]
 
 
-def test_no_such_signal():
+def test_an_unknown_signal_is_rejected_with_a_suggestion():
     with pytest.raises(UsageError, match=r"no signal 'if1.outptu1' here: did you mean 'if1.output1'\?"):
         names("if1.outptu1")
     with pytest.raises(UsageError, match=r"no signal 'nothing\*' here: there are if1.input1, if1.input2, .* …"):
@@ -179,7 +178,7 @@ def test_registers_of_the_families(traces):
 
 
 def test_a_motors_variables_change_at_their_samples(tmp_path):
-    """Each sample that brings a change is there, although the motor computes ahead."""
+    """The trace has every sample with a change, although the motor computes its samples ahead of the clock."""
     bench = workshop()
     motor = bench["motor"]
     with tracing(bench, tmp_path / "a.csv", ("motor.RP", "motor.shaft.position", "motor.RBt", "motor.P")):
@@ -195,7 +194,7 @@ def test_a_motors_variables_change_at_their_samples(tmp_path):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("patterns", [("*",), ("motor.R*",), ("motor.shaft.*", "if1.*.pulses"), ("*says", "*volts")])
-def test_it_does_not_matter_when_it_is_written(tmp_path, monkeypatch, kind, patterns):
+def test_the_size_of_the_pieces_does_not_change_a_file(tmp_path, monkeypatch, kind, patterns):
     monkeypatch.setattr("axistwin.traces.parquet.GROUP", 100)
     traced(tmp_path / f"a.{kind}", patterns)
     monkeypatch.setattr(tracer, "CHUNK", 3)
@@ -204,7 +203,7 @@ def test_it_does_not_matter_when_it_is_written(tmp_path, monkeypatch, kind, patt
 
 
 def test_a_burst_after_a_long_rest_is_written_in_pieces(tmp_path, monkeypatch):
-    """A piece is limited in changes, not in time."""
+    """The number of changes in a piece is limited, but not its time."""
     sizes = []
     write = trace_files.CsvSink.write
     monkeypatch.setattr(
@@ -223,7 +222,7 @@ def test_a_burst_after_a_long_rest_is_written_in_pieces(tmp_path, monkeypatch):
     assert max(sizes) <= 600
 
 
-def test_after_a_power_cut_the_variables_are_those_of_power_up(tmp_path):
+def test_after_a_power_cycle_variables_have_their_initial_values(tmp_path):
     bench = workshop()
     with tracing(bench, tmp_path / "a.csv", ("motor.Ra", "motor.RA")):
         work(bench)
@@ -246,18 +245,17 @@ def test_a_motor_at_rest_is_traced_while_it_warms(tmp_path):
     assert 0 < temperature.times[1] < 20 * S
 
 
-def test_looking_into_a_controller_changes_nothing(tmp_path):
-    """The very same trace of what can be seen, with all registers traced as well."""
+def test_tracing_registers_does_not_change_a_bench(tmp_path):
     few, all_ = traced(tmp_path / "a.csv", ("default",)), traced(tmp_path / "b.csv", ("*",))
     for name, track in few.tracks.items():
         assert track == all_.tracks[name]
 
 
-# When something goes wrong
+# Errors during writing
 
 
 class Disk:
-    """A disk on which there is room for so many bytes."""
+    """A disk that is full when a file is larger than `room` bytes."""
 
     def __init__(self, room: int, monkeypatch) -> None:
         self.room, self._write = room, output._write_part
@@ -271,7 +269,7 @@ class Disk:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("room", [20_000, 31_000])
-def test_a_full_disk_ends_the_trace_and_nothing_else(tmp_path, monkeypatch, kind, room, traces):
+def test_a_full_disk_ends_only_the_trace(tmp_path, monkeypatch, kind, room, traces):
     monkeypatch.setattr(tracer, "CHUNK", 100)
     monkeypatch.setattr("axistwin.traces.parquet.GROUP", 100)
     path, told = tmp_path / f"a.{kind}", []
@@ -281,8 +279,8 @@ def test_a_full_disk_ends_the_trace_and_nothing_else(tmp_path, monkeypatch, kind
         work(bench)
     assert bench["if1"].axes["X"].position == 40
     assert len(told) == 1
-    assert told[0].startswith(f"the trace a.{kind} ends here, at ")
-    assert told[0].endswith(" s: No space left on device")
+    assert told[0].startswith(f"the trace a.{kind} ends at ")
+    assert told[0].endswith(" s, because writing failed: No space left on device")
     left = read(path)
     for name, track in left.tracks.items():
         whole = traces[kind].tracks[name]
@@ -290,12 +288,12 @@ def test_a_full_disk_ends_the_trace_and_nothing_else(tmp_path, monkeypatch, kind
         assert list(track.values) == list(whole.values)[: len(track)]
 
 
-def test_no_room_at_all(tmp_path, monkeypatch):
+def test_a_full_disk_from_the_beginning(tmp_path, monkeypatch):
     Disk(0, monkeypatch)
     told = []
     with tracing(workshop(), tmp_path / "a.csv", report=told.append) as trace:
         trace.catch_up()
-    assert told == ["the trace a.csv ends here, at 0.000000 s: No space left on device"]
+    assert told == ["the trace a.csv ends at 0.000000 s, because writing failed: No space left on device"]
 
 
 KILLED = """
@@ -318,7 +316,7 @@ with tracing(bench, Path(sys.argv[1])) as trace:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_was_written_outlives_whoever_wrote_it(tmp_path, kind):
+def test_a_file_is_readable_after_its_program_was_killed(tmp_path, kind):
     path = tmp_path / f"a.{kind}"
     done = subprocess.run([sys.executable, "-c", KILLED, str(path)], timeout=50, check=False)
     assert done.returncode == -signal.SIGKILL
@@ -329,7 +327,7 @@ def test_what_was_written_outlives_whoever_wrote_it(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", ["csv", "vcd"])
-def test_a_torn_last_line_is_left_out(tmp_path, traces, kind):
+def test_an_incomplete_last_line_is_left_out(tmp_path, traces, kind):
     whole = traces[kind].path.read_bytes()
     path = tmp_path / f"a.{kind}"
     for length in range(len(whole) // 2, len(whole) // 2 + 60):
@@ -339,7 +337,7 @@ def test_a_torn_last_line_is_left_out(tmp_path, traces, kind):
 
 @pytest.mark.parametrize("name", ["a.csv", "a.vcd", "a.parquet"])
 @pytest.mark.parametrize("data", [b"", b"time,what\n1,2\n", b"#1\n#2\n"])
-def test_what_is_no_trace(tmp_path, name, data):
+def test_other_files_are_rejected(tmp_path, name, data):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(TraceError):
         read(tmp_path / name)
@@ -348,17 +346,17 @@ def test_what_is_no_trace(tmp_path, name, data):
 @pytest.mark.parametrize(
     ("kind", "old", "new", "message"),
     [
-        ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "not a change of a signal"),
-        ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "not a change of a signal"),
-        ("csv", "# end_ns: ", "# end_ns: x", "is not a time in ns"),
+        ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "invalid change"),
+        ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "invalid change"),
+        ("csv", "# end_ns: ", "# end_ns: x", "invalid time"),
         ("csv", "if1.input1", "if1.\udce4", "not a text in UTF-8"),
-        ("vcd", "\n#0\n", "\n#abc\n", "is not a time in ns"),
-        ("vcd", "\n#0\n", "\n#99999999999999999999\n", "is not a time in ns"),
+        ("vcd", "\n#0\n", "\n#abc\n", "invalid time"),
+        ("vcd", "\n#0\n", "\n#99999999999999999999\n", "invalid time"),
         ("vcd", "$timescale 1 ns", "$timescale 10 ps", "the time scale is 10 ps"),
-        ("vcd", "\nb0 ", "\nbx ", "not a change of a signal"),
+        ("vcd", "\nb0 ", "\nbx ", "invalid change"),
     ],
 )
-def test_a_damaged_trace_or_one_of_others(tmp_path, traces, kind, old, new, message):
+def test_a_damaged_trace_is_rejected(tmp_path, traces, kind, old, new, message):
     text = traces[kind].path.read_text(encoding="utf-8")
     assert old in text
     path = tmp_path / f"a.{kind}"
@@ -367,7 +365,7 @@ def test_a_damaged_trace_or_one_of_others(tmp_path, traces, kind, old, new, mess
         read(path)
 
 
-def test_numbers_with_many_figures_are_the_same_in_all_kinds(tmp_path):
+def test_numbers_with_many_digits_are_the_same_in_all_kinds_of_files(tmp_path):
     found = set()
     for kind in KINDS:
         bench = Scene.load(WINDER).build()
@@ -378,14 +376,14 @@ def test_numbers_with_many_figures_are_the_same_in_all_kinds(tmp_path):
     assert any(len(repr(rate)) > 17 for rate in found.pop())
 
 
-def test_no_file_and_no_kind(tmp_path):
+def test_a_missing_file_and_an_unknown_suffix(tmp_path):
     with pytest.raises(UsageError, match="cannot be read: No such file"):
         read(tmp_path / "a.csv")
     with pytest.raises(UsageError, match=r"expected a name that ends in \.csv, \.vcd or \.parquet"):
         read(tmp_path / "a.txt")
 
 
-def test_a_long_silence_of_terminators_does_not_grow_for_ever(tmp_path):
+def test_a_message_without_terminator_has_a_limited_length(tmp_path):
     bench = Bench()
     if1 = bench.add("if1", line="instant")
     with tracing(bench, tmp_path / "a.csv"):

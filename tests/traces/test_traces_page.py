@@ -1,4 +1,4 @@
-"""The examples in `docs/traces.md` do what the page says."""
+"""The examples in `docs/traces.md` have the results that the page shows."""
 
 import re
 import shlex
@@ -17,20 +17,20 @@ SESSIONS = [text for language, text in BLOCKS if language == "console"]
 
 
 @pytest.fixture
-def there(tmp_path, monkeypatch):
-    """A directory with the trace of the page, and another."""
+def directory(tmp_path, monkeypatch):
+    """Return a directory with the two traces of the page."""
     monkeypatch.chdir(tmp_path)
     for program in (PROGRAM, PROGRAM.replace("moves.csv", "others.csv").replace("X3@", "X4@")):
         exec(compile(program, "docs/traces.md", "exec"), {})
     return tmp_path
 
 
-def test_the_trace_is_the_one_that_is_shown(there):
-    assert (there / "moves.csv").read_text() == CSV.replace("axistwin: 0.1.0", f"axistwin: {__version__}")
+def test_the_trace_is_the_one_that_is_shown(directory):
+    assert (directory / "moves.csv").read_text() == CSV.replace("axistwin: 0.1.0", f"axistwin: {__version__}")
 
 
 @pytest.mark.parametrize("session", SESSIONS)
-def test_the_commands_say_what_is_shown(there, session, capsys):
+def test_the_commands_say_what_is_shown(directory, session, capsys):
     line, _, shown = session.partition("\n")
     with pytest.raises(SystemExit):
         main.main(shlex.split(line)[2:])

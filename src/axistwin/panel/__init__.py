@@ -1,6 +1,6 @@
-"""The panel: a bench in a browser, to watch and to operate.
+"""The panel: a web page that shows a bench and controls it.
 
-Only this package imports NiceGUI, the extra `[panel]`.
+No other package imports NiceGUI, which the extra `[panel]` installs.
 """
 
 from typing import TYPE_CHECKING

@@ -11,23 +11,23 @@ from axistwin.sim.signal import Signal
 
 
 class State(StrEnum):
-    """State of a session and of a page that shows it, as the page publishes it in `document.body.dataset.state`."""
+    """State of a session and of its pages.  A page stores it in `document.body.dataset.state`, for tests."""
 
     BUSY = "busy"
-    """A move or a message is being handled."""
+    """A step, a `go_to` or a message of the browser is being handled."""
     RUNNING = "running"
     """Virtual time passes."""
     QUIET = "quiet"
-    """The bench is paused, or no event is due; the page shows the present state."""
+    """The bench is paused, or has no further events, and the page shows its present state."""
 
 
 class ActionQueue:
-    """The queue of actions on one session.  A move is a `step` or a `go_to`."""
+    """The queue of actions on one session.  A *move* here is a `step` or a `go_to`."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._waiting: deque[Callable[[bool], object]] = deque()
-        """Called with True to perform an act, with False to drop it."""
+        """Functions that perform an action if called with True, and drop the action if called with False."""
         self._moving = False
         self._quiet: Signal[[]] = Signal()
         self._last = State.QUIET
@@ -40,28 +40,31 @@ class ActionQueue:
 
     @property
     def state(self) -> State:
-        """State of the session."""
+        """The state of the session."""
         if self.busy or self._waiting:
             return State.BUSY
         return State.RUNNING if self._session.running and not self._idle else State.QUIET
 
     @property
     def _idle(self) -> bool:
-        """True if the bench runs at full speed and no event is due."""
+        """True if the bench runs at full speed and has no further events."""
         session, clock = self._session, self._session.bench.clock
         if session.speed is not None:
             return False
         return (clock.quiet and clock.now >= session.pacer.agenda_ns) or clock.next_event_ns() is None
 
     def do(self, act: Callable[[], object]) -> None:
-        """Perform an act: at once, or during a move after its end."""
+        """Perform an action: after the present move if there is one, else at once."""
         if self.busy:
             self._waiting.append(lambda perform: act() if perform else None)
         else:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Begin a move with `begin()`: at once, or after the present move.  Returns its result; None if dropped."""
+        """Begin a move with `begin()`, after the present move if there is one.
+
+        Returns the result of the move; None if `stop` has dropped the move.
+        """
         turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
         if self.busy:
             self._waiting.append(partial(self._grant, turn))
@@ -70,13 +73,13 @@ class ActionQueue:
         return self._move(begin, turn)
 
     def stop(self) -> None:
-        """Abort the move, and drop the actions that wait for its end."""
+        """Abort the present move, and drop all actions in the queue."""
         self._session.give_up()
         while self._waiting:
             self._waiting.popleft()(False)
 
     def subscribe(self, observer: Callable[[], None]) -> Callable[[], None]:
-        """Call `observer` when the session has become quiet, and after each move.  Returns an unsubscribe function."""
+        """Call `observer` when the state changes to `QUIET`, and after each move.  Returns an unsubscribe function."""
         return self._quiet.subscribe(observer)
 
     def _grant(self, turn: asyncio.Future[bool], perform: bool) -> None:

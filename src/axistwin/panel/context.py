@@ -1,4 +1,4 @@
-"""A user's page: the session, its user, and acts of the user."""
+"""The context of a user's page: the session, the user, and the user's actions."""
 
 from collections.abc import Awaitable, Callable
 from logging import getLogger
@@ -19,7 +19,10 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return a view whose defects are logged, once until the view works again; other views of the page continue."""
+    """Return a view that catches and logs exceptions of `view`, so that the other views of the page are updated.
+
+    Only the first of several consecutive exceptions is logged.
+    """
     failing = False
 
     def refresh() -> None:
@@ -28,7 +31,7 @@ def careful(view: Refresh) -> Refresh:
             view()
         except Exception:
             if not failing:
-                log.exception("a view of the panel cannot be brought up to date")
+                log.exception("a view of the panel cannot be updated")
             failing = True
         else:
             failing = False
@@ -37,7 +40,7 @@ def careful(view: Refresh) -> Refresh:
 
 
 def together(*views: Refresh) -> Refresh:
-    """Return one view of several."""
+    """Return one view that updates all these views."""
 
     def refresh() -> None:
         for each in views:
@@ -47,7 +50,7 @@ def together(*views: Refresh) -> Refresh:
 
 
 def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
-    """Return a view that is updated in one frame of `every` while virtual time passes, else in all frames."""
+    """Return a view that is updated in every n-th frame (`every`) while virtual time passes, else in each frame."""
     frame = 0
 
     def refresh() -> None:
@@ -60,7 +63,7 @@ def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
 
 
 class Common:
-    """Objects that all pages of one session share."""
+    """The objects that all pages of one session share."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -79,23 +82,24 @@ class Context:
     def __init__(self, common: Common, people: People, person: Person) -> None:
         self.session, self.common, self.people, self.person = common.session, common, people, person
         self.unbuilt: list[Refresh] = []
-        """Functions that build parts of the page that have become visible; called once, before the next frame."""
+        """Functions, each called once before the next frame, that build tabs which the user has opened."""
         self.actions = common(ActionQueue)
 
     @property
     def bench(self) -> Bench:
-        """The present bench."""
+        """The present bench of the session."""
         return self.session.bench
 
     @property
     def drives(self) -> bool:
-        """True if this user is the driver."""
+        """True if the user of this page is the driver."""
         return self.people.driver is self.person
 
-    def touch(self, act: Callable[[], object], *, now: bool = False) -> bool:
-        """Perform an act on the session if this user drives; an error is shown.
+    def touch(self, action: Callable[[], object], *, now: bool = False) -> bool:
+        """Perform an action on the session if this user is the driver.  Errors are shown on the page.
 
-        During a step or a `go_to`, the act waits for its end, unless `now`.  Returns True if the act is accepted.
+        During a step or a `go_to`, the action waits in the queue, unless `now`.  Returns False if the user is not
+        the driver, or if the action has failed at once.
         """
         if not self._may():
             return False
@@ -105,7 +109,7 @@ class Context:
             nonlocal accepted
             try:
                 with client:
-                    act()
+                    action()
             except AxistwinError as error:
                 accepted = False
                 with client:
@@ -120,7 +124,10 @@ class Context:
     def move(
         self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
     ) -> Awaitable[None] | None:
-        """Begin a step or a `go_to` if this user drives, and call `done` with the result; an error is shown."""
+        """Begin a step or a `go_to` if this user is the driver, and call `done` with the result.
+
+        Errors are shown on the page.
+        """
         return self._move(self.actions.move(begin), done) if self._may() else None
 
     async def _move(self, move: Awaitable[object], done: Callable[[object], None]) -> None:
@@ -136,5 +143,5 @@ class Context:
 
 
 def complain(error: AxistwinError) -> None:
-    """Show an error to the user."""
+    """Show an error on the page as a notification."""
     ui.notify(str(error), type="negative", multi_line=True)

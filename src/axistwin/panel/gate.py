@@ -1,7 +1,8 @@
-"""Access control: requests of the panel's own page only, and with the token only from other computers.
+"""Access control of the panel's web server.
 
-On loopback, the request must be for a loopback name, so that no web page whose name resolves to loopback has access.
-A browser sends the token once, in the address; then a cookie identifies the browser, and scripts cannot read it.
+Requests from other web sites are refused.  Without a token, the requested host name must be a loopback name, so that a
+web site whose name resolves to a loopback address has no access.  With a token, a browser sends the token once, in the
+URL; the answer is a cookie with the token, which scripts cannot read.
 """
 
 import secrets
@@ -14,19 +15,19 @@ from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 PERSON = "axistwin-person"
-"""Cookie that identifies a browser after a reload."""
+"""Name of the cookie that identifies a user."""
 HEADERS = {
     "X-Frame-Options": "DENY",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Content-Security-Policy": "frame-ancestors 'none'",
 }
-"""No other page may frame this page or receive its address."""
-LASTS_S = 30 * 24 * 3600
+"""Headers of every answer: other web sites cannot embed the page, and do not receive its URL as a referrer."""
+COOKIE_MAX_AGE_S = 30 * 24 * 3600
 
 
 def is_loopback(host: str) -> bool:
-    """Return True if a name or number, as in a URL, is a loopback address."""
+    """Return True if a host, given by name or IP address, is a loopback host."""
     if host == "localhost" or host.endswith(".localhost"):
         return True
     try:
@@ -36,7 +37,7 @@ def is_loopback(host: str) -> bool:
 
 
 class Gate:
-    """Access control of an ASGI application.  `token`: required from browsers; None: all local requests pass."""
+    """ASGI middleware that refuses requests without access.  `token`: required from browsers; None: not required."""
 
     def __init__(self, app: ASGIApp, token: str | None) -> None:
         self.app = app
@@ -56,7 +57,7 @@ class Gate:
             await self._pass(cookies.get(PERSON), scope, receive, send)
 
     async def _pass(self, person: str | None, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request with the user's key; a new user receives a key."""
+        """Pass a request to the application with the user's key; a browser without a key receives one as a cookie."""
         scope["person"] = person or secrets.token_urlsafe(12)
 
         async def answer(message: Message) -> None:
@@ -70,15 +71,15 @@ class Gate:
         await self.app(scope, receive, answer)
 
     def _foreign(self, headers: Headers) -> str:
-        """Return the reason why a request is from another page; "" if the request is from this page."""
+        """Return the reason to refuse a request from another web site; "" for a request from the panel's page."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if self._token is None and not is_loopback(_name(host)):
-            return f"this panel accepts requests from this machine only, not for {host!r}"
+            return f"invalid host name {host!r}: expected a loopback name, e.g. localhost"
         if origin is not None and origin.partition("://")[2] != host:
-            return f"no requests from {origin}"
+            return f"invalid origin {origin}: expected a request from the panel's own page"
         elsewhere = headers.get("sec-fetch-site") in ("cross-site", "same-site")
         if elsewhere and headers.get("sec-fetch-mode") != "navigate":
-            return "no requests from other pages"
+            return "invalid Sec-Fetch-Site: expected a request from the panel's own page"
         return ""
 
     # With a token
@@ -92,13 +93,13 @@ class Gate:
         return "the panel requires a token: open the address that axistwin serve has printed"
 
     def _shown(self, scope: Scope) -> str | None:
-        """Return the token in the address."""
+        """Return the token in the URL, if any."""
         if self._token is None or scope["type"] != "http":
             return None
         return dict(parse_qsl(scope["query_string"].decode("latin-1"))).get("token")
 
     async def _welcome(self, token: str, scope: Scope, receive: Receive, send: Send) -> None:
-        """Store the token in a cookie, and redirect to the address without the token."""
+        """Redirect to the URL without the token, and store the token in a cookie."""
         others = [(key, value) for key, value in parse_qsl(scope["query_string"].decode("latin-1")) if key != "token"]
         address = scope["path"] + (f"?{urlencode(others)}" if others else "")
         response = RedirectResponse(address, 303, HEADERS | {"Set-Cookie": _set_cookie(_cookie(scope), token)})
@@ -106,18 +107,18 @@ class Gate:
 
 
 def _name(host: str) -> str:
-    """Return a host without its port: `localhost:8080`, `[::1]:8080`."""
+    """Return a host without its port: `localhost` for `localhost:8080`, `::1` for `[::1]:8080`."""
     return host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]
 
 
 def _cookie(scope: Scope) -> str:
-    """Return the cookie's name with the port, because all ports of a machine share cookies."""
+    """Return the name of the token's cookie; it contains the port, because cookies apply to all ports of a host."""
     server = scope.get("server") or ("", 0)
     return f"axistwin-token-{server[1]}"
 
 
 def _set_cookie(name: str, value: str) -> str:
-    return f"{name}={value}; Max-Age={LASTS_S}; Path=/; HttpOnly; SameSite=Lax"
+    return f"{name}={value}; Max-Age={COOKIE_MAX_AGE_S}; Path=/; HttpOnly; SameSite=Lax"
 
 
 def _cookies(scope: Scope) -> dict[str, str]:

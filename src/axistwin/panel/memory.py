@@ -1,4 +1,4 @@
-"""Memory of pages.
+"""Memory management of pages.
 
 A page has some 30,000 Python objects.  Each garbage collection of them would delay hosts by a tenth of a second.
 Therefore `keep` excludes a page from garbage collection after it is built, and `release` cuts the reference cycles of a
@@ -17,32 +17,29 @@ from axistwin.bench import Bench
 from axistwin.sessions.session import Session
 
 AT_A_TIME = 50
-"""Number of elements released in one pass of the event loop: less than 1 ms."""
+"""Number of elements freed in one pass of the event loop; this takes less than 1 ms."""
 
 
 class Memory:
-    """Memory of a session's pages."""
+    """Memory management of the pages of a session."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._kept: weakref.ref[Bench] | None = None
 
     def keep(self) -> None:
-        """Exclude all present objects from garbage collection.
-
-        Before that, a full collection frees a replaced bench.
-        """
+        """Exclude all present objects from garbage collection, after a full collection if the bench was replaced."""
         bench = self._session.bench
         if self._kept is None or self._kept() is not bench:
             gc.unfreeze()
             gc.collect()
             self._kept = weakref.ref(bench)
-        gc.collect(1)  # temporary objects; older objects are collected automatically
+        gc.collect(1)  # young objects only
         gc.freeze()
 
 
 async def release(elements: Iterable[ui.element]) -> None:
-    """Free elements that have been removed from their page, a few at a time."""
+    """Free elements that have been removed from a page, `AT_A_TIME` in each pass of the event loop."""
     left = list(elements)
     while left:
         for element in left[-AT_A_TIME:]:
@@ -52,7 +49,7 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Cut the reference cycles of an element; its properties remain usable."""
+    """Remove the references of an element that form cycles."""
     for part in (element._classes, element._style, element._props):
         part._change_handlers.clear()
     if isinstance(element, ValueElement):

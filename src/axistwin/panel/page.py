@@ -1,4 +1,4 @@
-"""The page: its views, their places, and the frames in which they are updated."""
+"""The page: the arrangement of its views, and the frames in which they are updated."""
 
 import asyncio
 import json
@@ -30,24 +30,24 @@ from axistwin.panel.views.terminal import terminal
 from axistwin.sessions.session import Session
 
 FRAME_S = 0.05
-"""Shortest interval between two frames of a page."""
+"""Shortest time between two frames of a page."""
 PATIENCE_S = 30.0
-"""Timeout of a browser for one frame; the frame is then repeated."""
+"""Longest time that a browser may take to draw a frame; then the next frame is sent."""
 KEPT = 3
-"""Number of pages without a browser that are kept; the oldest of more pages are emptied."""
+"""Largest number of disconnected pages that are kept; beyond that, the oldest is emptied."""
 SCRIPTS = "keys.js", "scope.js", "state.js"
-"""Scripts of views; a browser executes only scripts that are part of the page."""
+"""Scripts of views, sent with the page, because a browser does not execute scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
 BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
-"""The page is hidden until it is built."""
+"""JavaScript that shows the page; the page is hidden while it is being built (`BEGIN`)."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 
 
 async def page(enter: Callable[[], Context]) -> None:
-    """Build the page for one visit.  `enter`: called when a browser has connected; returns its `Context`.
+    """Build the page for one browser.  `enter` is called when the browser has connected, and returns the `Context`.
 
-    Before that, the page is empty, so that a program that only fetches the address costs little.  The views are
-    built in pieces, one page at a time, and the bench runs between two pieces.
+    Until then the page is empty, because a program that only fetches the URL needs no views.  The views are built in
+    pieces, one page at a time; the bench runs between two pieces.
     """
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_head_html(f"<script>{BEGIN}</script>")
@@ -70,17 +70,17 @@ async def page(enter: Callable[[], Context]) -> None:
 
 
 class Visits:
-    """All pages of a session.  A limited number of pages without a browser are kept for a while."""
+    """All pages of a session.  A page that has lost its connection is kept for a while."""
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()
-        """Held while a page is built, one at a time."""
+        """Lock that is held while a page is being built."""
         self._left: dict[Client, None] = {}
         self._frames: dict[Client, asyncio.Task[None] | None] = {}
-        """Task that updates each page; None: the page is being built."""
+        """Task that updates each page; None while the page is being built."""
 
     def begin(self, client: Client, person: Person) -> None:
-        """Add a page that is connected."""
+        """Add a page whose browser has connected."""
         client.on_connect(lambda: self._back(client, person))
         client.on_disconnect(lambda: self._gone(client, person))
         client.on_delete(lambda: self._forget(client))
@@ -88,7 +88,7 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the task that updates a page after it is built."""
+        """Store the task that updates a page; cancel the task if the page was removed while it was being built."""
         if client in self._frames:
             self._frames[client] = frames
         else:
@@ -108,7 +108,7 @@ class Visits:
             self._forget(oldest)
             elements = list(oldest.layout.descendants())
             oldest.layout.clear()
-            oldest.outbox.message_history.clear()  # the page will be loaded again
+            oldest.outbox.message_history.clear()  # `_back` reloads the page
             _released(elements)
 
     def _forget(self, client: Client) -> None:
@@ -119,12 +119,12 @@ class Visits:
 
 
 def _released(elements: list[ui.element]) -> None:
-    """Free elements that have been removed from a page."""
+    """Free elements that have been removed from a page, in a background task."""
     background_tasks.create(release(elements), name="panel")
 
 
 def rehearse(context: Context, request: Request) -> None:
-    """Build a page without a browser, so that single actions such as reading files do not delay hosts later."""
+    """Build a page without a browser, so that reading files and importing modules does not delay hosts later."""
     client = Client(ui.page(""), request=request)
     _built(client, context)
     client.build_response(request)
@@ -145,7 +145,7 @@ def _text(*place: str) -> str:
 
 
 def views(context: Context) -> Iterator[Refresh]:
-    """Build all views, each when the iterator reaches it."""
+    """Build the views of the page one by one, and yield their update functions."""
     yield from _header(context)
     yield from _body(context)
 
@@ -161,7 +161,7 @@ def _header(context: Context) -> Iterator[Refresh]:
 
 
 def _clock(context: Context) -> Refresh:
-    """Show the virtual time in seconds; in microseconds while paused."""
+    """Show the virtual time, to a millisecond while running and to a microsecond while paused."""
     label = ui.label().classes("clock").mark("clock").props("data-test=clock")
 
     def refresh() -> None:
@@ -205,26 +205,24 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
 
 
 class _Frames:
-    """The frames of one page.  A slow browser receives fewer frames, each with the latest state; a hidden browser
-    receives none.
-    """
+    """The frames of one page.  A frame is sent when the browser has drawn the previous frame."""
 
     def __init__(self, client: Client, context: Context, made: list[Refresh]) -> None:
         self._client, self._context, self._made = client, context, made
         self._handled = 0
-        """Number of messages of the browser that have been handled."""
+        """Number of messages from the browser that have been handled."""
         self._news = asyncio.Event()
-        """Set when the next frame need not wait."""
+        """Set if the next frame is to follow at once."""
         with client:
             ui.on("sent", self._on_sent)
 
     async def show(self) -> None:
-        """Draw frame by frame until the page is closed."""
+        """Send frame after frame until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
         ends = self._context.people.subscribe(partial(_notify, client)), self._context.actions.subscribe(self._news.set)
         try:
             with client:
-                await self._drawn(State.BUSY)  # terminals have their sizes after this frame
+                await self._drawn(State.BUSY)  # in this frame the browser sets the sizes of terminals
             while not client.is_deleted:
                 began_s = loop.time()
                 with client:
@@ -245,7 +243,7 @@ class _Frames:
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:
-        """Update all views; the event loop runs in between if the updates take long."""
+        """Update all views; after every `TURN_S`, other tasks of the event loop run."""
         session, began_s = self._context.session, perf_counter()
         for view in self._made:
             if perf_counter() - began_s > TURN_S:
@@ -257,7 +255,7 @@ class _Frames:
                 view()
 
     async def _complete(self) -> None:
-        """Build the views that have come into view, in pieces."""
+        """Build the tabs that the user has opened, in pieces."""
         context = self._context
         while context.unbuilt:
             build = careful(context.unbuilt.pop())
@@ -266,7 +264,7 @@ class _Frames:
                 context.common(Memory).keep()
 
     async def _drawn(self, state: State) -> None:
-        """Publish the state after the browser has drawn the frame."""
+        """Wait until the browser has drawn the frame, and publish the state on the page."""
         try:
             code = DRAWN.format(state=json.dumps(state), handled=self._handled)
             await self._client.run_javascript(code, timeout=PATIENCE_S)
@@ -274,7 +272,7 @@ class _Frames:
             return
 
     async def _rest(self, seconds: float) -> None:
-        """Wait for the next frame; if virtual time is stopped, at most until the next message is handled."""
+        """Wait before the next frame; while the bench is paused, a message from the browser ends the wait."""
         if self._context.session.running:
             await asyncio.sleep(max(0.0, seconds))
             return

@@ -7,40 +7,40 @@ from time import monotonic
 from axistwin.sim.signal import Signal
 
 GONE_S = 10.0
-"""Time of absence after which the driver is replaced by the next user."""
+"""If the driver has been absent for this time, the next user that opens a page becomes the driver."""
 FORGOTTEN_S, REMEMBERED = 600.0, 100
-"""Time of absence after which a user is deleted, and greatest number of absent users."""
+"""Absent users are deleted after this time, and if there are more than this number of them."""
 LONGEST_NAME = 30
 
 
 @dataclass(eq=False)
 class Person:
-    """One user: a browser, which is recognised when it connects again."""
+    """One user: a browser, identified by the key in its cookie."""
 
     key: str
     name: str
     pages: int = 0
     """Number of connected pages."""
     left_s: float = field(default_factory=monotonic)
-    """Time at which the last page was closed or lost its connection."""
+    """Time at which a page was last disconnected."""
     lines: dict[str, list[str]] = field(default_factory=dict)
-    """Lines that were typed at each terminal."""
+    """Lines typed at each terminal, by endpoint."""
     ending: str = "CR"
-    """Line end of typed lines."""
+    """Terminator of typed lines."""
     settings: dict[str, object] = field(default_factory=dict)
 
     def came(self) -> None:
-        """Count a page that is opened or connected again."""
+        """Count a page that has connected."""
         self.pages += 1
 
     def left(self) -> None:
-        """Count a page that is closed or has lost its connection."""
+        """Count a page that has disconnected."""
         self.pages -= 1
         self.left_s = monotonic()
 
     @property
     def gone(self) -> bool:
-        """True after a long absence."""
+        """True if no page of this user has been connected for `GONE_S`."""
         return not self.pages and monotonic() - self.left_s > GONE_S
 
 
@@ -54,7 +54,7 @@ class People:
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
-        """Return the user with this key, created if new; the first user is the driver."""
+        """Return the user with this key, created if new; the user becomes the driver if the driver is gone."""
         self._forget()
         if key not in self._all:
             self._came += 1
@@ -65,7 +65,7 @@ class People:
         return person
 
     def _forget(self) -> None:
-        """Delete users after a long absence."""
+        """Delete users that have been absent for too long."""
         away = sorted((each for each in self._all.values() if each.gone), key=lambda each: each.left_s)
         surplus = len(away) - REMEMBERED
         for number, person in enumerate(away):
@@ -81,7 +81,7 @@ class People:
 
     @property
     def driver_name(self) -> str:
-        """Name of the driver."""
+        """Name of the driver; "nobody" without a driver."""
         return self.driver.name if self.driver else "nobody"
 
     def take_over(self, person: Person) -> None:

@@ -1,7 +1,4 @@
-"""Recent messages of hosts and controllers, for the terminals of all pages.
-
-While the bench runs, only events are stored; a page converts them to text.
-"""
+"""Recent messages of hosts and controllers, stored as events for all pages, and converted to text by each page."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -16,11 +13,11 @@ from axistwin.sessions.session import Session
 from axistwin.units import MS, to_seconds
 
 KEPT = 20_000
-"""Number of stored events of each endpoint; a serial line has one event per character."""
+"""Largest number of stored events per endpoint; on a serial line, each character is an event."""
 SHOWN = 4_000
-"""Number of these events that a new terminal shows."""
+"""Largest number of stored events that a newly opened terminal shows."""
 PAUSE_NS = 50 * MS
-"""Longest pause within a line of a terminal."""
+"""Longest pause between two characters on one line of a terminal; after a longer pause, a new line begins."""
 CR, LF = b"\r", b"\n"
 
 Utterance = Sent | Received | LineBreak
@@ -29,7 +26,7 @@ DIM, HOST, DEVICE, WRONG, NORMAL = "\x1b[2m", "\x1b[36m", "\x1b[32m", "\x1b[31m"
 
 
 class Talk:
-    """Messages of one session.  `generation` counts the benches; messages of an earlier bench are deleted."""
+    """Messages on the present bench of a session.  `generation`: number of benches that the session has had."""
 
     def __init__(self, session: Session) -> None:
         self.generation = 0
@@ -39,7 +36,7 @@ class Talk:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Subscribe to this bench only."""
+        """Delete all messages, and subscribe to those on this bench."""
         self._listening.close()
         self.generation += 1
         self._said = {name: deque(maxlen=KEPT) for name in endpoints.names(bench)}
@@ -47,7 +44,7 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the number of events of an endpoint so far, and the events after number `count`."""
+        """Return the total number of events at an endpoint, and those after the first `count` events."""
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)
         return total, list(islice(said, len(said) - new, None))
@@ -59,17 +56,17 @@ class Talk:
 
 
 class Printer:
-    """Converts events to text for one terminal: a line for each message, with its start time."""
+    """Converts the events of one terminal to text.  Each message is a line with its start time."""
 
     def __init__(self, codec: Codec, whole: bool) -> None:
         self._codec, self._whole = codec, whole
         self._by_host: bool | None = None
-        """True: the line is the host's; None: no line."""
+        """True if the present line is a message of the host; None before the first line."""
         self._last_ns = 0
         self._ended = False
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Return the text of events that follow the earlier events."""
+        """Return the text of further events."""
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:

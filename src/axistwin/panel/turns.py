@@ -1,7 +1,7 @@
-"""A long computation in pieces.  Between two pieces the event loop runs the bench and serves hosts.
+"""Execute a long computation in pieces, so that the event loop can run the bench between two pieces.
 
-The computation runs in a separate thread, but never at the same time as the loop: the loop waits for the end of each
-piece.  The computation needs no locks; it calls `breathe` at any places.
+The computation runs in a separate thread, and calls `breathe` wherever a piece may end.  The event loop waits while a
+piece is executed, so the computation needs no locks.
 """
 
 import asyncio
@@ -13,16 +13,16 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 TURN_S = 0.0015
-"""Duration after which a piece ends, at the next `breathe`."""
+"""Least duration of a piece; the piece ends at the next call of `breathe`."""
 _here = threading.local()
 
 
 class _Abandoned(BaseException):
-    """Raised in a computation that has been cancelled."""
+    """Raised by `breathe` in a computation that has been cancelled."""
 
 
 async def in_turns(compute: Callable[[], T]) -> T:
-    """Return the result of `compute()`, or raise its error.  The loop runs between two pieces."""
+    """Return the result of `compute()`, executed in pieces, or raise its exception."""
     work = _Work(compute)
     try:
         while not work.go_on():
@@ -34,7 +34,7 @@ async def in_turns(compute: Callable[[], T]) -> T:
 
 
 def breathe() -> None:
-    """End a piece here if the piece has lasted long enough; no effect outside `in_turns`."""
+    """End the present piece if it has lasted for `TURN_S`.  Does nothing outside `in_turns`."""
     work: _Work[object] | None = getattr(_here, "work", None)
     if work is not None:
         work.breathe()
@@ -51,25 +51,25 @@ class _Work(Generic[T]):
         threading.Thread(target=self._run, name="panel", daemon=True).start()
 
     def go_on(self) -> bool:
-        """Compute one piece.  Returns True after the last."""
+        """Execute one piece.  Returns True if it was the last."""
         self._go.release()
         self._stop.acquire()
         return self._over
 
     def abandon(self) -> None:
-        """Cancel the computation; its `finally` clauses are executed."""
+        """Cancel the computation, and execute its `finally` clauses."""
         self._abandoned = True
         while not self._over:
             self.go_on()
 
     def result(self) -> T:
-        """Return the result, or raise the error."""
+        """Return the result of the computation, or raise its exception."""
         if self._error is not None:
             raise self._error
         return self._found[0]
 
     def breathe(self) -> None:
-        """End a piece if the piece has lasted long enough; called in the computation's thread."""
+        """End the present piece if it has lasted for `TURN_S`.  Called in the computation's thread."""
         if perf_counter() - self._began_s < TURN_S or self._over:
             return
         self._stop.release()
@@ -80,7 +80,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        asyncio._set_running_loop(self._loop)  # blocked meanwhile
+        asyncio._set_running_loop(self._loop)  # safe: the loop waits for each piece
         _here.work = self
         self._began_s = perf_counter()
         try:

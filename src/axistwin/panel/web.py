@@ -1,4 +1,4 @@
-"""The panel on its own port, in the event loop that paces the bench."""
+"""The panel's web server, which runs in the event loop that paces the bench."""
 
 import asyncio
 import secrets
@@ -23,7 +23,7 @@ from axistwin.panel.talk import Talk
 from axistwin.sessions.session import Session
 
 RECONNECT_S = 30.0
-"""Time after which a page that has lost its connection is deleted."""
+"""A page that has lost its connection is deleted after this time."""
 GOODBYE_S = 1
 POLL_S = 0.01
 NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
@@ -31,7 +31,7 @@ NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "h
 
 @dataclass(frozen=True)
 class Address:
-    """Address of the panel.  `token`: required from browsers; None: not required, as on loopback."""
+    """Host and port of the panel.  `token`: required from browsers; None: not required."""
 
     host: str
     port: int
@@ -39,9 +39,9 @@ class Address:
 
     @staticmethod
     def read(text: str, token: str | None) -> "Address":
-        """Return the address of `8080`, `0.0.0.0:8080` or `[::1]:8080`; remote without a token: with a random token.
+        """Read an address such as `8080`, `0.0.0.0:8080` or `[::1]:8080`.  Raises UsageError.
 
-        Raises UsageError.
+        If the host is not a loopback host and no token is given, the address has a random token.
         """
         host, _, number = text.rpartition(":")
         try:
@@ -61,21 +61,21 @@ class Panel:
     def __init__(self, title: str, session: Session, address: Address) -> None:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
-        self.common(Talk)  # subscribes from the beginning
+        self.common(Talk)  # records messages before the first page is opened
         self._title = title
         self._server: _Server | None = None
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> str:
-        """Start the server.  Returns the address, with the token, if any.  Raises LinkError."""
-        sock = _listening(self.address)  # first: a rejected address leaves NiceGUI unchanged
+        """Start the server.  Returns the panel's URL, with the token, if any.  Raises LinkError."""
+        sock = _listening(self.address)  # before NiceGUI is set up, because this may fail
         server = self._server = _Server(
             uvicorn.Config(
                 Gate(_application(self, self._title), self.address.token),
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=GOODBYE_S,
-                ws_per_message_deflate=False,  # compression costs more than the rest of a frame
+                ws_per_message_deflate=False,  # compression would take longer than building the frame
             )
         )
         self._task = asyncio.create_task(server.serve(sockets=[sock]))
@@ -95,7 +95,7 @@ class Panel:
 
 
 class _Server(uvicorn.Server):
-    """A server that leaves signals to the application."""
+    """A web server that does not install signal handlers."""
 
     def capture_signals(self) -> AbstractContextManager[None]:  # type: ignore[override]
         return nullcontext()
@@ -103,7 +103,7 @@ class _Server(uvicorn.Server):
 
 def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
-    app.user_middleware.clear()  # of an earlier panel in this process
+    app.user_middleware.clear()  # removes the middleware of an earlier panel in this process
     app.middleware_stack = None
     icon = (resources.files(__package__) / "panel.svg").read_text(encoding="utf-8")
 
@@ -129,7 +129,8 @@ def _listening(address: Address) -> socket.socket:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise LinkError(
-            f"cannot show a panel on {address.host}:{address.port}: {reason}: choose another port, or 0 for any free"
+            f"cannot show a panel on {address.host}:{address.port}: {reason}: "
+            "choose another port, or port 0 for any free port"
         ) from None
-    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # asyncio omits it here; each frame came 40 ms late
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else frames are 40 ms late
     return sock

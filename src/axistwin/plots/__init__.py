@@ -1,4 +1,4 @@
-"""Pictures of a run or of a trace."""
+"""Draw pictures of a run or of a trace."""
 
 from typing import TYPE_CHECKING
 

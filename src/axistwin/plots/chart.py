@@ -1,4 +1,4 @@
-"""Contents of a picture before drawing: panels with curves, lanes with levels, and messages, on one time axis."""
+"""Contents of a picture: panels with curves, lanes with levels, and messages, on one time axis."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -11,26 +11,24 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TALL, MIDDLE, LOW, FLAT = 1.15, 0.95, 0.75, 0.55
-"""Heights of panels in inches."""
+"""Heights of a panel in inches."""
 HIDDEN = ("rts", "host.dtr", "host.rts", "host_dtr", "host_rts", "direction", "step", "index")
-"""Levels that are drawn only on request, because the messages or the motion show them."""
+"""Signals that are drawn only on request, because messages or motion contain the same information."""
 BACKGROUND = (*HIDDEN, "led", "dtr")
-"""Levels that do not count for the choice of the drawn time."""
-
-
+"""Signals whose changes do not influence which part of a trace is drawn by default."""
 MOST = 10_000
-"""Largest number of points of a curve; longer curves are reduced to the extremes of neighbouring points."""
+"""Largest number of points of a curve; longer curves are reduced to the extremes of groups of points."""
 
 
 @dataclass
 class Curve:
-    """Values with their start times, in seconds."""
+    """Values with their start times in seconds."""
 
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
 
     def thinned(self, most: int = MOST) -> "Curve":
-        """Return a curve with at most `most` points that looks the same."""
+        """Return a curve with at most `most` points that looks the same when drawn."""
         if len(self.times) <= most:
             return self
         thin = Curve([self.times[0]], [self.values[0]])
@@ -46,7 +44,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault with its begin and end; `end_ns` None: still active."""
+    """A fault with the times of its start and its end; `end_ns` is None while the fault is active."""
 
     name: str
     begin_ns: int
@@ -55,7 +53,7 @@ class Fault:
 
 @dataclass
 class Line:
-    """A curve in a panel: each value holds until the next."""
+    """A curve in a panel, drawn as steps."""
 
     curve: Curve
     faint: bool = False
@@ -64,7 +62,7 @@ class Line:
 
 @dataclass
 class Panel:
-    """Curves in one diagram.  `filled`: down to zero, for velocities and errors; `colour`: number of a colour."""
+    """One diagram with curves.  `filled`: fill the area between the curve and zero.  `colour`: index of the colour."""
 
     label: str
     lines: list[Line]
@@ -83,7 +81,7 @@ class Word:
 
 @dataclass
 class Chart:
-    """A picture's contents.  The time axis goes from `from_ns` to `edge_ns`; the data end at `to_ns`."""
+    """Contents of a picture.  The time axis goes from `from_ns` to `edge_ns`; the data end at `to_ns`."""
 
     title: str
     from_ns: int
@@ -92,19 +90,22 @@ class Chart:
     panels: list[Panel] = field(default_factory=list)
     lanes: dict[str, Curve] = field(default_factory=dict)
     states: dict[str, list[Word]] = field(default_factory=dict)
-    """Texts, each of which holds until the next."""
+    """Texts, each of which is valid until the next text starts."""
     words: dict[str, list[Word]] = field(default_factory=dict)
     marks: list[Word] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
 
     def add_faults(self, faults: Iterable[Fault]) -> None:
-        """Add the faults that are active in the drawn time."""
+        """Add the faults that are active at any time between `from_ns` and `to_ns`."""
         seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
         self.faults += sorted(seen, key=lambda fault: (fault.begin_ns, fault.name))
 
 
 def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:
-    """Return begin and end of the time to draw, and the edge: all events with a margin, or else the whole time."""
+    """Return start and end of the time to draw, and the end of the time axis.
+
+    The drawn time contains all events with a margin; without events, the whole time from `begin_ns` to `end_ns`.
+    """
     if not times:
         return begin_ns, end_ns, max(end_ns, begin_ns + 1)
     margin_ns = (max(times) - min(times)) // 25 + 20 * MS
@@ -113,7 +114,7 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
 
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
-    """Return the values in that time, extended to its begin and its end."""
+    """Return the values from `from_ns` to `to_ns`, with points at both ends."""
     import numpy as np
 
     first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)
@@ -125,11 +126,11 @@ def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns
 
 BINS = 1500
 SHORTEST_NS = 4 * MS
-"""Shortest time for a velocity: one count in a single sample would give thousands per second."""
+"""Shortest time over which a velocity is averaged: one count in a single sample would be thousands of counts/s."""
 
 
 def rate(times: "NDArray[np.int64]", values: "NDArray[np.int64]", from_ns: int, to_ns: int) -> Curve:
-    """Return the velocity of a position, per second, as steps."""
+    """Return the velocity, per second, that belongs to a position."""
     import numpy as np
 
     bins = max(1, min(BINS, (to_ns - from_ns) // SHORTEST_NS))

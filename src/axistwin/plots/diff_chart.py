@@ -1,4 +1,4 @@
-"""A chart of two traces: each signal that differs, as in the first and as in the second trace."""
+"""Build a chart of two traces that shows each differing signal as in the first and as in the second trace."""
 
 from axistwin.plots import chart
 from axistwin.plots.chart import FLAT, LOW, Chart, Line, Panel, Word
@@ -11,11 +11,11 @@ from axistwin.units import MS
 MOST = 12
 """Largest number of signals drawn."""
 BEFORE_NS, AFTER_NS = 100 * MS, 400 * MS
-"""Least time drawn before and after the first difference."""
+"""Shortest times drawn before and after the first difference."""
 
 
 def of_difference(first: Trace, second: Trace, found: Comparison, title: str = "") -> Chart:
-    """Return a chart around the first difference, with the first differences of the other drawn signals."""
+    """Return a chart of the signals with the earliest differences, from shortly before the first difference."""
     drawn = found.differences[:MOST]
     begin_ns, last_ns = drawn[0].time_ns, drawn[-1].time_ns
     around_ns = max(BEFORE_NS, (last_ns - begin_ns) // 4)

@@ -14,29 +14,29 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SUFFIXES = (".svg", ".png")
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # distinct for colour-blind readers
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # distinguishable for colour-blind readers
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
-STYLE: dict[Any, Any] = {  # `rc_context` declares its keys as literals
+STYLE: dict[Any, Any] = {  # Any, because the type of `rc_context` lists all valid keys
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
 }  # fmt: skip
 WIDTH, LANE, WORDS = 10, 0.24, 0.38
-"""Width of the picture, height of a lane, height for a sender's messages, in inches."""
+"""Width of the picture, height of a lane, and height of the messages of one sender, in inches."""
 WORDS_SIZE, ROWS = 7.5, 2
-"""Messages: font size, rows of text per sender."""
+"""Font size of messages in points, and rows of text per sender."""
 FAULT_LEVELS, FAULT_LEVEL = 4, 12
-"""Number of simultaneous faults drawn with names; height of each in points."""
+"""Largest number of simultaneous faults drawn with their names, and height of each name in points."""
 LABEL, MARGIN = 0.072, 0.85
-"""Inches per character of a label; width beside the axes without labels."""
+"""Width of a character of a label, and of the margins without labels, in inches."""
 FILES_ONLY = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
-"""Matplotlib backends that have no screen."""
+"""Matplotlib backends that cannot open a window."""
 ALL_WORDS = 4.0
-"""Largest height for all messages, in inches."""
+"""Largest height of the messages of all senders, in inches."""
 
 
 def check_suffix(path: Path) -> None:
-    """Raise UsageError if the suffix is not that of a picture."""
+    """Raise UsageError if the suffix is not `.svg` or `.png`."""
     if path.suffix not in SUFFIXES:
         raise UsageError(
             f"{path.name!r} is not a name for a picture: expected a name that ends in {' or '.join(SUFFIXES)}"
@@ -44,7 +44,7 @@ def check_suffix(path: Path) -> None:
 
 
 def save(chart: Chart, path: Path) -> None:
-    """Draw a chart to an SVG or PNG file."""
+    """Draw a chart to an SVG or PNG file.  Raises UsageError."""
     check_suffix(path)
     import matplotlib as mpl
 
@@ -55,7 +55,7 @@ def save(chart: Chart, path: Path) -> None:
 
 
 def write_figure(figure: "Figure", path: Path) -> None:
-    """Write a figure to an SVG or PNG file, whole or not at all.  Raises UsageError."""
+    """Write a figure to an SVG or PNG file; delete an incomplete file.  Raises UsageError."""
     metadata = {"Date": None} if path.suffix == ".svg" else {}
     picture = BytesIO()
     figure.savefig(picture, format=path.suffix.lstrip("."), dpi=150, metadata=metadata)
@@ -63,7 +63,7 @@ def write_figure(figure: "Figure", path: Path) -> None:
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all.  Raises UsageError."""
+    """Write a file; delete an incomplete file.  Raises UsageError."""
     try:
         path.write_bytes(data)
     except OSError as error:
@@ -73,7 +73,7 @@ def _write(path: Path, data: bytes) -> None:
 
 
 def show(chart: Chart) -> None:
-    """Show a chart in a window until the window is closed.  Raises UsageError without a screen."""
+    """Show a chart in a window, and wait until the window is closed.  Raises UsageError without a screen."""
     import matplotlib as mpl
     from matplotlib import pyplot as plt
 
@@ -127,7 +127,7 @@ class _Picture:
             )  # fmt: skip
 
     def _draw_faults(self, rows: Sequence["Axes"]) -> None:
-        """Draw a thin line at the begin and the end of each fault, and above the plot a bar with the fault's name."""
+        """Draw thin lines at the start and the end of each fault, and a bar with its name above the plot."""
         for begin_ns, end_ns, level, name in self._packed():
             for row in rows:
                 for at_ns, style in {end_ns: ":", begin_ns: "-"}.items():
@@ -149,7 +149,7 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Yield each fault with begin, end, level of the name (None: no space) and name."""
+        """Yield start, end, level and name of each fault; the level is None if there is no space for the name."""
         chart, free_ns = self.chart, [float(self.chart.from_ns)] * FAULT_LEVELS
         for fault in chart.faults:
             begin_ns = max(fault.begin_ns, chart.from_ns)
@@ -176,7 +176,7 @@ class _Picture:
         _dress(row, panel.label)
 
     def _draw_lanes(self, row: "Axes") -> None:
-        """Draw a lane per terminal: a line that is up while the level is high; texts in boxes."""
+        """Draw a lane for each signal: a level as a line, a text in a box."""
         names = [*self.chart.lanes, *self.chart.states]
         places = {name: len(names) - 1 - n for n, name in enumerate(names)}
         for name, full in self.chart.lanes.items():
@@ -210,7 +210,7 @@ class _Picture:
         return (chart.edge_ns - chart.from_ns) / inches * 0.66 * WORDS_SIZE / 72
 
     def _draw_words(self, row: "Axes") -> None:
-        """Draw the messages where there is space, and a tick where there is none."""
+        """Draw a tick for each message, and the text of the message if there is space."""
         speakers = list(self.chart.words)
         for n, (speaker, words) in enumerate(self.chart.words.items()):
             place = float(len(speakers) - 1 - n)
@@ -228,7 +228,7 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Yield the texts for which there is space, with their places and rows."""
+        """Yield the texts for which there is space, with the time and the row at which each is drawn."""
         character_ns = self._character_ns
         free_ns: list[float] = [self.chart.from_ns] * ROWS
         for time_ns, text in texts:

@@ -1,4 +1,4 @@
-"""A chart of a trace, from a file or from memory: axes, levels, registers and messages in a span of time."""
+"""Build a chart of a trace: axes, levels, registers and messages."""
 
 from collections.abc import Iterator, Sequence
 from itertools import count
@@ -11,9 +11,9 @@ from axistwin.traces.signals import COUNT, EVERYTHING, FAULTS, LEVEL, REAL, TEXT
 SAYS = ("host_says", "controller_says")
 AXIS = ("pulses", "velocity", "position", "commanded")
 BLANK = r"\x20"
-"""A space at the end of a text, as it is written."""
+"""Escape sequence of a space at the end of a text in a trace."""
 RAILS = (0.0, 5.0)
-"""Voltages that are equal to a logic level."""
+"""Voltages of the logic levels low and high."""
 
 
 def of_trace(
@@ -23,9 +23,9 @@ def of_trace(
     to_ns: int | None = None,
     title: str = "",
 ) -> Chart:
-    """Return a chart of the signals matched by patterns, from `from_ns` to `to_ns` (None: chosen by the events).
+    """Return a chart of the signals matched by patterns, from `from_ns` to `to_ns`.
 
-    Raises UsageError for a pattern without a match.
+    If a limit is None, the chart begins or ends with the events.  Raises UsageError for a pattern without a match.
     """
     return _Drawn(trace, trace.choose(tuple(patterns)), from_ns, to_ns, title, tuple(patterns) == (EVERYTHING,)).chart
 
@@ -46,7 +46,7 @@ class _Drawn:
             self._add(name, track)
 
     def _times(self) -> list[int]:
-        """Return the times of motion and level changes."""
+        """Return the times of the first and the last change of each signal of motion, levels and registers."""
         found = []
         for name, track in self.tracks.items():
             last = name.rpartition(".")[2]
@@ -62,7 +62,7 @@ class _Drawn:
         return any(self.chart.from_ns < track.times[n] <= self.chart.to_ns for n in range(1, len(track)))
 
     def _add_axes(self) -> None:
-        """Add the axes that move."""
+        """Add panels for the axes that move in the drawn time."""
         scopes = dict.fromkeys(name.rpartition(".")[0] for name in self.tracks)
         for scope in scopes:
             tracks = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}
@@ -94,7 +94,7 @@ class _Drawn:
             self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve)], colour=colour))
 
     def _add(self, name: str, track: Track) -> None:
-        """Add a signal that is not part of an axis, if it changes."""
+        """Add a signal to the chart: messages and faults always, other signals only if they change."""
         last = name.rpartition(".")[2]
         if last in SAYS and track.kind == TEXT:
             self._add_words(name, track)
@@ -112,7 +112,7 @@ class _Drawn:
             self.chart.panels.append(Panel(label, [Line(curve)], FLAT, colour=next(self._colours)))
 
     def _add_words(self, name: str, track: Track) -> None:
-        """Add the complete messages of one end of a line."""
+        """Add the messages sent by one end of a line."""
         scope, _, which = name.rpartition(".")
         if self._alone:
             who = "host" if which == "host_says" else "controller"
@@ -124,14 +124,14 @@ class _Drawn:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """Return the texts in that time, with the one that holds at its begin."""
+    """Return the texts that are valid at any time from `from_ns` to `to_ns`."""
     found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
     before = [state for state in found if state.time_ns <= from_ns][-1:]
     return before + [state for state in found if from_ns < state.time_ns <= to_ns]
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Yield the faults named in the values of a signal."""
+    """Yield the faults in a signal whose values are lists of active faults, e.g. `jam, lose`."""
     there: dict[str, int] = {}
     for time_ns, text in zip(track.times, track.values, strict=True):
         names = [name for name in str(text).split(", ") if name]
@@ -142,11 +142,14 @@ def faults(track: Track) -> Iterator[Fault]:
 
 
 def messages(track: Track) -> list[Word]:
-    """Return the complete messages of one end of a line, with their start times."""
+    """Return the complete messages in a signal, with their start times.
+
+    The values of such a signal grow by one character each, e.g. `X`, `X3`, `X3@`.
+    """
     found: list[Word] = []
     before = ""
     for time_ns, text in zip(track.times, track.values, strict=True):
-        assert isinstance(text, str), "these are texts"
+        assert isinstance(text, str), "messages are texts"
         if text and before and text.startswith(before):
             found[-1] = Word(found[-1].time_ns, text)
         elif text:
@@ -156,7 +159,7 @@ def messages(track: Track) -> list[Word]:
 
 
 def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
-    """Return the difference of two signals."""
+    """Return the curve of one signal minus another."""
     import numpy as np
 
     (times, values), (others, those) = of.columns(), less.columns()

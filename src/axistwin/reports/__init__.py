@@ -1,1 +1,1 @@
-"""Text reports of a run: messages and moves."""
+"""Reports of a run: its messages, moves and refused lines, as text and as JSON."""

@@ -1,6 +1,6 @@
-"""Lines of programs that a controller refuses, at their places in the record of a run.
+"""Find the messages of a run that contain lines refused by a controller.
 
-The checkers find these lines in the programs.  The data of a program are then found again in the messages of the run.
+The checkers find the refused lines in the programs.  This module finds the messages in which these lines were sent.
 """
 
 from collections.abc import Iterable, Sequence
@@ -17,7 +17,7 @@ STORED = ".sms"
 
 @dataclass(frozen=True)
 class Refusal:
-    """An error in a program.  `message`: the message of the run that has it; None in a stored program."""
+    """An error in a program.  `message`: the message that contains the refused line; None in a stored program."""
 
     file: str
     error: Diagnostic
@@ -25,12 +25,12 @@ class Refusal:
 
     @property
     def words(self) -> str:
-        """The refusal as a line of the listing."""
+        """The refusal as a line of the transcript: code, message and place of the error."""
         return f"! {self.error.code} {self.error.message}  ({self.file}:{self.error.line}:{self.error.column})"
 
 
 def models_at(bench: Bench) -> dict[str, Product]:
-    """Return the product at each endpoint; "" is the only controller."""
+    """Return the product at each endpoint; the name "" means the only endpoint, if there is just one."""
     found = {name: controller.product for name, controller in bench.controllers.items()}
     found |= {f"{name}.rs485": made for name, made in found.items()}
     found |= {name: bench.lines[name].motors[0].product for name in bench.lines}
@@ -39,7 +39,7 @@ def models_at(bench: Bench) -> dict[str, Product]:
 
 
 def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[Refusal]:
-    """Return the refused lines among the messages of a run, and those of stored programs."""
+    """Return the refused lines of all programs, each with the message in which the line was sent."""
     senders = [_Sender(program) for program in programs if program.suffix != STORED and program.errors]
     stored = [Refusal(p.file, error) for p in programs if p.suffix == STORED for error in p.errors]
     heard = [message for message in said if message.by_host] if senders else []
@@ -55,7 +55,7 @@ def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[R
 
 
 class _Sender:
-    """Follows the data of one program through the messages of a run."""
+    """Finds the data of one program in the messages of a run."""
 
     def __init__(self, program: HostProgram) -> None:
         self.program = program
@@ -67,10 +67,10 @@ class _Sender:
         self._errors = program.errors
         self._begins = [_index(error, characters, on_line[error.line]) for error in self._errors]
         self._in_greeting = program.suffix == ".if1"
-        """True until the data format has been sent, which is no part of the program."""
+        """True until the host has set the data format, in a message that is not part of the program."""
 
     def take(self, data: bytes) -> list[Diagnostic]:
-        """Return the errors in a message, if it is the next one of this program."""
+        """Return the errors of the program in a message; none if the message is not the next one of the program."""
         if self._in_greeting:
             self._in_greeting = not data.endswith(b"\r")
             return []
@@ -81,5 +81,5 @@ class _Sender:
 
 
 def _index(error: Diagnostic, characters: Sequence[Sent], on_line: Sequence[int]) -> int:
-    """Return the index of the first character of an error, or of the last one on its line."""
+    """Return the index of the first character of an error; without such a character, of the last one on the line."""
     return next((index for index in on_line if characters[index].column >= error.column), on_line[-1])

@@ -1,4 +1,4 @@
-"""Record of a run on a bench: messages, moves and levels, for transcripts."""
+"""Record the messages, moves and level changes of a run, for its transcript."""
 
 import re
 from collections import deque
@@ -18,17 +18,17 @@ from axistwin.sim.pins import PULLED_UP_VOLTS
 from axistwin.units import MS, S
 
 LENGTH = 100_000
-"""Largest number of messages and of level changes kept; `complete` reports if older ones were dropped."""
+"""Largest number of stored messages, level changes and voltages; the oldest are deleted (see `complete`)."""
 
 _LINES = re.compile(rb"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 PAUSE_NS = 500 * MS
-"""A longer silence divides a message; five characters at 110 baud take less."""
+"""Longest silence within a message; longer than five characters at 110 baud."""
 
 
 @dataclass
 class Message:
-    """A message: up to a terminator, an answer of the other end, or a silence."""
+    """A message, which ends with a terminator, an answer of the other end, or a silence."""
 
     time_ns: int
     controller: str
@@ -41,13 +41,13 @@ class Message:
 
     @property
     def terminated(self) -> bool:
-        """True if the message has its terminator."""
+        """True if the message ends with CR or LF, or has arrived at once."""
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
 
 @dataclass(frozen=True)
 class Move:
-    """A move of an axis: pulses in one direction without a rest.  `end_ns` None: still moving."""
+    """A move of a stepper axis: pulses in one direction without a rest.  `end_ns`: None while the axis is moving."""
 
     controller: str
     axis: str
@@ -57,28 +57,28 @@ class Move:
 
     @property
     def start_ns(self) -> int:
-        """Start of the move."""
+        """Start time of the move."""
         return self.train_move.start_ns
 
     @property
     def end_ns(self) -> int | None:
-        """End of the move; None: still moving."""
+        """End time of the move; None while the axis is moving."""
         end_ns = self.train_move.end_ns
         return end_ns if end_ns is not None and end_ns <= self.now_ns else None
 
     @property
     def origin(self) -> int:
-        """Net pulses before the move."""
+        """Position before the move, in pulses."""
         return self.train_move.origin
 
     @property
     def target(self) -> int:
-        """Net pulses after the move, or so far."""
+        """Position after the move in pulses; while the axis is moving, the present position."""
         return self.train_move.position_at(self.now_ns)
 
     @property
     def top_rate(self) -> Fraction:
-        """Highest rate in pulses/s, so far."""
+        """Highest rate up to now, in pulses/s."""
         profile, start_ns = self.train_move.profile, self.start_ns
         begun = zip(profile.starts, profile.segments, strict=False)
         return max(segment.rate for start, segment in begun if start_ns + start * S // profile.ticks <= self.now_ns)
@@ -89,14 +89,14 @@ AnyMove = Move | ServoMove
 
 @dataclass
 class RunRecord:
-    """All events since `began_ns`, or the latest of them."""
+    """The events of a run since `began_ns`."""
 
     bench: Bench
     began_ns: int
     said: deque[Message] = field(default_factory=lambda: deque(maxlen=LENGTH))
     changes: deque[LevelChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
     turned: deque[VoltageChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
-    """Voltages driven on terminals."""
+    """Changes of voltages to which an operator drives analog inputs."""
     servos: list[ServoMoves] = field(default_factory=list)
     _open: dict[tuple[str, bool], Message] = field(default_factory=dict)
 
@@ -105,7 +105,7 @@ class RunRecord:
         if isinstance(event, LevelChanged):
             self.changes.append(event)
         elif isinstance(event, VoltageChanged):
-            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:  # otherwise the level shows the value
+            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:  # other voltages are also level changes
                 self.turned.append(event)
         elif isinstance(event, Received):
             message = self._add(event, event.data, by_host=False)
@@ -118,12 +118,12 @@ class RunRecord:
 
     @property
     def complete(self) -> bool:
-        """True if no events were dropped."""
+        """True if no events or moves have been deleted."""
         lost = any(axis.train.forgotten for _, _, axis in self._steppers()) or any(s.forgotten for s in self.servos)
         return max(len(self.said), len(self.changes), len(self.turned)) < LENGTH and not lost
 
     def moves(self) -> list[AnyMove]:
-        """Return all moves in order of time."""
+        """Return the moves of all axes in order of time."""
         found: list[AnyMove] = [
             Move(controller, name, move, self.bench.now)
             for controller, name, axis in self._steppers()
@@ -168,7 +168,7 @@ class RunRecord:
 
 @contextmanager
 def recording_run(bench: Bench) -> Iterator[RunRecord]:
-    """Record the events on a bench within this context."""
+    """Record the events and servo moves on a bench within this context."""
     run = RunRecord(bench, bench.now)
     with ExitStack() as stack:
         run.observe_servos(stack)

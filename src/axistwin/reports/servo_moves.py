@@ -1,4 +1,4 @@
-"""Moves of a servo axis, found in its samples; their number is limited."""
+"""Find the moves of a servo axis in its samples."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 REST_NS = 80 * MS
-"""A move ends after this time without a change."""
+"""A move ends when the position has not changed for this time."""
 JITTER = 2
-"""Largest deviation from the commanded position, in counts, that does not count as motion."""
+"""Largest deviation from the commanded position, in counts, that is not regarded as motion."""
 WINDOW = 16
-"""Samples per velocity value: one count in a single sample would give thousands per second."""
+"""Number of samples over which a velocity is averaged: one count per sample is already thousands of counts/s."""
 MOVES = 10_000
-"""Largest number of moves kept."""
+"""Largest number of stored moves; the oldest are deleted."""
 
 
 @dataclass
 class ServoMove:
-    """Motion of a servo axis from one rest to the next.  `end_ns` None: still moving."""
+    """A move of a servo axis, from one rest to the next.  `end_ns`: None while the axis is moving."""
 
     controller: str
     axis: str
@@ -43,18 +43,18 @@ class ServoMove:
 
     @property
     def now_ns(self) -> int:
-        """Time of the last known position."""
+        """Time of the latest position of the move."""
         return self.last_ns
 
     @property
     def is_significant(self) -> bool:
-        """True if the motion is more than jitter."""
+        """True if the commanded position has moved, or if the motion is more than `JITTER`."""
         return self.commanded or self.high - self.low > JITTER
 
 
 @dataclass
 class ServoMoves:
-    """The moves of one axis."""
+    """The moves of one servo axis.  `forgotten`: True if old moves have been deleted."""
 
     controller: str
     name: str
@@ -65,10 +65,13 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        self._latest: tuple[int, NDArray[np.int64] | None] = -1, None  # time of the next sample; the last positions
+        self._latest: tuple[int, NDArray[np.int64] | None] = (
+            -1,
+            None,
+        )  # time of the next sample, and the latest `WINDOW` positions
 
     def add_samples(self, samples: Samples) -> None:
-        """Record a block of samples."""
+        """Find the moves in a further block of samples."""
         import numpy as np
 
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
@@ -82,10 +85,13 @@ class ServoMoves:
             self._find_moves(samples, times, whole, trajectory_moved, active)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
-            self.moves[-1].target = self._position  # the axis settles after the move
+            self.moves[-1].target = self._position  # the servo settles after the move
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the positions with the window before them; before the first samples the axis was at rest."""
+        """Return the positions of a block, with the `WINDOW` positions before the block in front.
+
+        If the samples before the block are unknown, the axis is assumed to have been at rest.
+        """
         import numpy as np
 
         next_ns, before = self._latest
@@ -104,7 +110,7 @@ class ServoMoves:
         trajectory_moved: "NDArray[np.bool_]",
         active: "NDArray[np.int64]",
     ) -> None:
-        """Find the moves in a block: changes without a long rest.  `whole`: positions with the window before them."""
+        """Find the moves in a block; `whole`: result of `_with_window`, `active`: indices of samples with motion."""
         import numpy as np
 
         positions = whole[WINDOW:]
@@ -121,7 +127,7 @@ class ServoMoves:
                 move.top_rate = max(move.top_rate, fastest * S / (WINDOW * samples.period_ns))
 
     def _move(self, start_ns: int, before: int) -> ServoMove:
-        """Return the current move, or begin a new one."""
+        """Return the present move; if it ended more than `REST_NS` ago, begin a new move."""
         if self.moves and start_ns - self.moves[-1].last_ns <= REST_NS:
             return self.moves[-1]
         if self.moves:
@@ -134,14 +140,14 @@ class ServoMoves:
         return self.moves[-1]
 
     def _close(self) -> None:
-        """End the last move; drop the move if the change was only jitter."""
+        """End the latest move; delete the move if it is only jitter."""
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
             if not self.moves[-1].is_significant:
                 self.moves.pop()
 
     def moves_until(self, now_ns: int) -> list[ServoMove]:
-        """Return the moves so far."""
+        """Return all moves up to `now_ns`."""
         if self.moves and now_ns - self.moves[-1].last_ns > REST_NS and self.moves[-1].end_ns is None:
             self._close()
         found = [move for move in self.moves if move.is_significant]

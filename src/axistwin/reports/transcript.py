@@ -1,4 +1,4 @@
-"""Report messages and moves, as text for the user and as a dictionary for programs."""
+"""Report the messages, moves and level changes of a run, as text and as a dictionary for JSON."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -14,16 +14,16 @@ from axistwin.sim.frames import LineError
 from axistwin.units import to_seconds
 
 HIDDEN_LEVELS = ("dtr", "rts", "host.dtr", "host.rts")
-"""Levels left out of the text; the messages show them."""
-
+"""Levels that the text does not contain, because they change with each message."""
 
 Item = Message | AnyMove | LevelChanged | VoltageChanged
 
 
 def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
-    """Yield lines in order of time: `>` host, `<` controller, `!` action at the machine, `=` new level.
+    """Yield the transcript: one line per item, in order of time.
 
-    After a message, `!` and a code mark each line in it that the controller refuses.
+    `>` marks a message of the host, `<` a message of the controller, `!` an action of an operator or a refused line,
+    and `=` a new level.
     """
     yield from (f"{'':14}  {refusal.words}" for refusal in refused if refusal.message is None)
     by_message: dict[int, list[Refusal]] = {}
@@ -33,14 +33,14 @@ def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
     codecs = _codecs(run)
     levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
     told: list[Item] = [*run.said, *levels, *run.turned, *run.moves()]
-    for item in sorted(told, key=_time_ns):  # an action comes before the move that it causes
+    for item in sorted(told, key=_time_ns):  # a stable sort: an action comes before the move that it causes
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
         yield from (f"{'':14}  {name}{refusal.words}" for refusal in by_message.get(id(item), ()))
 
 
 def summary(run: RunRecord) -> Iterator[str]:
-    """Yield a table of the axes that moved."""
+    """Yield a table of the axes that have moved, and a line for each axis that has lost pulses."""
     by_axis = _by_axis(run)
     units = " or ".join(sorted({move.unit for moves in by_axis.values() for move in moves}, reverse=True))
     rows = [("axis", "from", "to", units, "moving", "moves")]
@@ -57,7 +57,7 @@ def summary(run: RunRecord) -> Iterator[str]:
 
 
 def as_dict(run: RunRecord, refused: Sequence[Refusal] = ()) -> dict[str, Any]:
-    """Return a dictionary for `--json`; times in integer nanoseconds, rates in pulses/s."""
+    """Return the dictionary that `--json` writes.  Times are in ns, rates in pulses/s or counts/s."""
     codecs = _codecs(run)
     return {
         "said": [_said(message, codecs[message.controller]) for message in run.said],
@@ -135,7 +135,7 @@ def _words(item: Item, codec: Codec) -> str:
             return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
         case VoltageChanged():
             return f"! {item.pin} {voltage(item.volts)}"
-    # pulse rates are exact; rates of counts are rounded because they are sampled
+    # pulse rates are exact; rates of counts are rounded, because they are averages of samples
     rate = f"{float(item.top_rate):g}" if item.unit == "pulses" else f"{item.top_rate:.0f}"
     path = f"  {item.axis} {item.origin} → {item.target}, up to {rate} {item.unit}/s"
     if item.end_ns is None:
@@ -165,7 +165,7 @@ def _by_axis(run: RunRecord) -> dict[str, list[AnyMove]]:
 
 
 def _lost_pulses(run: RunRecord) -> Iterator[str]:
-    """Yield a note for each motor whose position differs from its pulses."""
+    """Yield a line for each stepper axis whose position differs from its pulses."""
     for controller in run.bench.controllers.values():
         for name, axis in controller.axes.items():
             if not isinstance(axis, ServoAxis) and axis.position != axis.pulses:

@@ -1,4 +1,4 @@
-"""Traces: record the changes on a bench in a file during a run; read traces back; compare them."""
+"""Record the changes of signals on a bench to a file (a trace); read and compare traces."""
 
 from typing import TYPE_CHECKING
 

@@ -1,7 +1,7 @@
-"""Signals of axes, as changes.
+"""Changes of the signals of axes.
 
-The pulses of a stepper are calculated from its pulse train when they are written.  A servo axis reports its samples,
-which are stored until they are written.
+The pulses of a stepper axis are calculated from its moves when a trace is written.  The samples of a servo axis are
+stored until a trace is written.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,11 +18,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 STEP_NS = 250
-"""Drawn width of a step pulse: shorter than half the period of the fastest controller."""
-
+"""Width of a step pulse in a trace: less than half the shortest period of all controllers."""
 
 CACHED_MOVES, MOST_CACHED_PULSES = 8, 1 << 14
-"""Number of moves whose pulse times are cached, and the largest number of pulses of such a move."""
+"""Number of moves whose pulse times are cached, and largest number of pulses of such a move."""
 
 
 class StepperTrace:
@@ -37,17 +36,17 @@ class StepperTrace:
         """Cached pulse times of recent moves, relative to their starts."""
 
     def first(self, name: str, now_ns: int) -> float:
-        """Return the initial value of a signal."""
+        """Return the value of a signal at the start of the trace."""
         move = self.train.move
         values = {"direction": int(self.direction > 0), "pulses": move.position_at(now_ns), "velocity": self.velocity}
         return values.get(name, 0)
 
     def count(self, since_ns: int, before_ns: int) -> int:
-        """Return the number of pulses from `since_ns` to before `before_ns`."""
+        """Return the number of pulses from `since_ns` up to, but not including, `before_ns`."""
         return sum(last - first + 1 for _, first, last in self._moves(since_ns, before_ns))
 
     def parts(self, since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes in that time."""
+        """Return the changes of all traced signals from `since_ns` up to, but not including, `before_ns`."""
         moves = list(self._moves(since_ns, before_ns))
         found = []
         if "direction" in self._places:
@@ -75,9 +74,7 @@ class StepperTrace:
     def _velocities(
         self, moves: list[tuple[Move, int, int]], since_ns: int, before_ns: int
     ) -> Iterator[tuple[int, float]]:
-        """Yield the rate at the begin of each segment and at the end of a move; of several rates at one time, the
-        last.
-        """
+        """Yield the changes of the velocity, which is constant within a segment of a move; at most one at each time."""
         changes = (change for move, _, _ in moves for change in _rates(move))
         rates = {time_ns: rate for time_ns, rate in changes if since_ns <= time_ns < before_ns}
         for time_ns, rate in rates.items():
@@ -101,7 +98,7 @@ class StepperTrace:
         return found
 
     def _pulse_times(self, move: Move, first: int, last: int) -> "NDArray[np.int64]":
-        """Return the times of pulses `first` to `last`.  Machines repeat their moves, so some times are cached."""
+        """Return the times of pulses `first` to `last`.  Times are cached, because machines repeat their moves."""
         import numpy as np
 
         profile, start_ns = move.profile, move.start_ns
@@ -120,7 +117,7 @@ class StepperTrace:
         return cached[first - 1 : last] + start_ns
 
     def _steps(self, rises: "NDArray[np.int64]", before_ns: int) -> Part:
-        """Return the rising and falling edges of the step output."""
+        """Return the edges of the step output for pulses at the times `rises`."""
         import numpy as np
 
         falls = np.concatenate((*self._falls, rises + STEP_NS))
@@ -132,12 +129,12 @@ class StepperTrace:
         return Part(self._places["step"], times[order], levels[order])
 
     def _moves(self, since_ns: int, before_ns: int) -> Iterator[tuple[Move, int, int]]:
-        """Yield the moves in that time, each with its first and last pulse in that time."""
+        """Yield each move between `since_ns` and `before_ns`, with the numbers of its first and last pulse there."""
         moves: list[Move] = []
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # a move may begin at the last pulse of another
+            if move.start_ns < since_ns:  # not <=: a move may start at the last pulse of the move before
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
@@ -145,7 +142,7 @@ class StepperTrace:
 
 
 def _rates(move: Move) -> Iterator[tuple[int, float]]:
-    """Yield the times and values of a move's rates, in pulses per second; 0 at the end of the move."""
+    """Yield the start time and velocity, in pulses/s, of each segment of a move, and velocity 0 at its end."""
     profile, direction = move.profile, move.direction
     for start, rate in zip(profile.starts, profile.rates, strict=False):
         yield move.start_ns + start * S // profile.ticks, direction * (rate / profile.per_rate)
@@ -167,7 +164,7 @@ class ServoTrace:
         self.rows = Rows(3)
 
     def first(self, name: str) -> int:
-        """Return the initial value of a signal."""
+        """Return the value of a signal at the start of the trace."""
         return self._last[name]
 
     def add_samples(self, samples: Samples) -> None:
@@ -178,7 +175,7 @@ class ServoTrace:
         self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes before a time."""
+        """Return the changes before `before_ns`."""
         times, positions, commanded = self.rows.take(before_ns)
         if not len(times):
             return []
@@ -186,7 +183,7 @@ class ServoTrace:
         return [self._part(name, times, values[name]) for name in self._places]
 
     def _part(self, name: str, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """Return the samples that differ from the sample before."""
+        """Return those samples of a signal that differ from the sample before."""
         import numpy as np
 
         changed = np.diff(values, prepend=self._last[name]) != 0

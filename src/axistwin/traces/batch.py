@@ -1,4 +1,4 @@
-"""Changes to be written to a file: in order of time, and at the same nanosecond in order of the signals."""
+"""Collect changes of signals, and sort them by time; changes in the same nanosecond, by signal."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Value = int | float | bytes
 
 
 class Part(NamedTuple):
-    """Changes of one signal in order of time.  Reals are stored as their 64 bits, texts as an index."""
+    """Changes of one signal in order of time.  `values`: integers, bit patterns of floats, or indices of texts."""
 
     signal: int
     times: "NDArray[np.int64]"
@@ -23,7 +23,7 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True)
 class Batch:
-    """Changes of all signals, in order."""
+    """Changes of all signals, in order of time.  `values`: as in `Part`; `texts`: the texts by index."""
 
     times: "NDArray[np.int64]"
     signals: "NDArray[np.int64]"
@@ -35,7 +35,7 @@ class Batch:
 
 
 class ChangeQueue:
-    """Queue of single changes to be written, one list per signal."""
+    """Changes that have not been written yet, as a list for each signal."""
 
     def __init__(self, signals: Sequence[Signal]) -> None:
         self.count = 0
@@ -43,12 +43,12 @@ class ChangeQueue:
         self._changes: list[list[tuple[int, Value]]] = [[] for _ in signals]
 
     def add(self, time_ns: int, signal: int, value: Value) -> None:
-        """Append a change; the changes of one signal come in order of time."""
+        """Append a change; the changes of each signal must be in order of time."""
         self._changes[signal].append((time_ns, value))
         self.count += 1
 
     def parts(self, before_ns: int, texts: list[bytes]) -> list[Part]:
-        """Remove and return the changes before a time."""
+        """Remove and return the changes before `before_ns`; their texts are appended to `texts`."""
         taken = ((n, self._take(n, before_ns)) for n in range(len(self._changes)) if self._changes[n])
         return [self._part(n, changes, texts) for n, changes in taken if changes]
 
@@ -76,7 +76,7 @@ class ChangeQueue:
 
 
 class Rows:
-    """Queue of numeric changes in order of time, in columns; the first column holds the times."""
+    """Changes that have not been written yet, as columns of integers; the first column contains the times."""
 
     def __init__(self, columns: int) -> None:
         self._blocks: list[tuple[NDArray[np.int64], ...]] = []
@@ -91,7 +91,7 @@ class Rows:
         self.waiting += len(columns[0])
 
     def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
-        """Remove and return the rows before a time."""
+        """Remove and return the rows before `before_ns`."""
         import numpy as np
 
         if not self._blocks:
@@ -104,7 +104,7 @@ class Rows:
 
 
 def merged(parts: Sequence[Part], texts: Sequence[bytes]) -> Batch:
-    """Merge the parts into one batch in order of time."""
+    """Return the changes of all parts in order of time."""
     import numpy as np
 
     parts = sorted((part for part in parts if len(part.times)), key=lambda part: part.signal)

@@ -1,4 +1,4 @@
-"""Compare two traces: for each signal, find the first time at which the values differ beyond the tolerance."""
+"""Compare two traces: find, for each signal, the first time at which the values differ by more than a tolerance."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ Value = int | float | str
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Accepted differences of values and of times."""
+    """Largest differences of values and of times that do not count as differences."""
 
     value: float = 0.0
     time_ns: int = 0
@@ -27,7 +27,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Difference:
-    """First difference of a signal; None as a value: the signal is missing in that trace."""
+    """First difference of a signal, with its value in both traces; None: the trace does not contain the signal."""
 
     time_ns: int
     signal: str
@@ -37,11 +37,12 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All signals that differ, in order of time, and the compared time span."""
+    """Result of a comparison: all differences in order of time, and the number of compared signals."""
 
     differences: Sequence[Difference]
     compared: int
     until_ns: int
+    """End of the compared time."""
     ends: tuple[int, int]
 
 
@@ -50,7 +51,7 @@ def compare(
 ) -> Comparison:
     """Compare the signals matched by patterns, up to the end of the shorter trace.
 
-    Step pulses are left out, because `pulses` has the same information.  Raises UsageError for a pattern
+    Step pulses are not compared, because `pulses` contains the same information.  Raises UsageError for a pattern
     without a match.
     """
     tolerance = tolerance or Tolerance()
@@ -83,7 +84,7 @@ def _compare(name: str, first: Trace, second: Trace, until_ns: int, tolerance: T
 
 
 def _first(name: str, one: Track, other: Track, until_ns: int, tolerance: Tolerance) -> Difference | None:
-    """Return the first time at which one trace has a value that the other does not have within the tolerated time."""
+    """Return the first difference of a signal in both directions: `one` against `other`, and vice versa."""
     moments = [
         time_ns
         for this, that in ((one, other), (other, one))
@@ -100,9 +101,9 @@ def _at(track: Track, time_ns: int) -> Value:
 
 
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """Return the first time at which `this` has a value that `that` does not have.
+    """Return the first time at which the value of `this` does not occur in `that` within the tolerated time.
 
-    Candidates are the changes of `this`, and the changes of `that` shifted by the tolerated time.
+    It is sufficient to check the times of changes of `this`, and of changes of `that` shifted by the tolerance.
     """
     import numpy as np
 
@@ -122,7 +123,7 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Return True for each value that is not among the values of the other track in the given span."""
+    """Return True for each value of `this` (index `here`) that is not among values `first` to `last` of `that`."""
     import numpy as np
 
     if TEXT in (this.kind, that.kind):
@@ -130,7 +131,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    ended = np.append(others, others[-1])  # allows spans up to the end
+    ended = np.append(others, others[-1])  # `reduceat` needs an index after the last value
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
     return found

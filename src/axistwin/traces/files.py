@@ -1,4 +1,4 @@
-"""Files for traces: `.csv`, `.vcd` for GTKWave, `.parquet` for analysis.
+"""Write traces to files: `.csv`, `.vcd` for GTKWave, or `.parquet` for analysis.
 
 A file can be read at any time during writing: it grows by whole rows, and rows cut by a full disk are removed.  Each
 file holds its provenance (`provenance.py`), as comments or as Parquet metadata.
@@ -20,31 +20,31 @@ if TYPE_CHECKING:
 
 ALL_BITS = 0xFFFF_FFFF_FFFF_FFFF
 WAVES = ".vcd"
-"""Suffix of the files with step pulses.  In other files the signal `pulses` is enough."""
+"""Suffix of the only files with step pulses; other files contain the signal `pulses` instead."""
 
 
 class Sink(Protocol):
-    """Writer of one kind of file."""
+    """A writer of trace files."""
 
     def write(self, batch: Batch) -> None:
-        """Write changes, all later than those before.  Raises OSError."""
+        """Write changes; none may be earlier than those already written.  Raises OSError."""
 
     def flush(self) -> None:
-        """Make everything written so far readable for other programs.  Raises OSError."""
+        """Make all written changes readable for other programs.  Raises OSError."""
 
     def end(self, now_ns: int) -> None:
-        """Write the end of the trace.  Raises OSError."""
+        """Write the end time of the trace.  Raises OSError."""
 
 
 class TextSink:
-    """Writer of text."""
+    """A writer of text files."""
 
     def flush(self) -> None:
-        """Do nothing: each line is written at once."""
+        """Do nothing, because each line is written at once."""
 
 
 class CsvSink(TextSink):
-    """Writes rows of time_ns, signal, value; the first rows give the initial values.  A pulse is a row of `pulses`."""
+    """Writes rows with the columns time_ns, signal and value; the first rows are the initial values."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -58,19 +58,19 @@ class CsvSink(TextSink):
         output.append(("\n".join(lines) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write a row for each change."""
+        """Write one row per change."""
         values = decoded(batch, batch.signals, batch.values, self._signals, _csv_value)
         names = self._names
         rows = zip(batch.times.tolist(), batch.signals.tolist(), values, strict=True)
         self._output.append("".join([f"{time_ns}{names[n]}{value}\n" for time_ns, n, value in rows]).encode())
 
     def end(self, now_ns: int) -> None:
-        """Write the end as a comment."""
+        """Write the end time as a comment."""
         self._output.append(f"# end_ns: {now_ns}\n".encode())
 
 
 class VcdSink(TextSink):
-    """Writes a value change dump with a time scale of 1 ns, and a scope for each controller and each axis."""
+    """Writes a value change dump (VCD) in ns, with a scope for each controller and each axis."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -91,7 +91,7 @@ class VcdSink(TextSink):
         output.append(("\n".join(head) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write each time and the changes at that time."""
+        """Write each time, followed by the changes at that time."""
         import numpy as np
 
         lines = self._changes(batch)
@@ -103,7 +103,7 @@ class VcdSink(TextSink):
             self._last_ns = int(batch.times[-1])
 
     def _changes(self, batch: Batch) -> list[str]:
-        """Return a line for each change; lines for levels are built in advance, because most changes are levels."""
+        """Return one line per change.  Lines for levels are built in advance, because most changes are levels."""
         import numpy as np
 
         values, signals = batch.values, batch.signals
@@ -117,7 +117,7 @@ class VcdSink(TextSink):
         return lines
 
     def end(self, now_ns: int) -> None:
-        """Write the time of the end."""
+        """Write the end time."""
         if now_ns > self._last_ns:
             self._output.append(f"#{now_ns}\n".encode())
 
@@ -130,7 +130,7 @@ class VcdSink(TextSink):
         return f"s{value} {self._ids[n]}" if kind == TEXT else f"{value}{self._ids[n]}"
 
     def _scopes(self) -> list[str]:
-        """Return the nested scopes, in the order of the signals."""
+        """Return the definitions of the signals in nested scopes."""
         found: list[str] = []
         inside: list[str] = []
         for signal, identifier in zip(self._signals, self._ids, strict=True):
@@ -154,7 +154,7 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Return integers as they are, and reals and texts as `show` formats them."""
+    """Return the values of a batch: integers as they are, floats and texts as formatted by `show`."""
     import numpy as np
 
     found: list[float | str] = values.tolist()
@@ -167,12 +167,12 @@ def decoded(
 
 
 def csv_field(text: str) -> str:
-    """Return a CSV field, quoted where necessary and where it would be read as a comment."""
+    """Return a CSV field, in quotes if necessary, or if the field would be read as a comment."""
     return f'"{text.replace(chr(34), chr(34) * 2)}"' if any(sign in text for sign in ',"#\r\n') else text
 
 
 def _vcd_value(value: Value) -> float | str:
-    """Return characters as one VCD word."""
+    """Return a text as one VCD word, without spaces."""
     return CHARACTERS.show(value).replace(" ", r"\x20") if isinstance(value, bytes) else value
 
 
@@ -192,7 +192,7 @@ FIRST_SIGN, SIGNS = 33, 94
 
 
 def _identifier(n: int) -> str:
-    """Return the n-th identifier: the shortest ones first, of printable characters."""
+    """Return the n-th VCD identifier: printable characters, the shortest identifiers first."""
     word = chr(FIRST_SIGN + n % SIGNS)
     return word if n < SIGNS else _identifier(n // SIGNS - 1) + word
 
@@ -208,9 +208,7 @@ SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, ".parquet": _p
 
 
 def sink_for(path: Path) -> MakeSink:
-    """Return the writer for this kind of file.  Raises UsageError for an unknown kind, MissingExtraError for a
-    missing extra.
-    """
+    """Return the writer for files with this suffix.  Raises UsageError for another suffix, or MissingExtraError."""
     if path.suffix not in SINKS:
         *others, last = SINKS
         raise UsageError(
@@ -224,5 +222,5 @@ def sink_for(path: Path) -> MakeSink:
 
 
 def supported(path: Path, signals: Iterable[Signal]) -> list[Signal]:
-    """Return the signals that this kind of file keeps."""
+    """Return the signals that a file with this suffix contains."""
     return [signal for signal in signals if signal.kind != STEP or path.suffix == WAVES]

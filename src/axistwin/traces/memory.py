@@ -1,4 +1,4 @@
-"""A trace in memory, of limited size: for a picture of a run."""
+"""Record a trace in memory of limited size, for a picture of the run."""
 
 from array import array
 from collections.abc import Iterator, Sequence
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     Changes = tuple[NDArray[np.int64], NDArray[Any]]
 
 POINTS = 1 << 17
-"""Changes of a signal to which a longer signal is reduced.  Between reductions a signal has up to twice as many."""
+"""A signal with more than twice this number of changes is reduced to this number."""
 
 
 @contextmanager
 def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
-    """Trace a bench into memory within this context."""
+    """Record a trace of the bench in memory within this context."""
     memory = MemoryTrace(bench)
     with memory.tracer as tracer:
         yield memory
@@ -34,7 +34,7 @@ def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
 
 
 class MemoryTrace:
-    """Changes on a bench.  Of a long run the extremes of neighbouring numbers and the latest texts are kept."""
+    """A trace in memory.  In a long run, only the extremes of groups of numbers and the latest texts are kept."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench, self._began_ns = bench, bench.now
@@ -52,12 +52,12 @@ class MemoryTrace:
         ]
 
     def trace(self) -> Trace:
-        """Return the trace of the run so far."""
+        """Return the trace up to now."""
         tracks = {changes.signal.full: changes.track() for changes in self._changes}
         return Trace(Path(), tracks, provenance(self._bench), self._began_ns, self._bench.now)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Add the changes of some signals, and reduce the signals that have become too long."""
+        """Append changes, and reduce signals with too many changes."""
         for part in parts:
             self._changes[part.signal].add(part, texts)
         for servo in self._servos:
@@ -69,7 +69,7 @@ class MemoryTrace:
 
 
 class _Changes:
-    """The changes of one signal, in blocks."""
+    """The changes of one signal, as a list of blocks."""
 
     def __init__(self, signal: Signal, now_ns: int, first: Value) -> None:
         self.signal, self.count = signal, 1
@@ -77,7 +77,7 @@ class _Changes:
         self._blocks.append(([now_ns], [first]))
 
     def add(self, part: Part, texts: Sequence[bytes]) -> None:
-        """Append changes."""
+        """Append the changes of a part."""
         values: Sequence[Value] | NDArray[Any] = part.values.view(float) if self.signal.kind == REAL else part.values
         if self.signal.kind == TEXT:
             values = [texts[n] for n in part.values]
@@ -85,7 +85,7 @@ class _Changes:
         self.count += len(part.times)
 
     def joined(self) -> "Changes":
-        """Return all times and all values."""
+        """Return the times and the values of all changes."""
         import numpy as np
 
         kind = {TEXT: object, REAL: float}.get(self.signal.kind, np.int64)
@@ -97,7 +97,7 @@ class _Changes:
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:
-        """Return the changes as they are read from a file."""
+        """Return the changes as a track, as if read from a file."""
         track = Track(self.signal.full, self.signal.kind)
         times, values = self.joined()
         track.times = array(WHOLE, times.tobytes())
@@ -109,7 +109,7 @@ class _Changes:
 
 
 def _reduce(signals: Sequence[_Changes]) -> None:
-    """Reduce one signal, or the position and the commanded position of a servo, of which the error is kept."""
+    """Reduce a signal, or position and commanded position of a servo so that the extremes of their error are kept."""
     import numpy as np
 
     columns = [changes.joined() for changes in signals]
@@ -124,7 +124,7 @@ def _reduce(signals: Sequence[_Changes]) -> None:
 
 
 def _extremes(values: "NDArray[Any]") -> "NDArray[np.int64]":
-    """Return half of the places: of every four, the places of the least and the greatest value; and the first place."""
+    """Return the indices of the least and the greatest of every four values, and index 0."""
     import numpy as np
 
     whole = len(values) // 4 * 4

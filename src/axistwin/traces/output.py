@@ -1,4 +1,4 @@
-"""The file of a trace, which grows by whole pieces."""
+"""A file to which each block is written completely or not at all."""
 
 import os
 from collections.abc import Mapping
@@ -6,22 +6,22 @@ from pathlib import Path
 
 Provenance = Mapping[str, str]
 BINARY: int = getattr(os, "O_BINARY", 0)
-"""Windows would otherwise write CR LF for each LF."""
+"""Flag for binary files; without this flag, Windows would write CR LF for each LF."""
 
 
 class Output:
-    """A file that grows by whole pieces.  Raises OSError if the disk is full; its former contents are kept."""
+    """A file to which each block is written completely or, if OSError is raised, not at all."""
 
     def __init__(self, path: Path) -> None:
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | BINARY, 0o666)
         self._size = 0
 
     def append(self, data: bytes) -> None:
-        """Append a piece."""
+        """Append a block.  Raises OSError."""
         self.replace_end(data, 0)
 
     def replace_end(self, data: bytes, of: int) -> None:
-        """Replace the last `of` bytes by a piece; restore them if the write fails."""
+        """Replace the last `of` bytes by a block.  Raises OSError; the bytes are then restored."""
         start = self._size - of
         os.lseek(self._file, start, os.SEEK_SET)
         before = os.read(self._file, of)
@@ -47,6 +47,6 @@ def _write_at(file: int, data: bytes, place: int) -> None:
 
 
 def _write_part(file: int, data: memoryview, place: int) -> int:
-    """Write as much as there is room for; return the number of bytes."""
+    """Write at least one byte at a place in a file; return the number of written bytes."""
     os.lseek(file, place, os.SEEK_SET)
     return os.write(file, data)

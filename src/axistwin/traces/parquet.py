@@ -1,10 +1,10 @@
-"""Traces as Parquet files: one row per change, in columns `time_ns`, `signal` and `integer`, `number` or `text`.
+"""Write traces to Parquet files: one row per change, in columns `time_ns`, `signal` and `integer`, `number` or `text`.
 
-As in CSV there are no rows for step pulses.  The last row, `end`, gives the end of the trace.
+As in CSV files, step pulses have no rows.  The last row, of the signal `end`, gives the end time of the trace.
 
-Parquet has its table of contents at the end; without the table a file is unreadable.  Each row group is therefore
-written together with a new table, over the old table, and the file is complete even if the program is killed.  The
-last group is rewritten until it is full.
+A Parquet file ends with a table of contents (its footer), without which the file is unreadable.  Each row group is
+therefore written together with a new table of contents, which replaces the old table, so that the file is readable even
+if the program is killed.  The last row group is rewritten until it is full.
 """
 
 import io
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 MAGIC = b"PAR1"
 TAIL = 8
-"""Bytes after the table of contents: its length, and the magic number again."""
+"""Number of bytes after the table of contents: its length and the magic number."""
 GROUP, MOST = 1 << 16, 1 << 20
-"""Rows in a group; long traces use larger groups, to keep the table of contents small."""
+"""Least and largest number of rows in a full row group; groups grow, so that the table of contents stays small."""
 GROWS_AFTER = 64
 NOTHING = memoryview(bytes(1 << 24))
 SIGNALS, END = "axistwin.signals", "end"
 INTEGER, NUMBER, WORDS, NONE = range(4)
 KINDS = {REAL: NUMBER, TEXT: WORDS}
-"""Column for a signal's values."""
+"""Column for the values of a signal, by kind; other kinds: `INTEGER`."""
 OPTIONS: dict[str, Any] = {
     "compression": "zstd",
     "use_dictionary": ["signal", "text"],
@@ -52,7 +52,7 @@ def require_pyarrow() -> None:
 
 
 class ParquetSink:
-    """Writes rows of time, signal and value."""
+    """Writes rows with time, signal and value."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -67,7 +67,10 @@ class ParquetSink:
         self._rows = self._groups = 0
         self._new = False
         self._contents: Any = None
-        self._place, self._rewritable = len(MAGIC), 0  # begin of the group; number of bytes after it to rewrite
+        self._place, self._rewritable = (
+            len(MAGIC),
+            0,
+        )  # start of the present group; number of bytes from there to rewrite
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
         for n, value in enumerate(first):
@@ -77,7 +80,7 @@ class ParquetSink:
         self.flush()
 
     def write(self, batch: Batch) -> None:
-        """Add rows to the current group, and begin a new group when it is full."""
+        """Add rows to the present group; if the group is full, begin a new group."""
         table = self._table(batch)
         while self._rows + len(table) >= self._full:
             room = self._full - self._rows
@@ -92,7 +95,7 @@ class ParquetSink:
         self._new |= len(table) > 0
 
     def _close_group(self) -> None:
-        """Write the full group for the last time and begin a new one."""
+        """Write the full group for the last time, and begin a new group."""
         self.flush()
         self._place += self._body
         self._rewritable -= self._body
@@ -100,7 +103,7 @@ class ParquetSink:
         self._batches, self._rows, self._groups = [], 0, self._groups + 1
 
     def flush(self) -> None:
-        """Write the current group and a table of contents for the whole file."""
+        """Write the present group, and a table of contents for the whole file."""
         import pyarrow as pa
 
         if not self._new:
@@ -114,7 +117,7 @@ class ParquetSink:
         self._rewritable = len(data)
 
     def end(self, now_ns: int) -> None:
-        """Write the end as a last row."""
+        """Write the end time as the last row."""
         import numpy as np
 
         self.write(Batch(np.array([now_ns]), np.array([len(self._signals)]), np.array([0]), ()))
@@ -153,14 +156,16 @@ class ParquetSink:
         return pa.schema(list(columns.items()), metadata=self._about)
 
     def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:
-        """Return a group encoded for its place in the file, and the table of contents that includes the group."""
+        """Return the encoded row group, and the table of contents of the file with this group."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
         tail = _Tail()
         file = pa.PythonFile(tail, mode="w")
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
-        while (missing := self._place - file.tell()) > 0:  # so that addresses count from the begin of the whole file
+        while (
+            missing := self._place - file.tell()
+        ) > 0:  # addresses in the table of contents count from the start of the file
             file.write(NOTHING[:missing])
         tail.parts = []
         writer.write_table(table)
@@ -176,7 +181,7 @@ class ParquetSink:
 
 
 class _Tail(io.RawIOBase):
-    """A file that keeps only the bytes written while `parts` is a list."""
+    """A file in memory that stores only the bytes written while `parts` is a list."""
 
     def __init__(self) -> None:
         self.parts: list[bytes] | None = None
@@ -191,7 +196,7 @@ class _Tail(io.RawIOBase):
 
 
 def _footer(contents: Any) -> bytes:
-    """Return the table of contents as bytes for the end of a file."""
+    """Return the end of a file with this table of contents, as bytes."""
     file = io.BytesIO()
     contents.write_metadata_file(file)
     data = file.getvalue()

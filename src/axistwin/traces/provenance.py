@@ -1,6 +1,6 @@
-"""Provenance of a trace, written into its file: version, scene, models, options and seed.
+"""The provenance of a trace, which its file contains: version, scene, models, options and seed.
 
-The provenance does not depend on time, place or user, so equal runs give equal files.
+The provenance does not contain dates, paths or users, so that equal runs produce equal files.
 """
 
 import json
@@ -10,7 +10,7 @@ from axistwin.version import VERSION
 
 
 def provenance(bench: Bench) -> dict[str, str]:
-    """Return the provenance by key: `axistwin`, the bench's origin (`scene`, `seed`), controllers, shared lines."""
+    """Return the provenance as keys and values: version (`axistwin`), `scene`, `seed`, controllers and shared lines."""
     found = {"axistwin": VERSION, **bench.origin}
     for name, controller in bench.controllers.items():
         given = json.dumps(controller.given, sort_keys=True, default=str) if controller.given else ""

@@ -1,4 +1,4 @@
-"""Read traces back from each kind of file, also from unfinished files."""
+"""Read traces from CSV, VCD and Parquet files, even if a file is incomplete."""
 
 import csv
 import json
@@ -23,12 +23,12 @@ FLOAT = "d"
 WHOLE = "q"
 KINDS = (LEVEL, COUNT, STEP, TEXT, REAL)
 COLUMNS = {"time_ns": "int64", "signal": "string", "integer": "int64", "number": "double", "text": "string"}
-"""Columns of a Parquet file and their types."""
+"""Columns of a Parquet file, with their types."""
 
 
 @dataclass
 class Track:
-    """One signal: the value is `values[n]` from `times[n]` on.  Texts are escaped, e.g. `\\r` for a carriage return."""
+    """One signal, whose value is `values[n]` from `times[n]` on.  Control characters in texts are escaped as `\\r`."""
 
     name: str
     kind: str
@@ -42,12 +42,12 @@ class Track:
         return len(self.times)
 
     def add(self, time_ns: int, value: str) -> None:
-        """Append a change; `value` is in CSV form."""
+        """Append a change; `value` is text as in a CSV file."""
         self.times.append(time_ns)
         self.values.append(_value(self.kind, value))  # type: ignore[arg-type]
 
     def columns(self) -> "tuple[NDArray[np.int64], NDArray[Any]]":
-        """Return the times and the numbers as arrays."""
+        """Return the times and the values of a numeric signal as arrays."""
         import numpy as np
 
         values = np.array(self.values, float if self.kind == REAL else np.int64)
@@ -56,7 +56,7 @@ class Track:
 
 @dataclass
 class Trace:
-    """Signals by name, from `begin_ns` to `end_ns`; `about`: the provenance."""
+    """A trace from `begin_ns` to `end_ns`.  `tracks`: the signals by name; `about`: the provenance."""
 
     path: Path
     tracks: dict[str, Track]
@@ -87,7 +87,7 @@ def read(path: Path) -> Trace:
 def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_ns: int | None) -> Trace:
     times = [track.times for track in tracks.values() if len(track)]
     if not times:
-        raise TraceError(f"{path}: not a trace: no signals")
+        raise TraceError(f"{path}: not a trace: expected at least one signal")
     for track in tracks.values():
         _check_order(path, track)
     last = max(of_one[-1] for of_one in times)
@@ -122,21 +122,24 @@ def _csv(path: Path) -> Trace:
                 track = tracks.get(name) or tracks.setdefault(name, Track(name, kinds.get(name) or _guess(value)))
                 track.add(whole(time_ns), value)
             except ValueError:
-                raise TraceError(f"{path}:{rows.line}: not a change of a signal: {shortened(','.join(row))}") from None
+                raise TraceError(
+                    f"{path}:{rows.line}: invalid change {shortened(','.join(row))}: "
+                    "expected time_ns,signal,value, e.g. 1000,if1.output1,1"
+                ) from None
     if "end_ns" in about:
         end_ns = _time_ns(path, about.pop("end_ns"))
     return _trace(path, tracks, about, end_ns)
 
 
 class _Rows:
-    """The rows of a CSV file; `line` is the line on which the latest row ends."""
+    """The rows of a CSV file.  `line`: number of the last line of the present row."""
 
     def __init__(self, path: Path, lines: Iterator[str], about: dict[str, str]) -> None:
         self.line = 0
         self._path, self._rows = path, csv.reader(_rows(self._counted(lines), about))
 
     def _counted(self, lines: Iterator[str]) -> Iterator[str]:
-        for self.line, line in enumerate(lines, start=1):  # the loop variable counts the lines
+        for self.line, line in enumerate(lines, start=1):  # the attribute is the loop variable
             yield line
 
     def __iter__(self) -> Iterator[list[str]]:
@@ -147,7 +150,7 @@ class _Rows:
 
 
 def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
-    """Yield the lines that are not comments; an incomplete last line is left out."""
+    """Yield the lines except comments and an incomplete last line; store the comments in `about`."""
     signals: list[str] = []
     for line in lines:
         if not line.endswith("\n"):
@@ -173,11 +176,12 @@ def _time_ns(path: Path, text: str, line: int = 0) -> int:
     try:
         return whole(text)
     except NumberError:
-        raise TraceError(f"{path}{f':{line}' if line else ''}: {shortened(text)} is not a time in ns") from None
+        where = f"{path}:{line}" if line else f"{path}"
+        raise TraceError(f"{where}: invalid time {shortened(text)}: expected ns, e.g. 1000") from None
 
 
 def _guess(value: str) -> str:
-    """Return the kind of a signal that is not declared."""
+    """Return the kind of a signal without a declaration, from its first value."""
     for kind in (COUNT, REAL):
         try:
             _value(kind, value)
@@ -211,7 +215,10 @@ def _vcd(path: Path) -> Trace:
                 try:
                     _vcd_change(path, tracks, now_ns, line.rstrip("\n"))
                 except ValueError:
-                    raise TraceError(f"{path}:{number}: not a change of a signal: {shortened(line.rstrip())}") from None
+                    raise TraceError(
+                        f"{path}:{number}: invalid change {shortened(line.rstrip())}: "
+                        "expected a value and an identifier, e.g. 1!"
+                    ) from None
     return _trace(path, {track.name: track for track in tracks.values() if len(track)}, about, now_ns)
 
 
@@ -253,7 +260,7 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
 
 
 def _words(path: Path, text: str) -> str:
-    """Return the text of a VCD word."""
+    """Return the text that a VCD word stands for."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as error:
@@ -288,11 +295,11 @@ def _parquet(path: Path) -> Trace:
 
 
 def _parquet_table(path: Path) -> Any:
-    """Return the table with the columns of axistwin.  Raises TraceError."""
+    """Return the contents of a Parquet file.  Raises TraceError if axistwin has not written the file."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    with path.open("rb"):  # raises the same OSError as for the other kinds
+    with path.open("rb"):  # raises the same OSError as for a CSV or VCD file
         pass
     try:
         table = pq.ParquetFile(path).read()
@@ -300,7 +307,7 @@ def _parquet_table(path: Path) -> Any:
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         reason = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
         raise TraceError(f"{path}: not a Parquet file, or damaged: {reason}") from None
-    # dictionary-encoded texts count as texts
+    # the type of dictionary-encoded texts is that of their values
     types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:
@@ -313,7 +320,7 @@ def _parquet_table(path: Path) -> Any:
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
-    """Return the kind of each signal from the metadata."""
+    """Return the kind of each signal, read from the metadata of the file."""
     try:
         kinds = json.loads(text or "")
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Registers as signals: polled registers, and registers whose controller reports changes."""
+"""Trace registers: poll them at each event, or receive their changes from the controller."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -12,46 +12,46 @@ if TYPE_CHECKING:
 
 
 def written(value: int | str) -> Value:
-    """Return a register's value as written to traces."""
+    """Return the value of a register in the form that traces contain."""
     return value.encode("ascii", "replace") if isinstance(value, str) else value
 
 
 class PolledRegister:
-    """A polled register with its last known value."""
+    """A register that is read at each event; `known`: the value at the last event."""
 
     def __init__(self, place: int, register: Register, add: Callable[[int, int, Value], None]) -> None:
         self._place, self.read, self._add = place, register.read, add
         self.known = register.read()
 
     def record(self, now_ns: int, value: int | str) -> None:
-        """Store a value that has changed by the end of a nanosecond with events."""
+        """Record a changed value."""
         self.known = value
         self._add(now_ns, self._place, written(value))
 
 
 class ReportedRegisters:
-    """Registers of a controller that reports its changes.  `places`: index of each traced register."""
+    """Registers of a controller that reports their changes.  `places`: index of the signal of each register."""
 
     def __init__(self, places: Sequence[int], registers: Mapping[str, Register]) -> None:
         self._places = places
         self._known = [register.read() for register in registers.values()]
         self.rows = Rows(3)
-        """Changes reported by the controller: times, indexes of registers, new values."""
+        """Changes reported by the controller: times, indices of registers, new values."""
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes before a time."""
+        """Return the changes before `before_ns`."""
         import numpy as np
 
         times, which, values = self.rows.take(before_ns)
         if not len(times):
             return []
-        order = np.argsort(which.astype(np.int16), kind="stable")  # 16 bits: radix sort
+        order = np.argsort(which.astype(np.int16), kind="stable")  # 16 bits, for which NumPy uses the fast radix sort
         numbers, begins = np.unique(which[order], return_index=True)
         spans = zip(numbers.tolist(), begins.tolist(), [*begins[1:].tolist(), len(which)], strict=True)
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]
 
     def _part(self, n: int, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """Return the values of one register that differ from the value before."""
+        """Return the changes of one register; equal successive values are left out."""
         import numpy as np
 
         changed = np.diff(values, prepend=self._known[n]) != 0

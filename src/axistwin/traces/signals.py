@@ -1,7 +1,7 @@
-"""Signals of a bench, by name: `if1.output1`, `if1.X.pulses`, `if1.host_says`, `motor.RPE`.
+"""The signals of a bench that can be traced, by name: `if1.output1`, `if1.X.pulses`, `if1.host_says`, `motor.RPE`.
 
-Patterns select signals: `*` matches any text, `?` any one character, e.g. `if1.*`, `*.X.*`, `motor.a`.  A register may
-have alternative names: `motor.RPE` is also matched by `motor.@PE`.
+Patterns select signals: `*` matches any text, `?` any single character, e.g. `if1.*`, `*.X.*`, `motor.a`.  A register
+may have alternative names: the pattern `motor.@PE` also selects `motor.RPE`.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,36 +16,35 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import UserPin
 
 LEVEL, COUNT, STEP, TEXT, REAL = "wire", "integer", "step", "string", "real"
-"""Kinds of signals: a level (0 or 1), an integer, a short pulse, characters, a real number."""
-
+"""Kinds of signals: a level (0 or 1), an integer, a step pulse, a text, and a floating-point number."""
 FAULTS = "faults"
-"""The signal with the names of the active faults of a controller and its machine."""
+"""Name of the signal that contains the names of all active faults of a controller and its machine."""
 DEFAULT = "default"
-"""The pattern that matches pins, axes, byte streams and faults."""
+"""Pattern that selects terminals, axes, messages and faults, but no registers."""
 EVERYTHING = "*"
 SHOWN = 12
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A traceable signal; `scope` is its controller, line or axis."""
+    """A signal that can be traced.  `scope`: name of its controller, line or axis; `also`: alternative names."""
 
     scope: str
     name: str
     kind: str
     register: bool = False
-    """True for a register, which is traced only on request."""
+    """True for a register; the default pattern does not select registers."""
     also: tuple[str, ...] = ()
     costly: bool = False
-    """True if the signal is traced only by its full name."""
+    """True if tracing takes much time; only the full name selects such a signal, not a pattern."""
 
     @property
     def full(self) -> str:
-        """Full name."""
+        """The full name, e.g. `if1.output1`."""
         return f"{self.scope}.{self.name}"
 
     def matches(self, pattern: str) -> bool:
-        """Return True if the pattern matches the signal."""
+        """Return True if the pattern selects the signal."""
         if pattern == DEFAULT:
             return not self.register and not self.costly
         names = (self.full, *(f"{self.scope}.{name}" for name in self.also))
@@ -55,14 +54,14 @@ class Signal:
 
 
 def catalogue(bench: Bench) -> list[Signal]:
-    """Return all signals, controller by controller: pins, streams, faults, registers, axes; then shared lines."""
+    """Return all signals: those of each controller, then those of shared lines."""
     found = [signal for controller in bench.controllers.values() for signal in _of(bench, controller)]
     lines = [name for name in endpoints.names(bench) if name not in bench.controllers]
     return found + [signal for name in lines for signal in _streams(name)]
 
 
 def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
-    """Return the signals matched by patterns, in their own order.  Raises UsageError for a pattern without a match."""
+    """Return the signals matched by any pattern, in the order of `signals`.  Raises UsageError without a match."""
     patterns = tuple(patterns)
     for pattern in patterns:
         if not any(signal.matches(pattern) for signal in signals):
@@ -71,19 +70,19 @@ def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
 
 
 def split(text: str | None) -> tuple[str, ...]:
-    """Return the patterns of a list with commas; without a list, the default pattern."""
+    """Return the patterns in a list that is separated by commas; without a list, the default pattern."""
     return tuple(pattern.strip() for pattern in (text or DEFAULT).split(",") if pattern.strip())
 
 
 def pin_signal(pin: str) -> str:
-    """Return the signal name of a terminal: `host_dtr` for `host.dtr`."""
+    """Return the name of a terminal's signal: `host_dtr` for the terminal `host.dtr`."""
     return pin.replace(".", "_")
 
 
 def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     name = controller.name
     for pin_name, pin in terminals(controller).items():
-        if not pin.silent:  # the axis has the signal `step`
+        if not pin.silent:  # silent: a step output, traced as signal `step` of its axis
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)

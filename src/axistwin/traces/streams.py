@@ -1,4 +1,4 @@
-"""Characters on a line as signals: each message as it grows."""
+"""Trace the messages on a line as text signals, which grow with each character."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -11,7 +11,7 @@ LONGEST = 256
 
 
 class Dialogue:
-    """The messages of both ends of a line; a message is cleared when the other end has answered."""
+    """The messages of both ends of a line.  The signal of one end is cleared when the other end transmits."""
 
     def __init__(self, add: Callable[[int, int, Value], None], host: int | None, controller: int | None) -> None:
         self._host = _Message(add, host)
@@ -41,7 +41,7 @@ class Dialogue:
 
 
 class _Message:
-    """The current message of one end; `whole`: each message arrives at once, as on a bus."""
+    """The present message of one end.  `whole`: each message arrives at once, as on a bus."""
 
     def __init__(self, add: Callable[[int, int, Value], None], place: int | None) -> None:
         self._add, self._place, self._message, self._shown = add, place, b"", b""
@@ -49,16 +49,16 @@ class _Message:
 
     @property
     def complete(self) -> bool:
-        """True if the message is complete."""
+        """True if further characters, other than LF, begin a new message."""
         return self.whole or self._message.endswith((b"\r", b"\n")) or len(self._message) >= LONGEST
 
     def extend(self, time_ns: int, data: bytes) -> None:
-        """Add characters to the message, or begin a new message."""
+        """Append characters to the message; if the message is complete, begin a new message."""
         self._message = data if self.complete and data != b"\n" else self._message + data
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Clear the shown text when the other end transmits; after a complete message a new one begins."""
+        """Clear the signal, because the other end transmits; `answered`: forget the message, too."""
         if answered:
             self._message = b""
         self._show(time_ns, b"")

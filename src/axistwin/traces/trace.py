@@ -1,12 +1,11 @@
-"""Write the changes on a bench to a file during a run: `.csv`, `.vcd` for GTKWave, or `.parquet`.
+"""Write the changes of signals to a file while a bench runs: `.csv`, `.vcd` for GTKWave, or `.parquet`.
 
-`signals.py` and `docs/traces.md` list the signals and their names.
+`docs/traces.md` describes the signals.
 
-Tracing does not change the behaviour of a bench.  Pulses and samples are calculated in pieces of limited size.  Neither
-the size of the pieces nor the way a bench is run changes the trace: changes are in order of time, and at the same
-nanosecond in order of the signals.
+Tracing does not change the behaviour of a bench.  Changes are written in order of time; changes in the same nanosecond,
+in order of the signals.  They are collected and written in pieces of limited size, which do not influence the trace.
 
-If the file cannot be written, the trace ends with a message and the bench runs on.
+If the file cannot be written, the trace ends with a message, and the bench continues.
 """
 
 import logging
@@ -35,7 +34,7 @@ from axistwin.traces.streams import Dialogue
 from axistwin.units import to_seconds
 
 CHUNK = 1 << 15
-"""Approximate number of changes per write."""
+"""Approximate number of changes in a piece."""
 FLUSH_S = 2.0
 
 _log = logging.getLogger("axistwin.trace")
@@ -82,9 +81,9 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._stack.enter_context(tracer)
 
     def catch_up(self) -> None:
-        """Write the changes so far; called now and then during long runs in real time.
+        """Write the changes up to now; every two seconds, also flush the file for other programs.
 
-        Every two seconds the file is also flushed for other programs.
+        Called regularly during runs in real time.
         """
         now_s = monotonic()
         for_others = now_s - self._flushed_s >= FLUSH_S
@@ -104,21 +103,21 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
             self._failed(error)
 
     def _failed(self, error: OSError) -> None:
-        """Stop tracing, keep what has been written and send a message."""
+        """Stop tracing, and report the error; the file keeps the changes that have been written."""
         self._tracer.sink = None
         self._stack.close()
         ends_s = to_seconds(self._tracer.written_ns)
-        self._report(f"the trace {self.path.name} ends here, at {ends_s:.6f} s: {error.strerror}")
+        self._report(f"the trace {self.path.name} ends at {ends_s:.6f} s, because writing failed: {error.strerror}")
 
 
 class Tracer:
-    """Collects changes of signals and writes them in order of time."""
+    """Collects the changes of signals, and writes them to a sink in order of time."""
 
     def __init__(self, bench: Bench, signals: Sequence[Signal]) -> None:
         self.bench, self.signals = bench, signals
         self.sink: Sink | None = None
         self.consumer: Callable[[list[Part], list[bytes]], None] | None = None
-        """Receives changes instead of a sink: signal by signal, not merged in order of time."""
+        """Function that receives changes instead of a sink: signal by signal, not merged in order of time."""
         self.failed: Callable[[OSError], None] = lambda error: None
         self._places = {signal.full: n for n, signal in enumerate(signals)}
         self._waiting = ChangeQueue(signals)
@@ -128,10 +127,10 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []  # axes whose controllers compute ahead of the clock
+        self._computing_ahead: list[ServoAxis] = []  # their samples are computed ahead of the clock
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
-        self._rows: list[Rows] = []  # changes reported by servo axes and controllers
+        self._rows: list[Rows] = []  # changes that servo axes and controllers have reported
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
@@ -141,11 +140,11 @@ class Tracer:
         self._most_moves = min((stepper.train.moves.maxlen or CHUNK for stepper in self._steppers), default=CHUNK) // 2
 
     def first(self) -> list[Value]:
-        """Return the initial value of each signal."""
+        """Return the present value of each signal, in the order of the signals."""
         return [self._first.get(signal.full, b"" if signal.kind == TEXT else 0) for signal in self.signals]
 
     def __enter__(self) -> Self:
-        """Subscribe to all signals."""
+        """Subscribe to the changes of all signals."""
         self._stack = ExitStack()
         for begin in self._begin:
             begin(self._stack)
@@ -156,13 +155,16 @@ class Tracer:
         self._stack.close()
 
     def catch_up(self, *, for_others: bool = True) -> None:
-        """Write the changes before now, and flush the file for other programs on request."""
+        """Write the changes before now; `for_others`: also flush the file for other programs."""
         self._write(self.bench.now)
         if self.sink is not None and for_others:
             self.sink.flush()
 
     def finish(self) -> None:
-        """Write the changes up to and including now.  After Ctrl-C during a write, write only the end."""
+        """Write the changes up to and including now, and the end time.
+
+        If Ctrl-C has interrupted a write, only the end time is written.
+        """
         if not self._writing:
             self._poll_registers()
             self._write(self.bench.now + 1)
@@ -225,7 +227,7 @@ class Tracer:
         self._begin.append(lambda stack: stack.callback(self.bench.faults.subscribe(changed)))
 
     def _faults(self, name: str, over: Fault | None) -> bytes:
-        """Return the names of a controller's active faults, except one that is just ending."""
+        """Return the names of the active faults of a controller, except `over`, a fault that is just ending."""
         there = (fault for fault in self.bench.faults if fault.on and fault is not over)
         return ", ".join(sorted(fault.name for fault in there if fault.spot.name.partition(".")[0] == name)).encode()
 
@@ -271,9 +273,7 @@ class Tracer:
         self._moves += 1
 
     def _after_events(self) -> None:
-        """Called at the end of each nanosecond with events: poll registers, and write if enough changes are
-        collected.
-        """
+        """Poll registers, and write a piece if enough changes are collected.  Called after the events of each time."""
         self._poll_registers()
         enough = self._waiting.count >= CHUNK or self._moves >= self._most_moves
         for rows in self._rows:
@@ -286,20 +286,20 @@ class Tracer:
 
     def _poll_registers(self) -> None:
         now_ns = self.bench.clock.now
-        for register in self._registers:  # called at every event, hence inline
+        for register in self._registers:  # no method call here, because this loop runs at every event
             value = register.read()
             if value != register.known:
                 register.record(now_ns, value)
 
     def _write(self, before_ns: int) -> None:
-        """Write all changes since the last write, in pieces."""
+        """Write the changes before `before_ns` in pieces."""
         for axis in self._computing_ahead:
-            axis.catch_up()  # delivers its samples to this trace
+            axis.catch_up()  # reports the samples up to now
         self._moves = 0
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """Write a span, in halves if it has too many pulses; the other sources are limited already."""
+        """Write the changes before `before_ns`; if there are too many pulses, in two halves of the time."""
         since_ns = self.written_ns
         if sum(stepper.count(since_ns, before_ns) for stepper in self._steppers) > CHUNK and before_ns - since_ns > 1:
             self._write_span((since_ns + before_ns) // 2)

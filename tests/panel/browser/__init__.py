@@ -1,4 +1,4 @@
-"""The panel in a real browser: every control is used once, on each example machine where the machine matters.
+"""Tests of the panel in a real browser, which use every control at least once on the example machines.
 
 Playwright keeps an event loop running until its browser is closed; therefore the browser exists in this folder only.
 """

@@ -1,4 +1,4 @@
-"""Take the README's pictures: `python tests/panel/browser/pictures.py`."""
+"""Take the screenshots in the README: `python tests/panel/browser/pictures.py`."""
 
 import sys
 from io import BytesIO
@@ -17,7 +17,7 @@ IMAGES = ROOT / "docs" / "images"
 
 
 def main():
-    """Take both pictures while the machines move."""
+    """Take both screenshots while the machines move."""
     with sync_playwright() as playwright:
         playwright.selectors.set_test_id_attribute("data-test")
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
@@ -32,7 +32,7 @@ def main():
 
 
 def drill(panel):
-    """Stop halfway through the second row of holes."""
+    """Run the drill example to the middle of its second row of holes."""
     panel.begin()
     panel.run_until("table.Y passes 1000")
     panel.run_until("table.output1 rises")
@@ -42,7 +42,7 @@ def drill(panel):
 
 
 def cut_to_length(panel):
-    """Stop in the middle of a length."""
+    """Run the cut-to-length example to the middle of a feed."""
     panel.begin()
     panel.tab("feeder", "Terminal")
     panel.tab("knife", "Program")
@@ -53,13 +53,13 @@ def cut_to_length(panel):
 
 
 def signals(panel, names):
-    """Show these signals on the oscilloscope."""
+    """Select the signals on the oscilloscope."""
     panel.say(panel.region("oscilloscope").get_by_test_id("scope-signals"), names)
     panel.page.mouse.move(0, 0)
 
 
 def move_on(panel, sentence):
-    """Run in real time until `sentence` comes true, and hide the messages."""
+    """Run in real time until `sentence` comes true, and wait until all notifications have disappeared."""
     panel.speed("1")
     panel.run_until(sentence)
     panel.page.get_by_role("alert").first.wait_for(state="hidden")
@@ -67,7 +67,7 @@ def move_on(panel, sentence):
 
 
 def keep(panel, name, height):
-    """Save the upper part of the page in few colours."""
+    """Save a screenshot of the upper part of the page with few colours."""
     data = panel.page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": 1280, "height": height})
     Image.open(BytesIO(data)).quantize(256).save(IMAGES / f"{name}.png", optimize=True)
 

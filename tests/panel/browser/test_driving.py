@@ -1,4 +1,4 @@
-"""Run, pause, steps, speed, breakpoints, time, keys; a session that is saved and run again."""
+"""Control of virtual time in a browser: run, pause, steps, speed, breakpoints, timeline, keys and saving."""
 
 import io
 import re
@@ -39,7 +39,7 @@ def test_steps(panel):
     panel.paused()
     stood = panel.clock.inner_text()
     click(panel.button("statement"))
-    if panel.machine == "winder":  # whose host streams: there is no program
+    if panel.machine == "winder":  # the host of the winder sends moves; no program is stored
         panel.message("no such event within 60 virtual seconds")
     else:
         expect(panel.clock).not_to_have_text(stood)

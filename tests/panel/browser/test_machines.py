@@ -1,4 +1,4 @@
-"""Machines on the page: power, terminals, faults, the table and its third dimension, fronts."""
+"""Machines on the page: power, terminals, faults, the X-Y table in 2-D and 3-D, and front panels."""
 
 import re
 
@@ -8,7 +8,7 @@ from .using import click, number, on, press, thumb
 
 
 def moving(panel):
-    """Run to the middle of a motion."""
+    """Run until the machine is in the middle of a motion."""
     panel.begin()
     panel.run_until(panel.facts.moving)
 

@@ -1,4 +1,4 @@
-"""360 points wide, and without a mouse."""
+"""The page on a phone: a touch screen that is 360 pixels wide."""
 
 from playwright.sync_api import expect
 

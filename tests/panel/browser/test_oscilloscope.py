@@ -1,4 +1,4 @@
-"""The oscilloscope: signals, time, cursors, trigger, files."""
+"""The oscilloscope in a browser: signals, time base, cursors, trigger and files."""
 
 import re
 
@@ -12,7 +12,7 @@ pytestmark = on("drill")
 
 @pytest.fixture
 def scope(panel):
-    """Return the card of a machine that has started to move; the card shows an axis and a pin."""
+    """Return the oscilloscope's card, which shows an axis and a pin of a machine in motion."""
     panel.begin()
     panel.run_until(panel.facts.moving)
     card = panel.region("oscilloscope")

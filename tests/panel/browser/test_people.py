@@ -1,4 +1,4 @@
-"""Several users: the driver, other users, and a reload."""
+"""Several users in browsers: the driver, other users, and a reload of the page."""
 
 import re
 
@@ -49,7 +49,7 @@ def test_one_drives_and_another_sees_who_and_takes_over_and_names_are_words(mach
 
 
 def anyhow_wrapped(text):
-    """Return a pattern for these characters in lines of any width."""
+    """Return a pattern that matches a text even if the terminal has wrapped its lines."""
     return re.compile(r"\s*".join(["^", *(re.escape(character) for character in "".join(text.split())), "$"]))
 
 

@@ -1,4 +1,4 @@
-"""Stored programs: loading, start, stop, the running line, and breakpoints at lines."""
+"""Stored programs in a browser: loading, start, stop, the running line, and breakpoints at lines."""
 
 from playwright.sync_api import expect
 
@@ -6,9 +6,9 @@ from .using import click, on, press
 
 
 def loaded(panel):
-    """Load a program, and return the panel of the Program tab."""
+    """Load a program, and return the contents of the Program tab."""
     panel.begin()
-    if panel.machine == "winder":  # whose own host goes on for so long
+    if panel.machine == "winder":  # until the host of the winder has sent all its moves
         panel.run()
         panel.later_than(19.0)
         panel.pause()
@@ -34,7 +34,7 @@ def lines(panel):
 
 
 def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(panel):
-    if panel.machine == "drill":  # whose own host stores its program, and locks it
+    if panel.machine == "drill":  # the host of the drill has stored a program, and locked it
         panel.begin()
         program = panel.tab("table", "Program")
     else:
@@ -46,7 +46,7 @@ def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(
         panel.say(panel.field("run until"), sentence)
         click(panel.button(panel.facts.start, program))
         panel.paused(f": {sentence}")
-    else:  # it begins by itself
+    else:  # the program starts automatically
         panel.run_until(sentence)
     running = panel.page.get_by_test_id(f"listing {panel.facts.who}").locator("li.running")
     expect(running).to_have_attribute("aria-current", "step")
@@ -110,7 +110,7 @@ def test_off_and_on(panel):
 
 @on("cut-to-length")
 def test_the_running_line_is_in_view_also_when_one_comes_back_to_its_tab(panel):
-    """Line 15 of the knife's program waits for the feeder; about a dozen lines are in view."""
+    """Line 15 of the knife's program waits for the feeder; about a dozen lines are visible at a time."""
     panel.begin()
     program = panel.tab("knife", "Program")
     panel.run_until("knife runs 15")

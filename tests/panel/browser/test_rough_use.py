@@ -1,4 +1,4 @@
-"""Unusual input, and accessibility: focus, contrast, keyboard."""
+"""Unusual input, and accessibility: focus, contrast and use by keyboard."""
 
 from playwright.sync_api import expect
 
@@ -77,7 +77,7 @@ def test_words_are_dark_enough_to_be_read(panel):
     panel.run_until(panel.facts.moving)
     for name in ("Pins", "Program", "Terminal"):
         panel.tab(panel.facts.who, name)
-        panel.page.wait_for_function(f"() => ({PALE})().length === 0")  # when what fades in and out has done so
+        panel.page.wait_for_function(f"() => ({PALE})().length === 0")  # after all fade-in and fade-out effects
 
 
 @on("drill")
@@ -88,6 +88,6 @@ def test_a_text_that_is_no_program_for_its_length_is_not_taken(panel):
     panel.field("or its text", dialog).evaluate(LETTER_BY_LETTER, ("x" * 1000 + "\n") * 1200)
     click(panel.button("Load", dialog))
     panel.message("the text is too long: expected at most 262,144 characters")
-    panel.visit.wrong.clear()  # NiceGUI has told the console that it did not send it
+    panel.visit.wrong.clear()  # NiceGUI has logged to the console that the text was too long to send
     click(panel.button("Cancel", dialog))
     dialog.wait_for(state="hidden")

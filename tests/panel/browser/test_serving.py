@@ -1,4 +1,4 @@
-"""Files and messages of `serve` with an open page."""
+"""`axistwin serve` while a page is open: its trace files and its messages."""
 
 from playwright.sync_api import expect
 
@@ -15,7 +15,7 @@ def test_what_it_tells_is_that_the_trace_ends_when_somebody_goes_back_and_nothin
         visit = Visit(browser, address)
         page = visit.page
         clock = page.get_by_test_id("clock")
-        expect(clock).to_have_text("1.000 s")  # the self-test is over, and nothing more happens
+        expect(clock).to_have_text("1.000 s")  # the self-test has ended, and there are no further events
         page.get_by_role("textbox", name="go to this moment").fill("0.5")
         press(page.get_by_role("textbox", name="go to this moment"), "Enter")
         expect(clock).to_have_text("0.500000 s")

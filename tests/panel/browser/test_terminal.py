@@ -1,4 +1,4 @@
-"""Terminals: messages of host and controller, and input."""
+"""Terminals in a browser: messages of host and controller, and input by the user."""
 
 import re
 
@@ -13,7 +13,7 @@ def terminal(panel, who):
 
 
 def ready(panel):
-    """Return a controller in motion with its terminal."""
+    """Return the name and the terminal of a controller in motion."""
     who = panel.facts.terminal
     panel.begin()
     panel.run_until(panel.facts.moving)

@@ -1,4 +1,4 @@
-"""A panel as users see it: controls are found by their labels."""
+"""Helpers that use the panel as users do, and find controls by their labels."""
 
 import re
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ expect.set_options(timeout=PATIENCE_MS)
 
 
 def on(*machines):
-    """Mark a test that uses these machines only."""
+    """Restrict a test to these example machines."""
     return pytest.mark.parametrize("machine", machines, indirect=True)
 
 
@@ -77,27 +77,27 @@ def strike(page, key):
 
 @dataclass(frozen=True)
 class Facts:
-    """Facts about one example machine."""
+    """Properties of one example machine that tests need."""
 
     who: str
-    """A controller with a program."""
+    """Name of a controller with a stored program."""
     axis: str
     moving: str
     """Sentence that comes true in the middle of a motion."""
     pin: str
-    """An unconnected input."""
+    """Name of an unconnected input."""
     says: str
-    """Command that is typed at a terminal, and its `answer`."""
+    """Command that is typed at a terminal; `answer`: the controller's answer."""
     answer: str
     program: tuple[str, str]
-    """Name and text of a program file; `line`: a line that the program reaches."""
+    """Name and text of a program file; `line`: number of a line that the program executes."""
     line: str
     start: str
     stop: str
     faults: tuple[tuple[str, str, dict[str, str]], ...]
-    """One fault for each kind of place: kind, place, parameters."""
+    """One fault for each kind of thing that faults act on: kind of fault, name of the thing, parameters."""
     talker: str = ""
-    """Controller whose terminal is used, if different."""
+    """Name of the controller whose terminal is used, if it is not `who`."""
 
     @property
     def terminal(self):
@@ -159,22 +159,22 @@ class Panel:
         press(field, "Enter")
 
     def region(self, name):
-        """Return a controller's card, or another part of the page."""
+        """Return the card of a controller, or another region of the page."""
         return self.page.get_by_role("region", name=name, exact=True)
 
     def tab(self, who, name):
-        """Open a tab of a controller, and return its panel."""
+        """Open a tab of a controller, and return the contents of the tab."""
         card = self.region(who)
         click(card.get_by_role("tab", name=name, exact=True))
         return card.get_by_role("tabpanel").last
 
     def choose(self, label, option, within=None):
-        """Select a value of a drop-down list."""
+        """Select a value in a drop-down list."""
         click((within or self.page).get_by_role("combobox", name=label, exact=True))
         click(self.page.get_by_role("option", name=option, exact=True))
 
     def message(self, words):
-        """Wait for a message on the page."""
+        """Wait for a notification on the page."""
         self.page.get_by_role("alert").filter(has_text=words).last.wait_for()
 
     # Time
@@ -203,7 +203,7 @@ class Panel:
         self.paused()
 
     def near(self, seconds, within):
-        """Wait until virtual time is paused near a time."""
+        """Wait until the bench is paused at nearly this virtual time."""
         near = "([clock, at, within]) => Math.abs(parseFloat(clock.innerText) - at) <= within"
         self.page.wait_for_function(near, arg=[self.clock.element_handle(), seconds, within])
         self.paused()
@@ -213,12 +213,12 @@ class Panel:
         self.page.wait_for_function(later, arg=[self.clock.element_handle(), seconds])
 
     def begin(self):
-        """Go to time 0 without a recording, paused, at full speed."""
+        """Go to time 0, delete the recording, and set the maximum speed; the bench is paused."""
         ready(self.page)
         at = self.page.evaluate(AT)
         if at["open"]:
             strike(self.page, "Escape")
-        if not at["drives"]:  # after a test that has failed
+        if not at["drives"]:  # a failed test may have left another driver
             click(self.page.get_by_role("button", name="drives").first)
             click(self.button("Drive"))
             strike(self.page, "Escape")
@@ -240,7 +240,7 @@ class Panel:
 
 
 def number(text):
-    """Return the first number in a text, with thin spaces and a minus sign."""
+    """Return the first number in a text; it may contain thin spaces and the minus sign U+2212."""
     found = re.search(r"[−-]?\d[\d\u2009]*(\.\d+)?", text)
     return float(found[0].replace("\u2009", "").replace("−", "-"))
 

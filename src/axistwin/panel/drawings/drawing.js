@@ -1,4 +1,4 @@
-// A drawing that is put on the page once; its parts, named by data-part, are moved, marked and written on.
+// A drawing that is added to the page once.  Messages then change the parts, which have the attribute data-part.
 export default {
   template: "<div></div>",
   props: { art: String },
@@ -9,10 +9,11 @@ export default {
     this.$emit("ready");
   },
   activated() {
-    this.$emit("ready"); // after it was hidden, and has received no updates
+    this.$emit("ready"); // the drawing was hidden, and has received no updates
   },
   methods: {
-    // Changes: [part, how, value]; how: "move" to a transform smoothly, "jump" there, "text", ".class" or an attribute.
+    // Applies changes [part, how, value].  `how`: "move" (smooth CSS transform), "jump" (CSS transform at once), "text",
+    // ".class" (add or remove the class) or the name of an attribute.
     show(changes) {
       for (const [name, how, value] of changes) {
         const part = this.parts?.[name];

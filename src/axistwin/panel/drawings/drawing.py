@@ -1,4 +1,4 @@
-"""A drawing of SVG and HTML with parts that follow the machine."""
+"""A drawing in SVG and HTML whose parts move with the machine."""
 
 import re
 from typing import Any
@@ -10,19 +10,19 @@ _PART = re.compile(r'data-part="([^"]+)"')
 
 
 class Drawing(Element, component="drawing.js"):
-    """A drawing on the page.  `art` names the parts by `data-part`; `send` sends the changes to the browser."""
+    """A drawing on the page.  `art`: SVG and HTML, in which the attribute `data-part` names each movable part."""
 
     def __init__(self, art: str) -> None:
         super().__init__()
         self._props["art"] = art
         self.parts = frozenset(_PART.findall(art))
         self.shown: dict[tuple[str, str], Any] = {}
-        """State of the browser after the next `send`, by part and property."""
+        """Values of all properties, by part and property; the browser has them after the next `send`."""
         self._changes: list[tuple[str, str, Any]] = []
         self.on("ready", self._begin_again, [])
 
     def place(self, part: str, transform: str, *, smooth: bool = True) -> None:
-        """Move a part to a place, a CSS transform; without `smooth`, at once."""
+        """Move a part by a CSS transform: in a smooth transition, or at once."""
         if self.shown.get((part, _MOVE)) != transform:
             self.shown[part, _MOVE] = transform
             self._changes.append((part, _MOVE if smooth else "jump", transform))
@@ -32,7 +32,7 @@ class Drawing(Element, component="drawing.js"):
         self.put(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:
-        """Add a class to a part, or remove it."""
+        """Add a CSS class to a part (`on`), or remove the class."""
         self.put(part, f".{kind}", on)
 
     def put(self, part: str, attribute: str, value: object) -> None:
@@ -42,13 +42,13 @@ class Drawing(Element, component="drawing.js"):
             self._changes.append((part, attribute, value))
 
     def send(self) -> None:
-        """Send the changes to the browser."""
+        """Send the collected changes to the browser."""
         if self._changes:
             changes, self._changes = self._changes, []
             self.run_method("show", changes)
 
     def _begin_again(self) -> None:
-        """Send the complete state after the browser has added the drawing to the page."""
+        """Send all values, because the browser has just added the drawing to the page."""
         self._changes = [(part, "jump" if what == _MOVE else what, value) for (part, what), value in self.shown.items()]
         self.send()
 

@@ -1,4 +1,4 @@
-"""Common parts of all drawings of axes: readouts, and texts of faults."""
+"""Common parts of all drawings of axes: readouts and fault messages."""
 
 from collections.abc import Iterator
 from html import escape
@@ -11,15 +11,15 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
 SELDOM = 10
-"""Interval in frames at which slow values are read."""
+"""Interval, in frames, between two updates of slow values such as a temperature."""
 STATES = '<p class="states" aria-live="polite" data-part="states"></p>'
 
 
 class Figure(Protocol):
-    """Drawing of an axis as a machine."""
+    """A drawing of an axis as a machine."""
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Update the drawing; without `smooth`, parts jump to their new places."""
+        """Update the drawing; parts move to their new positions in a smooth transition, or at once."""
 
 
 def unit(axis: Axis) -> str:
@@ -28,19 +28,19 @@ def unit(axis: Axis) -> str:
 
 
 def readout(part: str, label: str, of: str = "") -> str:
-    """Return the row of a number with its name and unit; the row's part is named `row-…`."""
+    """Return the HTML of a number with its label and unit (`of`).  `data-part` is `part`, and `row-…` of the row."""
     told = f"<small>{escape(of)}</small>" if of else ""
     value = f'<dd><span data-part="{part}">\u2013</span>{told}</dd>'
     return f'<div data-part="row-{part}"><dt>{escape(label)}</dt>{value}</div>'
 
 
 def readouts(*rows: str) -> str:
-    """Return the rows as one list."""
+    """Return the HTML of a list of these rows."""
     return f'<dl class="readouts">{"".join(rows)}</dl>'
 
 
 def error_rows(axis: Axis) -> list[str]:
-    """Return the rows of the following error and the temperature, or of lost steps and the encoder."""
+    """Return rows for following error and temperature of a servo, or for lost steps and encoder of a stepper."""
     of = unit(axis)
     if isinstance(axis, ServoAxis):
         return [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
@@ -49,7 +49,7 @@ def error_rows(axis: Axis) -> list[str]:
 
 
 def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
-    """Write faults, position, velocity, error and encoder of an axis.  Returns its commanded position."""
+    """Show faults, position, velocity, error and encoder of an axis.  Returns the commanded position."""
     axis = controller.axes[name]
     position, wanted = axis.position, axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
     drawing.flag("machine", "jammed", axis.jammed)
@@ -64,7 +64,7 @@ def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
 
 
 def states(controller: Controller, name: str) -> str:
-    """Return the fault that disturbs the axis as text; "" without a fault."""
+    """Return the present faults of the axis as text, e.g. `jammed · out of step`; "" without faults."""
     return " \u00b7 ".join(_states(controller, name))
 
 
@@ -77,7 +77,7 @@ def _states(controller: Controller, name: str) -> Iterator[str]:
     pin = controller.product.drive_fault_pins.get(name)
     if pin is not None and not controller.pins[pin].level:
         yield "drive fault"
-    assert controller.bench is not None, "a controller is on a bench"
+    assert controller.bench is not None, "the controller is part of a bench"
     for fault in controller.bench.faults:
         if fault.on and fault.spot.axis is axis:
             yield f"fault: {fault.name}"

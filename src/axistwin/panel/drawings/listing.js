@@ -1,5 +1,5 @@
-// A listing that is put on the page once.  Its lines are then marked by class: the running one, and those with a break.
-// A long one is made of blocks, of which only those in sight are laid out and painted.
+// A program listing that is added to the page once.  Messages then mark the running line and lines with a breakpoint.
+// The lines are grouped in blocks; the browser lays out only the visible blocks of a long listing.
 const BLOCK = 100;
 const LONG = 300;
 
@@ -15,7 +15,7 @@ export default {
     });
   },
   activated() {
-    this.$emit("ready"); // after it was hidden, and has received no updates
+    this.$emit("ready"); // the listing was hidden, and has received no updates
   },
   watch: {
     lines() {
@@ -55,7 +55,7 @@ export default {
       block.style.height = `${Math.min(this.lines.length - first, BLOCK) * 1.5}em`;
       return block;
     },
-    // The line that runs, or null; `follow`: bring it into view.
+    // Marks the line with this index as running; null: no line.  `follow`: scroll to the line.
     run(index, follow) {
       if (this.running) {
         this.running.classList.remove("running");
@@ -67,7 +67,7 @@ export default {
       this.running.setAttribute("aria-current", "step");
       if (follow) this.reveal(index);
     },
-    // Lines with a break, and those where it is switched off.
+    // Marks lines with an enabled breakpoint (`on`) or a disabled one (`off`).
     breaks(on, off) {
       for (const row of this.$el.querySelectorAll(".has-break, .asleep")) this.pin(row, false, false);
       for (const index of on) this.pin(this.rows[index], true, false);
@@ -88,7 +88,7 @@ export default {
       const above = index * height - box.scrollTop;
       if (above < 0 || above + height > box.clientHeight) box.scrollTop = index * height - box.clientHeight / 2;
     },
-    // Arrow keys go from number to number; Enter and the space bar press it, as any button.
+    // Moves the focus to another line number with the arrow keys, Page Up, Page Down, Home and End.
     key(event) {
       const from = event.target.closest("button");
       if (!from) return;

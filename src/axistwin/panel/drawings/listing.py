@@ -1,4 +1,4 @@
-"""A listing with line numbers; the browser builds the lines once, and then changes only marks."""
+"""A program listing with line numbers; after the listing has been sent, only marks of lines are sent."""
 
 from collections.abc import Callable, Collection
 from typing import Any
@@ -10,12 +10,12 @@ from axistwin.controllers.product import Listing
 
 
 class Lines(Element, component="listing.js"):
-    """A stored program.  `toggle(index)` is called after a click or Enter on a line's number."""
+    """The listing of a stored program.  `toggle(index)` is called when the user clicks a line number."""
 
     def __init__(self, toggle: Callable[[int], None]) -> None:
         super().__init__()
         self.lines: tuple[str, ...] | None = None
-        """Lines on the page; None: not shown yet."""
+        """Lines on the page; None before the first `show`."""
         self.running: int | None = None
         self.on_breaks: tuple[int, ...] = ()
         self.off_breaks: tuple[int, ...] = ()
@@ -25,7 +25,7 @@ class Lines(Element, component="listing.js"):
         self.on("ready", self._begin_again, [])
 
     def show(self, listing: Listing, *, follow: bool) -> None:
-        """Show these lines, and mark the running line; `follow`: scroll to that line."""
+        """Show a listing, and mark its running line; `follow`: scroll to the running line."""
         if listing.lines is not self.lines and listing.lines != self.lines:
             self._props["lines"], self._props["silent"] = list(listing.lines), sorted(listing.silent)
             self._props["label"] = listing.title
@@ -36,7 +36,7 @@ class Lines(Element, component="listing.js"):
             self.run_method("run", self.running, follow)
 
     def set_breaks(self, on: Collection[int], off: Collection[int]) -> None:
-        """Set the indices of lines with a breakpoint, and of lines with a disabled breakpoint."""
+        """Mark lines, by index, that have an enabled breakpoint (`on`) or a disabled one (`off`)."""
         wanted = tuple(sorted(on)), tuple(sorted(off))
         if wanted != (self.on_breaks, self.off_breaks):
             self.on_breaks, self.off_breaks = wanted
@@ -48,7 +48,7 @@ class Lines(Element, component="listing.js"):
             self._toggle(line)
 
     def _begin_again(self) -> None:
-        """Send the marks after the browser has built the lines."""
+        """Send all marks, because the browser has just built the lines."""
         self.run_method("run", self.running, self._follow)
         self.run_method("breaks", self.on_breaks, self.off_breaks)
 

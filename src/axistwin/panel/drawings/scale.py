@@ -1,4 +1,4 @@
-"""Format of numbers, scales with round steps, and smooth motion between frames."""
+"""Format numbers, choose round numbers for scales, and decide whether a drawing moves smoothly."""
 
 from collections.abc import Iterator
 from math import ceil, floor, log10
@@ -8,16 +8,16 @@ from axistwin.bench import Bench
 from axistwin.units import S
 
 LONGEST_NS = 1 * S
-"""If more virtual time has passed between two frames, drawings jump."""
+"""Longest virtual time between two frames for a smooth transition; after more time, drawings jump."""
 
 
 def grouped(number: int) -> str:
-    """Return an integer with thin spaces between thousands, and a minus sign."""
+    """Return an integer with thin spaces between thousands, and `−` (U+2212) as the minus sign."""
     return f"{number:,}".replace(",", "\u2009").replace("-", "\u2212")
 
 
 def signed(number: int) -> str:
-    """Return an integer as `grouped` does, with its sign unless 0."""
+    """Return an integer as `grouped` does, with `+` if positive."""
     return f"+{grouped(number)}" if number > 0 else grouped(number)
 
 
@@ -29,7 +29,7 @@ def round_step(span: float, most: int) -> int:
 
 
 def ticks(first: float, last: float, most: int) -> Iterator[int]:
-    """Return round numbers from `first` to `last`, with 0 if in this range."""
+    """Yield at most `most` + 1 multiples of a round step from `first` to `last`."""
     step = round_step(last - first, most)
     yield from range(ceil(first / step) * step, floor(last) + 1, step)
 
@@ -41,8 +41,8 @@ class Flow:
         self._bench: ref[Bench] = ref(Bench())
         self._ns = 0
 
-    def goes_on(self, bench: Bench) -> bool:
-        """Return False after a change of the bench, a step back in time or a long interval."""
+    def is_smooth(self, bench: Bench) -> bool:
+        """Return False if, since the last call, the bench was replaced or more than `LONGEST_NS` has passed."""
         passed_ns = bench.now - self._ns
         same = self._bench() is bench
         if not same:

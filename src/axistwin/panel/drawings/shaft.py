@@ -1,6 +1,7 @@
-"""A rotary axis: a disc with a mark, the brake's caliper, and the measuring wheel.
+"""Drawing of a rotary axis: a disc with an index mark, a brake, and the wheel of an external encoder.
 
-The hollow outer mark shows the commanded position, and thus the following error as an angle.  Positive is clockwise.
+A hollow outer mark shows the commanded position; its angle to the index mark is the following error.  Positive is
+clockwise.
 """
 
 from html import escape
@@ -15,15 +16,15 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 
 ASSUMED = 400
-"""Units per turn if not configured; the drawing shows this number."""
+"""Pulses or counts per turn if not configured; the drawing then shows this number."""
 WHEEL_EDGES = 2000
-"""Edges per turn of a measuring wheel that is not on a rotary axis."""
+"""Edges per turn of an external encoder that is not mounted on a rotary axis."""
 MOST_TURNS = 2
-"""Largest visible rotation in one frame."""
+"""Largest rotation in one frame that is drawn as a smooth transition."""
 
 
 class Shaft:
-    """Drawing of the shaft of one axis."""
+    """The drawing of the shaft of one axis."""
 
     def __init__(self, controller: Controller, name: str) -> None:
         axis = controller.axes[name]
@@ -34,7 +35,7 @@ class Shaft:
         self.drawing.mark(f"axis {controller.name}.{name}")
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Show position, velocity and faults."""
+        """Show the position, velocity and faults of the axis."""
         axis, drawing = controller.axes[self.name], self.drawing
         position = axis.position
         wanted = show_motion(drawing, controller, self.name)
@@ -73,7 +74,7 @@ class Shaft:
             self._show_wheel(controller.bench, master, smooth=smooth)
 
     def _show_wheel(self, bench: Bench | None, master: Master, *, smooth: bool) -> None:
-        assert bench is not None, "a controller is on a bench"
+        assert bench is not None, "the controller is part of a bench"
         drawing, edges, count = self.drawing, _edges_per_turn(master), master.count
         drawing.place("tyre", f"rotate({360 * count / edges:.1f}deg)", smooth=smooth)
         drawing.write("edges", grouped(count))

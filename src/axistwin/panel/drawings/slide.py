@@ -1,4 +1,4 @@
-"""An axis with limited travel: a carriage between limit switches, above a scale in the axis's unit."""
+"""Drawing of an axis with limited travel: a carriage between two limit switches, with a scale."""
 
 from collections.abc import Iterator
 
@@ -10,18 +10,18 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
 LEFT, RIGHT = 30.0, 270.0
-"""Places of the limit switches in a width of 300."""
+"""X coordinates of the limit switches; the drawing is 300 wide."""
 OVERRUN = 18.0
 """Distance from a limit switch to the end of the bed."""
 MOST_TICKS = 5
 
 
 class Slide:
-    """Drawing of the carriage of one axis; a pale carriage shows the commanded position if different."""
+    """The drawing of one axis; an outlined carriage shows the commanded position if it differs from the position."""
 
     def __init__(self, controller: Controller, name: str) -> None:
         axis = controller.axes[name]
-        assert axis.limits is not None, "it has travel"
+        assert axis.limits is not None, "a slide has limited travel"
         self.name, self.limits = name, axis.limits
         self._frames = 0
         self.drawing = (
@@ -29,7 +29,7 @@ class Slide:
         )
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Show position, velocity and faults."""
+        """Show the position, velocity and faults of the axis."""
         axis, drawing = controller.axes[self.name], self.drawing
         position, (first, last) = axis.position, self.limits
         wanted = show_motion(drawing, controller, self.name)

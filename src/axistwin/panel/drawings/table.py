@@ -1,4 +1,4 @@
-"""An X-Y table from above: the bridge, the tool, its trail, and the places of its work."""
+"""Drawing of an X-Y table from above: the bridge, the tool, its path, and the points where the tool was down."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -11,21 +11,21 @@ from axistwin.panel.drawings.trail import POINTS, Point, Trail
 WIDTH, LEFT, TOP = 300.0, 40.0, 16.0
 BELOW = 14.0
 LEAST, MOST = 120.0, 250.0
-"""Least and greatest height of the drawing; in between, both axes have the same scale."""
+"""Least and greatest height of the drawing; both axes have the same scale if the height is in this range."""
 PIECE = 64
-"""Number of points of the trail per element; only the last element changes."""
+"""Number of points per SVG element of the path, so that only the last element must be sent again."""
 PIECES = POINTS // PIECE
 MOST_TICKS = 5
 NO_TOOL = ""
 
 
 class Table:
-    """Drawing of the first two axes of a controller with limited travel."""
+    """The drawing of two axes with limited travel."""
 
     def __init__(self, controller: Controller, names: tuple[str, str]) -> None:
         self.names = names
         limits = [controller.axes[name].limits for name in names]
-        assert limits[0] is not None and limits[1] is not None, "both have travel"
+        assert limits[0] is not None and limits[1] is not None, "both axes have limited travel"
         self.x_limits, self.y_limits = limits[0], limits[1]
         self._wide = WIDTH - LEFT - 12
         span_x, span_y = (max(last - first, 1) for first, last in (self.x_limits, self.y_limits))
@@ -36,7 +36,7 @@ class Table:
         self.drawing = Drawing(self._art()).classes("drawing top-view").mark(f"table {controller.name}")
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
-        """Show the tool's position and state, and its trail."""
+        """Show the position, state and path of the tool."""
         drawing = self.drawing
         x, y = (controller.axes[name].position for name in self.names)
         drawing.place("bridge", f"translate({self._x(x):.2f}px, 0)", smooth=smooth)
@@ -73,7 +73,7 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Return the points of one element, and the first point of the next."""
+        """Yield the points of one element, and the first point of the next element."""
         oldest = trail.begun - len(trail.points)
         first = max(piece * PIECE - oldest, 0)
         for x, y in islice(trail.points, first, max((piece + 1) * PIECE + 1 - oldest, 0)):
@@ -112,7 +112,7 @@ class Table:
 
 
 def _share(position: float, limits: tuple[int, int]) -> float:
-    """Return 0 at the first limit and 1 at the last; a table moves slightly beyond both."""
+    """Return a position as a fraction of the travel, 0 to 1, or up to 0.03 beyond the limits."""
     first, last = limits
     return min(max((position - first) / max(last - first, 1), -0.03), 1.03)
 

@@ -1,4 +1,4 @@
-"""The X-Y table in three dimensions, turned with the mouse, a finger or buttons."""
+"""Drawing of an X-Y table in three dimensions; the user turns the view with the mouse, a finger or buttons."""
 
 from math import cos, pi, radians, sin
 
@@ -9,15 +9,15 @@ from axistwin.bench import Controller
 from axistwin.panel.drawings.trail import Trail
 
 LENGTH = 10.0
-"""Length of the longer axis in the scene."""
+"""Length of the longer axis, in units of the 3-D scene."""
 THINNEST = 3.0
 DISTANCE = 1.55 * LENGTH
 FIELD = 40.0
-"""Degrees."""
+"""Field of view of the camera in degrees."""
 BEHIND = 0.5
-"""Distance of the bridge from its tool."""
+"""Distance between bridge and tool, in units of the 3-D scene."""
 LIFT = 0.35
-"""Travel of the tool."""
+"""Vertical travel of the tool, in units of the 3-D scene."""
 MOST_PLACES = 100
 WIDTH, HEIGHT = 560, 360
 AIR = "#eef1f5"
@@ -25,12 +25,12 @@ STEEL, PAINT, BRASS, BED, DARK = "#9aa6b5", "#2457c5", "#e9c46a", "#56616f", "#1
 
 
 class Table3D:
-    """Drawing of a plate, a bridge above the plate, and a head with a tool."""
+    """The drawing of a plate, a bridge above the plate, and a head with a tool."""
 
     def __init__(self, controller: Controller, names: tuple[str, str]) -> None:
         self.names = names
         limits = [controller.axes[name].limits for name in names]
-        assert limits[0] is not None and limits[1] is not None, "both have travel"
+        assert limits[0] is not None and limits[1] is not None, "both axes have limited travel"
         self._limits = limits[0], limits[1]
         spans = [max(last - first, 1) for first, last in self._limits]
         self._size = tuple(max(LENGTH * span / max(spans), THINNEST) for span in spans)
@@ -45,7 +45,7 @@ class Table3D:
         self.turn(0.0)
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Show the tool's position and state, and the places of its work."""
+        """Show the position and state of the tool, and the holes that the tool has made."""
         x, y = (self._place(which, controller.axes[name].position) for which, name in enumerate(self.names))
         z = -LIFT if tool and controller.pins[tool].level else 0.0
         if (x, y, z) != self._at:
@@ -56,14 +56,14 @@ class Table3D:
         self._drill(trail, tool)
 
     def turn(self, degrees: float) -> None:
-        """Turn the view, as the mouse or a finger does."""
+        """Turn the camera around the vertical axis."""
         self._angle += degrees
         round_it = radians(self._angle)
         x, y = DISTANCE * sin(round_it), -DISTANCE * cos(round_it)
         self.scene.move_camera(x=x, y=y, z=0.6 * DISTANCE, look_at_x=0, look_at_y=0, look_at_z=0.3, duration=0.3)
 
     def _drill(self, trail: Trail, tool: str) -> None:
-        """Add new holes, and remove the holes of an earlier bench."""
+        """Draw new holes, and remove holes that no longer exist, e.g. after the bench was replaced."""
         places = trail.places.get(tool, {})
         if trail is not self._trail or len(self._holes) > MOST_PLACES or not self._holes.issubset(places):
             self._trail = trail

@@ -1,7 +1,7 @@
-"""The trail of two axes: the path of the latest moves, and the places at which outputs were high.
+"""The trail of two axes: the path of the latest moves, and the points at which outputs became high.
 
-The trail is calculated from the moves that the axes store, and only for a page.  Lost steps become visible at the next
-update; the earlier path is then drawn with the same offset.
+The trail is calculated from the stored moves of the axes, and only while a page shows it.  If steps are lost, the
+moves since the last update are drawn with that offset.
 """
 
 from collections import deque
@@ -15,34 +15,34 @@ from axistwin.sessions.session import Session
 from axistwin.sim.pins import Pin
 
 POINTS = 2048
-"""Number of corners of the path that are kept: at most 64 KiB."""
+"""Largest number of stored corners of the path; they take at most 64 KiB."""
 PLACES = 512
-"""Number of places that are kept for each output."""
+"""Largest number of stored points for each output."""
 PIECES = 8
-"""Number of pieces of a path during which both axes move; it may be curved."""
+"""Number of straight pieces that approximate the path while both axes move, because that path may be curved."""
 MOST_MOVES = 200
-"""Number of moves between two updates; after more, only the latest are drawn, as a new path."""
+"""Largest number of moves drawn at one update; older moves are left out, and a new path begins."""
 
 Point = tuple[int, int]
 
 
 def table_axes(controller: Controller) -> tuple[str, str] | None:
-    """Return the first two axes with limited travel, which make a table; None: fewer than two."""
+    """Return the first two axes with limited travel, which form an X-Y table; None if there are fewer than two."""
     with_travel = [name for name, axis in controller.axes.items() if axis.limits is not None]
     return (with_travel[0], with_travel[1]) if len(with_travel) > 1 else None
 
 
 class Trail:
-    """Trail of one table on one bench."""
+    """The trail of one X-Y table on one bench."""
 
     def __init__(self, controller: Controller, names: tuple[str, str]) -> None:
         self._axes = controller.axes[names[0]], controller.axes[names[1]]
         self._seen_ns = 0
         self.points: deque[Point] = deque([(0, 0)], maxlen=POINTS)
         self.begun = 1
-        """Number of points so far, including deleted points."""
+        """Total number of points, including deleted points."""
         self.places: dict[str, dict[Point, None]] = {}
-        """Places at which each output has become high, the latest last."""
+        """Points at which each output has become high, the latest last."""
         for name, pin in controller.pins.items():
             if pin.is_output:
                 self.places[name] = {}
@@ -50,16 +50,16 @@ class Trail:
 
     @property
     def here(self) -> Point:
-        """Return the present position of the table."""
+        """The present position of the table."""
         return self._axes[0].position, self._axes[1].position
 
     def update(self) -> None:
-        """Add the path since the last update."""
+        """Add the path since the previous update."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        if since_ns > self._seen_ns:  # the path between is unknown
+        if since_ns > self._seen_ns:  # the moves in between have been deleted
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
         times_ns = self._moments(now_ns)
@@ -81,7 +81,10 @@ class Trail:
                 del places[next(iter(places))]
 
     def _moments(self, now_ns: int) -> list[int]:
-        """Return the times of all starts and ends since the last update, and further times while both axes move."""
+        """Return the times at which the path is sampled: all starts and ends of moves since the previous update.
+
+        In each interval in which both axes move, `PIECES` - 1 times are added.
+        """
         ends = sorted({now_ns, *(end for axis in self._axes for end in _ends(axis, self._seen_ns, now_ns))})
         found, before = [], self._seen_ns
         for end in ends:
@@ -103,20 +106,20 @@ class Trail:
 
 
 def _straight(first: Point, middle: Point, last: Point) -> bool:
-    """Return True if the middle point is on the way from the first to the last."""
+    """Return True if `middle` is on the straight line from `first` to `last`."""
     (x1, y1), (x2, y2) = (middle[0] - first[0], middle[1] - first[1]), (last[0] - middle[0], last[1] - middle[1])
     return x1 * y2 == x2 * y1 and x1 * x2 + y1 * y2 > 0
 
 
 def _remembered(axis: Axis) -> int:
-    """Return the start of the oldest move that is drawn."""
+    """Return the start time of the oldest move that is drawn."""
     if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
     return axis.train.moves[-MOST_MOVES].start_ns
 
 
 def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
-    """Return the start and end times of moves of this axis after `since_ns` and before now."""
+    """Yield the start and end times of moves of this axis between `since_ns` and `now_ns`."""
     if not isinstance(axis, StepperAxis):
         return
     for move in reversed(axis.train.moves):
@@ -128,7 +131,7 @@ def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
 
 
 def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
-    """Return the positions of the axis at these times, in order; of a servo, the present position."""
+    """Return the positions of the axis at these times; for a servo, always its present position."""
     if not isinstance(axis, StepperAxis):
         return [axis.position] * len(times_ns)
     lost, found = axis.lost, []
@@ -142,14 +145,14 @@ def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
 
 
 class Trails:
-    """Trails of all tables on the present bench, for all pages."""
+    """The trails of all X-Y tables on the present bench; all pages share them."""
 
     def __init__(self, session: Session) -> None:
         self._those: dict[str, Trail] = {}
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Start new trails for this bench."""
+        """Create empty trails for this bench."""
         tables = ((controller, table_axes(controller)) for controller in bench.controllers.values())
         self._those = {controller.name: Trail(controller, names) for controller, names in tables if names is not None}
 

@@ -1,4 +1,4 @@
-"""The oscilloscope without its page: recording, view, measurement and files."""
+"""The oscilloscope without its user interface: recording, view, measurement and files."""
 
 from axistwin.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
 from axistwin.panel.scope.decimation import marks, window

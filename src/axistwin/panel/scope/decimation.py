@@ -1,8 +1,8 @@
-"""A span of time by pixels: the least and greatest value of a signal in each pixel, and a line through them.
+"""Reduce a signal to the pixels of a screen: the least and greatest value in each pixel, and a line through them.
 
-A pixel includes its left edge but not its right edge.  The signal's value at the start belongs to the pixel, so that
-every edge is visible.  The line holds each value until the next point.  A pixel has at most two points: its change if
-there is only one, else its least and greatest value.
+The time span of a pixel includes its start but not its end.  The value at the start of a pixel counts as a value of
+the pixel, so that every edge is visible.  The line has at most two points per pixel: the change if there is only one,
+else the least and the greatest value.
 """
 
 from bisect import bisect_left
@@ -16,17 +16,18 @@ from numpy.typing import NDArray
 from axistwin.panel.scope.tracks import Numbers, Rows, Times, Track, Words
 
 FEW = 4
-"""Number of pixels per change above which the line contains all changes instead of pixels."""
+"""If a change takes more pixels than this on average, the line contains all changes exactly."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """A signal from `edges[0]` to `edges[-1]`; NaN: unknown."""
+    """A signal by pixels: pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN: value unknown."""
 
     edges: Times
     low: Numbers
-    """Values of each pixel."""
+    """Least value in each pixel."""
     high: Numbers
+    """Greatest value in each pixel."""
     times: Times
     """Times of the points of the line."""
     values: Numbers
@@ -45,15 +46,15 @@ class _Pixels:
     low: Numbers
     high: Numbers
     ends: NDArray[np.intp]
-    """Return the number of rows that begin before the right edge."""
+    """Number of rows that begin before the end of each pixel."""
     single: NDArray[np.bool_]
     busy: NDArray[np.bool_]
 
 
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
-    """Return the visible part of a track; from `now_ns` on, values are unknown."""
+    """Return the part of a track from `from_ns` to `to_ns` by pixels; values after `now_ns` are unknown."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # with the value just before the window
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # one row more, for the value before the window
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
     seen.low[past] = seen.high[past] = np.nan
@@ -62,7 +63,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 
 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
-    """Return the line of the window; with few changes, a line with all changes."""
+    """Return the line of a track from `from_ns` to `to_ns`: exact if there are few changes, else by pixels."""
     until_ns = min(to_ns, now_ns)
     rows = track.rows(from_ns, until_ns)
     if len(rows.begin) > pixels // FEW or not np.array_equal(rows.begin, rows.end):
@@ -93,7 +94,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Extend each interval to all pixels that it reaches; the times within an interval are unknown."""
+    """Apply the extremes of each interval to all its pixels, because their times within the interval are unknown."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return
@@ -109,7 +110,7 @@ def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np
 
 
 def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times, Numbers]:
-    """Return up to two points per pixel, and the end."""
+    """Return at most two points per pixel, and the last point at the end."""
     times, values = np.empty((len(seen.low), 2), np.int64), np.full((len(seen.low), 2), np.nan)
     used = np.zeros(times.shape, bool)
     busy, single = seen.busy, seen.single
@@ -130,7 +131,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Return texts and their start times, the first in each part of the time."""
+    """Return at most `most` texts with their start times: the first text in each of `most` equal parts of the time."""
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]
     firsts = [first for first, upto in pairwise(places) if first < upto]

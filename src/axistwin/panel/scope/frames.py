@@ -1,4 +1,4 @@
-"""Message with a screen for a browser: the line of each signal as pairs of 16-bit numbers in base 64."""
+"""Messages to the browser with the contents of a screen; lines are pairs of 16-bit numbers in base 64."""
 
 from base64 import b64encode
 from math import ceil, floor, isfinite, log10
@@ -14,16 +14,16 @@ from axistwin.traces.signals import COUNT, REAL
 from axistwin.units import MS, US, S
 
 FULL = 65_535
-"""The right edge; as a value: unknown."""
+"""As a time: the right edge of the screen.  As a value: unknown."""
 TOP = 4000
-"""Greatest value of a signal's range; no screen has a finer resolution."""
+"""Number of steps from the lowest to the highest value of a signal's range; finer than a screen."""
 WORD_PIXELS = 72
-"""Least number of pixels per text."""
+"""Least width of a text in pixels."""
 UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
 
 
 def frame(screen: Screen) -> dict[str, Any]:
-    """Return all data of a picture."""
+    """Return the message with all data that the browser needs to draw a screen."""
     from_ns, to_ns = screen.edges
     base_ns, unit_ns, unit = _axis(from_ns, to_ns)
     return {
@@ -38,7 +38,7 @@ def frame(screen: Screen) -> dict[str, Any]:
 
 
 def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
-    """Return origin and unit of the time axis, for short numbers."""
+    """Return the origin of the time axis, the unit in ns, and the unit's name, such that labels are short."""
     span_ns = to_ns - from_ns
     unit_ns, unit = next(((u, n) for u, n in UNITS if span_ns >= u), UNITS[-1])
     if abs(to_ns) < 1000 * span_ns or unit_ns == S:
@@ -48,7 +48,7 @@ def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
 
 
 def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
-    """Return a time as a fraction of the width; None outside."""
+    """Return a time as a fraction of the screen's width; None if the time is not on the screen."""
     return None if time_ns is None or not from_ns <= time_ns <= to_ns else (time_ns - from_ns) / (to_ns - from_ns)
 
 
@@ -71,19 +71,19 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
 
 
 def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:
-    """Return points as fractions of the time and of the range."""
+    """Return the points of a line in base 64: times as parts of `FULL`, values as parts of `TOP`."""
     (from_ns, to_ns), (low, high) = times_ns, values
     pairs = np.empty((len(seen.times), 2), "<u2")
     pairs[:, 0] = np.rint((seen.times - from_ns) * (FULL / (to_ns - from_ns)))
     parts = np.rint((seen.values - low) * (TOP / (high - low)))
     parts[np.isnan(parts)] = FULL
     pairs[:, 1] = parts
-    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # and where the line ends
+    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # keeps the last point
     return b64encode(pairs[new].tobytes()).decode()
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
-    """Return the range in which a signal is drawn: for numbers, round limits around its values."""
+    """Return the range in which a signal is drawn: 0 to 1 for levels, else round limits around the values."""
     if track.kind not in (COUNT, REAL):
         return 0.0, 1.0
     low = float(np.fmin.reduce(seen.values, initial=np.inf))
@@ -97,6 +97,6 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return 1, 2 or 5 times a power of ten, at most a tenth of the span."""
+    """Return the largest number 1, 2 or 5 × 10ⁿ that is at most a tenth of `size`."""
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

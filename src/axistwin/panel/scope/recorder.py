@@ -1,7 +1,4 @@
-"""Records each displayed signal once for all users, until the session ends.
-
-The record restarts at 0 when the bench is replaced.
-"""
+"""Record the signals on all users' screens, each signal once.  A new record begins when the bench is replaced."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -18,28 +15,28 @@ from axistwin.traces.signals import REAL, TEXT, Signal, catalogue
 from axistwin.traces.trace import Tracer
 
 MOST_SIGNALS = 32
-"""Greatest number of recorded and stored signals; see `tracks.MOST_BYTES`."""
+"""Largest number of recorded signals; each takes up to `tracks.MOST_BYTES`."""
 GROWING = ("host_says", "controller_says")
 
 
 @dataclass
 class Record:
-    """Recorded tracks by name, up to `now_ns`."""
+    """Recorded signals by name, up to the time `now_ns`."""
 
     now_ns: int = 0
     tracks: dict[str, Track] = field(default_factory=dict)
     about: dict[str, str] = field(default_factory=dict)
-    """The bench of this record."""
+    """Provenance of the record: scene, models and options of the bench."""
 
 
 class Recorder:
-    """The recorder of a session; call `attach` for each bench."""
+    """Records the signals on the screens of a session; call `attach` for each bench."""
 
     def __init__(self) -> None:
         self.record = Record()
         self.signals: dict[str, Signal] = {}
         self.version = 0
-        """Changes when data are added."""
+        """Number that changes whenever data are added."""
         self.watchers: list[Callable[[], None]] = []
         self._bench: Bench | None = None
         self._tracer: Tracer | None = None
@@ -48,7 +45,7 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """Record this bench from now on, in a new record."""
+        """Begin a new record, of this bench."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -56,28 +53,28 @@ class Recorder:
         self._follow_wishes()
 
     def want(self, who: object, names: Sequence[str]) -> None:
-        """Record the signals of a screen from now on.  Raises UsageError for too many."""
+        """Record the signals of the screen `who` from now on.  Raises UsageError if there are too many signals."""
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
         if len(others | set(names)) > MOST_SIGNALS:
-            raise UsageError(f"{MOST_SIGNALS} signals at most are recorded for all users: choose fewer signals")
+            raise UsageError(f"too many signals: expected at most {MOST_SIGNALS} on the screens of all users")
         self._wanted[who] = tuple(names)
         self._follow_wishes()
 
     def leave(self, who: object) -> None:
-        """Remove a screen; the signals of the last screen continue to be recorded."""
+        """Stop recording for the screen `who`, unless it is the only screen."""
         if len(self._wanted) > 1:
             self._wanted.pop(who, None)
             self._follow_wishes()
 
     def catch_up(self) -> Record:
-        """Add all changes before the present time."""
+        """Add the changes up to the present time, and return the record."""
         if self._tracer is not None and self._bench is not None and self._bench.now > self.record.now_ns:
             self._tracer.catch_up(for_others=False)
             self.record.now_ns = self._tracer.written_ns
         return self.record
 
     def frozen(self, names: Sequence[str]) -> Record:
-        """Return a copy of part of the record that does not change."""
+        """Return a copy of these signals that later changes do not affect."""
         tracks = {name: self.record.tracks[name].frozen() for name in names if name in self.record.tracks}
         return Record(self.record.now_ns, tracks, self.record.about)
 
@@ -97,7 +94,7 @@ class Recorder:
             self._begin(self._bench)
 
     def _forget(self, needed: set[str]) -> None:
-        """Delete tracks without a screen if there are too many, the oldest first."""
+        """Delete the oldest signals that are on no screen if there are more than `MOST_SIGNALS`."""
         tracks = self.record.tracks
         spare = [name for name in tracks if name not in needed]
         for name in spare[: max(len(spare) + len(needed) - MOST_SIGNALS, 0)]:
@@ -114,7 +111,7 @@ class Recorder:
         self._stack.enter_context(tracer)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Add changes of the signals."""
+        """Add changes to the record."""
         for part in parts:
             if len(part.times):
                 self._add(part, texts)

@@ -1,4 +1,4 @@
-"""Files of the oscilloscope: traces and pictures of a screen, or of the complete record."""
+"""Save the screen of an oscilloscope, or the complete record, as a trace or as a picture."""
 
 import tempfile
 from array import array
@@ -26,12 +26,12 @@ from axistwin.units import to_seconds
 TRACES, PICTURES = (".csv", ".vcd", ".parquet"), picture.SUFFIXES
 PIECE = 1 << 15
 PIXELS = 1500
-"""Width of a picture in pixels; a signal's line has two points for each."""
+"""Width of a picture in pixels; a line has at most two points per pixel."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Changes of one signal, and its value before them."""
+    """Changes of one signal, and the value before the first change."""
 
     signal: Signal
     first: Value
@@ -41,7 +41,7 @@ class Piece:
 
 
 def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: int, suffix: str) -> bytes:
-    """Return the contents of a file of this kind.  Raises UsageError, MissingExtraError."""
+    """Return the contents of a file with this suffix.  Raises UsageError, MissingExtraError."""
     from_ns, to_ns = max(from_ns, 0), max(min(to_ns, record.now_ns), 0)
     make = _drawn if suffix in PICTURES else _piece
     pieces = [make(record.tracks[name], signal, from_ns, to_ns) for name, signal in signals.items()]
@@ -55,7 +55,7 @@ def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: in
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time after which the record contains every change of all signals."""
+    """Return the time after which the record contains every change of these signals."""
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 
@@ -63,7 +63,7 @@ def _coarse(record: Record, signals: Mapping[str, Signal], from_ns: int) -> dict
     since_ns = exact_ns(record, signals)
     if since_ns <= from_ns:
         return {}
-    told = f"before {to_seconds(since_ns):.9f} s only the first, least, greatest and last value of intervals are known"
+    told = f"before {to_seconds(since_ns):.9f} s, first, least, greatest and last value of intervals only"
     return {"summary": told}
 
 
@@ -124,7 +124,7 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Return rows as changes; an interval gives its first value, its extremes, and its last value."""
+    """Return rows as changes; each interval becomes its first, least, greatest and last value."""
     wide = rows.end > rows.begin
     width = rows.end - rows.begin
     times = np.stack((rows.begin, rows.begin + width // 3, rows.begin + 2 * width // 3, rows.end), 1)
@@ -136,7 +136,7 @@ def _spelled(rows: Rows) -> tuple[Times, Numbers]:
 
 
 def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int) -> Trace:
-    """Return a trace, as read from a file."""
+    """Return a trace with the same contents as if it had been read from the file `path`."""
     tracks = {}
     for piece in pieces:
         if piece.signal.kind == STEP:

@@ -1,7 +1,7 @@
-"""A user's view of a record: signals, time, cursors, trigger.  The view exists until the session ends.
+"""The screen of a user's oscilloscope: its signals, time span, cursors and trigger.
 
-A live screen shows the newest data or the triggered edge.  A paused screen shows a copy of the record.  The bench runs
-in both cases.
+A live screen shows the newest data, or the edge found by the trigger.  A paused screen shows a copy of the record,
+while the bench runs on.
 """
 
 from collections.abc import Sequence
@@ -19,16 +19,16 @@ SHORTEST_NS, LONGEST_NS = US, 10_000_000 * S
 MOST_SHOWN = 16
 FIRST_SHOWN = 8
 PIXELS = (50, 4096)
-"""Least and greatest width of a screen."""
+"""Least and greatest width of a screen in pixels."""
 SNAP = 8
-"""Distance in pixels within which a cursor jumps to an edge."""
+"""Distance, in pixels, within which a cursor snaps to an edge."""
 SPANS_NS = tuple(digit * 10**power for power in range(3, 17) for digit in (1, 2, 5) if digit * 10**power <= LONGEST_NS)
-"""The time base's positions: 1 µs, 2 µs, 5 µs, … for the whole width."""
+"""Steps of the time base: 1 µs, 2 µs, 5 µs, 10 µs, … for the whole width of the screen."""
 
 
 @dataclass
 class Cursors:
-    """Times of two cursors; keys move the `active` cursor."""
+    """Times of the two cursors, None if not set; keys move the `active` cursor."""
 
     a_ns: int | None = None
     b_ns: int | None = None
@@ -36,7 +36,7 @@ class Cursors:
     snap: bool = True
 
     def set(self, which: str, time_ns: int | None) -> None:
-        """Set one cursor."""
+        """Set cursor `which` ("a" or "b"), and make it active."""
         self.active = which
         if which == "a":
             self.a_ns = time_ns
@@ -45,40 +45,40 @@ class Cursors:
 
     @property
     def active_ns(self) -> int | None:
-        """Return the time of the active cursor."""
+        """The time of the active cursor; None if not set."""
         return self.a_ns if self.active == "a" else self.b_ns
 
 
 @dataclass(eq=False)
 class Screen:
-    """One user's view of the data of a recorder."""
+    """The screen of one user, with data of a recorder."""
 
     recorder: Recorder
     names: tuple[str, ...] = ()
     span_ns: int = 2 * S
     lanes: bool = True
-    """True: signals in separate lanes; False: overlaid."""
+    """True: each signal has its own lane; False: the signals are overlaid."""
     pixels: int = 800
     trigger: Trigger = field(default_factory=Trigger)
     cursors: Cursors = field(default_factory=Cursors)
     frozen: Record | None = None
     hit_ns: int | None = None
-    """Time of the triggered edge."""
+    """Time of the edge found by the trigger; None without an edge."""
     _to_ns: int = 0
     _searched_ns: int = 0
     _known: Record | None = None
 
     def __post_init__(self) -> None:
-        self.recorder.watchers.append(self._look_for_first)
+        self.recorder.watchers.append(self._find_first)
 
-    # Which signals
+    # Signals
 
     def choose(self, patterns: Sequence[str]) -> None:
-        """Show the signals that match these patterns.  Raises UsageError for no match, and for too many signals."""
+        """Show the signals that match patterns.  Raises UsageError for too many signals, or no match of a pattern."""
         self.show([signal.full for signal in choose(list(self.recorder.signals.values()), patterns)])
 
     def show(self, names: Sequence[str]) -> None:
-        """Show these signals.  Raises UsageError for too many, and for an unknown signal."""
+        """Show the signals with these names.  Raises UsageError for too many signals, or an unknown signal."""
         signals = self.recorder.signals
         choose(list(signals.values()), [name for name in names if name not in signals])
         if len(names) > MOST_SHOWN:
@@ -89,93 +89,93 @@ class Screen:
             new = [name for name in names if name not in self.frozen.tracks]
             self.frozen.tracks |= self.recorder.frozen(new).tracks
 
-    # Which time
+    # Time
 
     @property
     def record(self) -> Record:
-        """The record that is shown."""
+        """The record that the screen shows."""
         return self.frozen or self.recorder.record
 
     @property
     def tracks(self) -> dict[str, Track]:
-        """Tracks of the signals that are shown."""
+        """The shown signals by name."""
         return {name: self.record.tracks[name] for name in self.names if name in self.record.tracks}
 
     @property
     def edges(self) -> tuple[int, int]:
-        """Return start and end of the window."""
+        """Start and end of the visible time."""
         if self.frozen is not None:
             return self._to_ns - self.span_ns, self._to_ns
-        self._look_for_last()
-        if self.hit_ns is not None and not self._auto_is_over:
+        self._find_last()
+        if self.hit_ns is not None and not self._auto_has_timed_out:
             from_ns = self.hit_ns - self._before_ns
             return from_ns, from_ns + self.span_ns
         to_ns = max(self.record.now_ns, self.span_ns)
         return to_ns - self.span_ns, to_ns
 
     def time_at(self, place: float) -> int:
-        """Return the time at a fraction of the width, from 0 at the left to 1."""
+        """Return the time at a horizontal position, from 0 (left) to 1 (right)."""
         from_ns, to_ns = self.edges
         return from_ns + round((to_ns - from_ns) * place)
 
     def pause(self) -> None:
-        """Pause the view."""
+        """Pause the screen: show a copy of the record."""
         if self.frozen is None:
             self._to_ns = self.edges[1]
             self.frozen = self.recorder.frozen(self.names)
 
     def live(self) -> None:
-        """Continue the view; a trigger waits for the next edge."""
+        """Show live data again, and arm the trigger."""
         self.frozen = None
         self.arm()
 
     def zoom(self, factor: float, place: float = 0.5) -> None:
-        """Multiply the visible time by a factor, around a fraction of the width."""
+        """Multiply the length of the visible time by `factor`; the time at the position `place` stays there."""
         fixed_ns = self.time_at(place)
         self.span_ns = min(max(round(self.span_ns * factor), SHORTEST_NS), LONGEST_NS)
         self._to_ns = fixed_ns + round(self.span_ns * (1 - place))
 
     def pan(self, part: float) -> None:
-        """Move the window by a fraction of the width; a move back pauses the view."""
+        """Shift the visible time by a fraction of its length, and pause the screen."""
         self.pause()
         moved_ns = self._to_ns + round(self.span_ns * part)
         self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
 
     def fit(self) -> None:
-        """Show the complete record."""
+        """Show the whole time of the record."""
         self.span_ns = min(max(self.record.now_ns, SHORTEST_NS), LONGEST_NS)
         self._to_ns = self.span_ns
 
     # Trigger
 
     def arm(self) -> None:
-        """Arm the trigger for the next edge."""
+        """Arm the trigger: search for the next edge."""
         self.hit_ns, self._searched_ns = None, self.recorder.record.now_ns
 
     @property
     def waiting(self) -> bool:
-        """True if the trigger waits for an edge."""
-        return self.trigger.mode != OFF and self.frozen is None and (self.hit_ns is None or self._auto_is_over)
+        """True if the trigger is armed and has not found an edge."""
+        return self.trigger.mode != OFF and self.frozen is None and (self.hit_ns is None or self._auto_has_timed_out)
 
     @property
     def _before_ns(self) -> int:
         return round(self.span_ns * self.trigger.place)
 
     @property
-    def _auto_is_over(self) -> bool:
-        """True if three widths have passed without an edge."""
+    def _auto_has_timed_out(self) -> bool:
+        """True if mode `AUTO` has found no edge during three times the visible time."""
         late_ns = self.recorder.record.now_ns - (self.hit_ns or 0)
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
-    def _look_for_last(self) -> None:
-        """Return the newest edge that is followed by enough data."""
+    def _find_last(self) -> None:
+        """Set `hit_ns` to the newest edge after which enough data are recorded to fill the screen."""
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)
             self._searched_ns = upto_ns + 1
 
-    def _look_for_first(self) -> None:
-        """Search for an edge in new data, before the data become intervals."""
+    def _find_first(self) -> None:
+        """In mode `SINGLE`, search new data for an edge, before older data are merged into intervals."""
         if self.trigger.mode != SINGLE or self.frozen is not None:
             return
         track, upto_ns = self._triggering()
@@ -188,9 +188,9 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the trigger's signal, and the time up to which edges are followed by enough data."""
+        """Return the trigger's signal, and the latest time of an edge after which the data fill the screen."""
         record = self.recorder.record
-        if record is not self._known:  # another bench
+        if record is not self._known:  # a new record of another bench
             self._known, self.hit_ns, self._searched_ns = record, None, 0
         if self.trigger.mode == OFF:
             self.hit_ns = None
@@ -200,20 +200,20 @@ class Screen:
     # Cursors
 
     def put_cursor(self, which: str, place: float) -> None:
-        """Set a cursor at a fraction of the width, or at a near edge."""
+        """Set a cursor at a horizontal position from 0 to 1, or at an edge near this position."""
         time_ns = self.time_at(place)
         near = self.span_ns * SNAP // self.pixels
         edge = nearest_edge(self.tracks.values(), time_ns, near) if self.cursors.snap else None
         self.cursors.set(which, time_ns if edge is None else edge)
 
     def move_cursor(self, pixels: int) -> None:
-        """Move the active cursor by some pixels; a cursor that is not set appears in the middle."""
+        """Move the active cursor by a number of pixels; if not set, put the cursor in the middle."""
         at_ns = self.cursors.active_ns
         moved_ns = self.time_at(0.5) if at_ns is None else at_ns + pixels * max(self.span_ns // self.pixels, 1)
         self.cursors.set(self.cursors.active, moved_ns)
 
     def jump_cursor(self, forward: bool) -> None:
-        """Move the active cursor to the next or the previous edge."""
+        """Move the active cursor to the next edge (`forward`) or to the previous edge."""
         at_ns = self.cursors.active_ns
         at_ns = self.time_at(0.5) if at_ns is None else at_ns
         edge = next_edge(self.tracks.values(), at_ns, self.record.now_ns if forward else 0)
@@ -222,7 +222,7 @@ class Screen:
 
 
 def first_choice(signals: Sequence[Signal]) -> list[str]:
-    """Return the signals of a new user: motion of axes, messages, and some levels."""
+    """Return the signals that a new user's screen shows: motion of axes, messages, and some levels."""
     motion: dict[str, str] = {}
     for signal in signals:
         if "." in signal.scope and (signal.kind == REAL or (signal.kind == COUNT and signal.scope not in motion)):
@@ -233,7 +233,7 @@ def first_choice(signals: Sequence[Signal]) -> list[str]:
 
 
 def searched(signals: Sequence[Signal], text: str) -> list[Signal]:
-    """Return the signals that match a search: patterns with `*` or `?`, or a part of the name."""
+    """Return the signals that match a search for patterns or parts of names, separated by commas."""
     words = [word.strip() for word in text.split(",") if word.strip()]
     patterns = [word if any(sign in word for sign in "*?") else f"*{word}*" for word in words] or ["*"]
     return [s for s in signals if s.full in words or any(s.matches(pattern) for pattern in patterns)]

@@ -1,10 +1,11 @@
-"""The history of a signal in a memory of limited size.
+"""The history of a signal, in memory of limited size.
 
-The newest changes are kept exactly.  Older changes become intervals, each with the times of its first and last
-change, its first and last value, its least and greatest value, and its area.  There are four sizes of intervals.
-When one size is full, its oldest intervals are merged into the next size, so that hours of data take at most
-`MOST_BYTES`.  An interval with a single change is stored exactly.  If the smallest intervals would contain only a
-few changes each, the changes go into the next size at once, which saves time and costs little memory.
+The newest changes are stored exactly.  Older changes are merged into intervals.  An interval stores the times of its
+first and last change, its first, last, least and greatest value, and its integral.
+
+There are four levels of intervals, each with longer intervals than the level before.  When a level is full, its oldest
+intervals are merged into the next level, so that hours of data take at most `MOST_BYTES`.  If the intervals of the
+first level would contain only a few changes each, the changes are merged into the second level directly.
 """
 
 from bisect import bisect
@@ -19,22 +20,25 @@ Times = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 
 CHANGES = 1 << 16
-"""Number of newest changes that are kept exactly."""
+"""Largest number of changes stored exactly."""
 ROWS = 1 << 13
-"""Number of intervals of each size."""
+"""Largest number of intervals in each level."""
 SHIFTS = (20, 25, 30, 35)
-"""Sizes of intervals, as powers of 2 in ns: 1 ms, 34 ms, 1.1 s, 34 s.  The last grow if hours become weeks."""
+"""Length of the intervals in each level, as powers of 2 in ns: 1 ms, 34 ms, 1.1 s, 34 s.
+
+The length in the last level doubles whenever that level is full.
+"""
 MOST_BYTES = CHANGES * 16 + len(SHIFTS) * ROWS * 56
-"""Greatest size of one signal: 2.75 MiB."""
+"""Largest memory for one signal: 2.75 MiB."""
 WORTH = 16
-"""Least average number of changes per smallest interval; below, the next size is used."""
+"""Least average number of changes per interval of the first level; with fewer, the second level is used."""
 SMALL = 1 << 8
 TEXTS, LONGEST = 1 << 13, 256
-"""Limits of texts: number of changes, and characters of each."""
+"""Largest number of stored texts, and largest number of characters of each."""
 
 
 class Rows(NamedTuple):
-    """Intervals of time in order, each with changes; a single change has no duration."""
+    """Intervals in order of time, as columns.  A single change is a row whose `begin` and `end` are equal."""
 
     begin: Times
     end: Times
@@ -42,34 +46,34 @@ class Rows(NamedTuple):
     low: Numbers
     high: Numbers
     last: Numbers
-    """Value at the end, until the next row begins."""
+    """Value from `end` until the next row begins."""
     area: Numbers
-    """Integral of the value in nanoseconds, from `begin` to `end`."""
+    """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return some of the rows."""
+        """Return the rows in a slice."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
 
 def changes(times: Times, values: Numbers) -> Rows:
-    """Return single changes as rows."""
+    """Return changes as rows, one row per change."""
     return Rows(times, times, values, values, values, values, np.broadcast_to(0.0, values.shape))
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """Return the rows of several parts."""
+    """Return the rows of all parts in one."""
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge the rows of each interval of `2 ** shift` ns."""
+    """Merge the rows in each period of `2 ** shift` ns into one interval."""
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # single changes have no duration
+    if rows.begin is not rows.end:  # intervals, not single changes
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -87,7 +91,7 @@ NOTHING = changes(np.empty(0, np.int64), np.empty(0))
 
 
 class Track:
-    """History of one signal; NaN: not recorded."""
+    """The history of one signal; the value NaN means: not recorded."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -98,17 +102,17 @@ class Track:
 
     @property
     def nbytes(self) -> int:
-        """Size in bytes."""
+        """Used memory in bytes."""
         older = sum(column.nbytes for rows in self._older for column in rows)
         return self._times.nbytes + self._values.nbytes + older
 
     @property
     def exact_ns(self) -> int:
-        """Time after which all changes are kept exactly."""
+        """Time after which all changes are stored exactly."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
     def add(self, times: Times, values: Numbers) -> None:
-        """Add later samples; samples without a change are dropped."""
+        """Append samples; samples that are equal to the sample before are left out."""
         changed = np.empty(len(values), bool)
         changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
         np.not_equal(values[1:], values[:-1], out=changed[1:])
@@ -119,11 +123,11 @@ class Track:
             self._append(times[at : at + half], values[at : at + half])
 
     def interrupt(self, time_ns: int) -> None:
-        """Mark the values from this time on as not recorded."""
+        """Record that values from this time on are unknown."""
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
-        """Return the rows before `to_ns`, from the row valid at `from_ns` on, or from an earlier row."""
+        """Return the rows that begin before `to_ns`, from the row that gives the value at `from_ns`, or earlier."""
         size = self._size
         raw = changes(self._times[:size], self._values[:size])
         if size and raw.begin[0] <= from_ns:
@@ -132,7 +136,7 @@ class Track:
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
-        """Return a copy that does not change."""
+        """Return a copy that later changes do not affect."""
         copy = type(self).__new__(type(self))
         copy.__dict__ |= self.__dict__
         copy._times, copy._values = self._times[: self._size].copy(), self._values[: self._size].copy()
@@ -160,7 +164,7 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Replace changes by intervals."""
+        """Merge changes into intervals of the first level, or of the second level if there are few changes."""
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1
         if level and len(self._older[0].begin):
@@ -169,21 +173,19 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Merge rows into intervals of this level; if full, move the oldest to the next level."""
+        """Merge rows into intervals of this level; if the level is full, move its older half to the next level."""
         all_ = joined([self._older[level], summed(rows, self._shifts[level])])
         over = len(all_.begin) - ROWS
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            all_ = joined(
-                [NOTHING, all_.cut(slice(over, None))]
-            )  # a copy; otherwise the larger array would be kept as well
+            all_ = joined([NOTHING, all_.cut(slice(over, None))])  # a copy, so that the larger array is freed
         elif over > 0:
             all_ = self._coarser(level, all_)
         self._older[level] = all_
 
     def _coarser(self, level: int, rows: Rows) -> Rows:
-        """Enlarge the intervals until half the memory is free."""
+        """Double the length of the intervals until the level is at most half full."""
         while len(rows.begin) > ROWS // 2:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])
@@ -196,12 +198,12 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 class Words(Track):
-    """History of texts: the track is 1 during a text; the newest texts are kept."""
+    """The history of a text signal, with its newest texts.  The value is 1 during a text, else 0."""
 
     def __init__(self, kind: str, growing: bool) -> None:
         super().__init__(kind)
         self.growing = growing
-        """True if a text that begins with the previous text is the same message, character by character."""
+        """True if a text that begins with the text before is the same message, with more characters."""
         self.changes: list[tuple[int, str]] = []
         self.begins: list[int] = []
         """Start times of messages."""
@@ -211,22 +213,22 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time after which all texts are kept."""
+        """Time after which all texts are stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> None:
-        """Add texts."""
+        """Append texts with their start times."""
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
 
     def at(self, time_ns: int) -> str:
-        """Return the text at this time."""
+        """Return the text at this time; "" without a text."""
         place = bisect(self.changes, time_ns, key=lambda change: change[0]) - 1
         return self.changes[place][1] if place >= 0 else ""
 
     def frozen(self) -> Self:
-        """Return a copy that does not change."""
+        """Return a copy that later changes do not affect."""
         copy = super().frozen()
         copy.changes, copy.begins, copy.messages = list(self.changes), list(self.begins), list(self.messages)
         return copy
@@ -246,7 +248,7 @@ class Words(Track):
             self._forget()
 
     def _forget(self) -> None:
-        """Delete the oldest quarter of the texts."""
+        """Delete the oldest quarter of the stored texts."""
         del self.changes[: TEXTS // 4]
         self._forgotten_ns = self.changes[0][0]
         gone = bisect(self.begins, self._forgotten_ns) - 1

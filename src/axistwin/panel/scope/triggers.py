@@ -1,4 +1,4 @@
-"""Edges of levels and texts, and of numbers that pass a value."""
+"""The oscilloscope's trigger: find the times at which a signal passes a value."""
 
 from dataclasses import dataclass
 
@@ -9,17 +9,15 @@ from axistwin.panel.scope.tracks import Rows, Times, Track
 UP, DOWN, EITHER = "up", "down", "either"
 SLOPES = (UP, DOWN, EITHER)
 OFF, AUTO, NORMAL, SINGLE = "off", "auto", "normal", "single"
-MODES = {
-    OFF: "what is newest",
-    AUTO: "the newest edge; without one what is newest",
-    NORMAL: "the newest edge",
-    SINGLE: "the first edge, and then pause",
-}
+MODES = (OFF, AUTO, NORMAL, SINGLE)
+"""`OFF`: show the newest data.  `NORMAL`: show the newest edge.  `AUTO`: show the newest edge or, without an edge, the
+newest data.  `SINGLE`: show the first edge, and pause.
+"""
 
 
 @dataclass
 class Trigger:
-    """Selects the edge of a window; `place`: position of the edge, from 0 at the left to 1."""
+    """Settings of the trigger.  `place`: horizontal position of the edge on the screen, from 0 (left) to 1 (right)."""
 
     mode: str = OFF
     signal: str = ""
@@ -28,16 +26,16 @@ class Trigger:
     place: float = 0.5
 
     def edges(self, track: Track, after_ns: int, upto_ns: int) -> list[int]:
-        """Return the edges from `after_ns` to `upto_ns`."""
+        """Return the times of the edges of a track from `after_ns` to `upto_ns`."""
         times = edges(track.rows(after_ns - 1, upto_ns + 1), self.slope, self.value)
         found: list[int] = times[(times >= after_ns) & (times <= upto_ns)].tolist()
         return found
 
 
 def edges(rows: Rows, slope: str, value: float) -> Times:
-    """Return the times at which a track reaches `value` from below (up), or falls below (down).
+    """Return the times at which the values reach `value` from below (`UP`), or fall below `value` (`DOWN`).
 
-    An edge within a stored interval has the start time of the interval.
+    The time of an edge within a merged interval is the start of the interval.
     """
     before = np.concatenate(((np.nan,), rows.last[:-1]))
     high = rows.first >= value

@@ -1,5 +1,5 @@
-"""The views of the page, a file for each kind.
+"""The views of the page, one file for each kind of view.
 
-A view is a function that adds elements at the present place of the page, and returns a function that updates them in
-each frame.  A view finds all objects by name, because the bench may be replaced.
+A view is a function that adds elements to the page, and returns a function that updates the elements in each frame.  A
+view finds controllers and pins by name in each frame, because the bench may have been replaced.
 """

@@ -1,4 +1,4 @@
-"""Control of virtual time: run, pause, step, speed, go to a time, run until a sentence, breakpoints; save."""
+"""Toolbars that control virtual time, breakpoints and saving of the session."""
 
 import io
 import zipfile
@@ -17,22 +17,22 @@ from axistwin.panel.views.keys import keys
 from axistwin.sessions.breaks import Break
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
-"""Positions of the slider; the field accepts any number."""
+"""Positions of the speed slider; the text field accepts any other speed, too."""
 STEPS = {
-    "event": "something can be seen",
+    "event": "a level, a message, a motion or a fault changes",
     "statement": "a line of a program begins",
     "move": "a move begins or ends",
 }
 STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
 SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
-"""Sends the act that the button shows at the time of the click."""
+"""JavaScript that sends the text on the button at the time of the click: Run, Pause or Stop."""
 OUTLINE = "dense outline no-caps color=white"
 SELDOM = 10
-"""Interval in frames of slow updates."""
+"""Interval, in frames, between two updates of delay and timeline."""
 
 
 def driving(context: Context) -> Refresh:
-    """Build the two toolbars."""
+    """Build the toolbars that control virtual time."""
     with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
         button, show_button = _run(context)
         views = [show_button, *_made(context, _speed, _state)]
@@ -58,7 +58,7 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
     button.on("click", lambda event: _drive(context, event.args, button), js_handler=SHOWN)
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(context, kind))
-        step.props(OUTLINE).mark(f"step-{kind}").tooltip(f"on to where {what}")
+        step.props(OUTLINE).mark(f"step-{kind}").tooltip(f"run until {what}")
 
     def refresh() -> None:
         text = "Stop" if context.actions.busy else "Pause" if context.session.running else "Run"
@@ -70,7 +70,7 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Perform the act that the button showed at the click, even if the state has changed since then."""
+    """Perform the action named on the button at the time of the click, even if the state has changed since then."""
     session = context.session
     match shown if isinstance(shown, str) else button.text:
         case "Stop":
@@ -115,12 +115,12 @@ def _speed(context: Context) -> Refresh:
         shown = context.session.speed
         box.value, slider.value = _speed_text(shown), _nearest(shown)
 
-    def wish(act: Callable[[], object]) -> None:
-        context.touch(act, now=True)
-        show()  # not at the next frame: the user may type again before
+    def change(action: Callable[[], object]) -> None:
+        context.touch(action, now=True)
+        show()  # at once: before the next frame, the user may type again
 
-    slider.on("change", lambda event: wish(lambda: _set_speed(context, SPEEDS[round(event.args)])))
-    box.on("keydown.enter", lambda: wish(lambda: _set_speed(context, read_speed(box.value.strip()))))
+    slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
+    box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))
 
     def refresh() -> None:
         if context.session.speed != shown:
@@ -134,7 +134,7 @@ def _speed_text(speed: float | None) -> str:
 
 
 def _nearest(speed: float | None) -> int:
-    """Return the slider's position nearest to a speed."""
+    """Return the index of the speed in `SPEEDS` that is nearest to `speed`."""
     if speed is None:
         return len(SPEEDS) - 1
     return min(range(len(SPEEDS) - 1), key=lambda n: abs((SPEEDS[n] or 0.0) - speed))
@@ -153,7 +153,7 @@ def _change_speed(context: Context, by: int) -> None:
 
 
 def _state(context: Context) -> Refresh:
-    """Show the state as text, also for screen readers."""
+    """Show the state as text that screen readers announce."""
     words = ui.label().classes("state").props("role=status aria-live=polite").mark("state")
     late = ui.label().classes("quiet").mark("late")
 
@@ -195,13 +195,13 @@ def _timeline(context: Context) -> Refresh:
     slider.on("pan", drag).on("change", lambda event: _go_to(context, float(event.args)))
     box.on("keydown.enter", lambda: _go_to(context, box.value))
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
-    forget.mark("forget").tooltip("the rest of what was recorded is forgotten")
+    forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
 
     def refresh() -> None:
         if not dragged:
             forget.set_visibility(context.session.repeating)
             end = max(round(context.session.recorded_seconds, 3), 0.001)
-            if slider.props["max"] != end:  # each assignment is sent
+            if slider.props["max"] != end:  # an assignment is sent to the browser, even without a change
                 slider.props["max"] = end
             slider.value = round(context.session.seconds, 3)
 
@@ -223,7 +223,7 @@ def _seconds(moment: float | str) -> float:
 
 
 def _stems(bench: Bench) -> list[str]:
-    """Return the beginnings of sentences for breakpoints: see `fault_injection/triggers.py`."""
+    """Return suggestions for sentences of breakpoints, e.g. `table.X passes 0`; see `fault_injection/triggers.py`."""
     found = []
     for name, controller in bench.controllers.items():
         found += [f"{name}.{axis} passes 0" for axis in controller.axes]
@@ -242,7 +242,7 @@ def _until(context: Context) -> Refresh:
 
     box = ui.input(placeholder="run until …", autocomplete=_stems(context.bench)).on("keydown.enter", run)
     box.props('dense outlined aria-label="run until"').classes("sentence").mark("until")
-    box.tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
+    box.tooltip("e.g. table.X passes 1000, table.output1 rises, or motor runs 12")
     ui.button("Until", on_click=run).props(OUTLINE).mark("run-until")
     return lambda: None
 
@@ -291,7 +291,7 @@ def _remove(context: Context, each: Break) -> None:
 
 def _save(context: Context) -> None:
     button = ui.button("Save", icon="save", on_click=lambda: _download(context)).props(OUTLINE).mark("save")
-    button.tooltip("the session as a scene that repeats it, with what the hosts said")
+    button.tooltip("save the session, with the messages of all hosts, as a scene that repeats it")
 
 
 def _download(context: Context) -> None:

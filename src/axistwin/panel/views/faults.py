@@ -1,4 +1,4 @@
-"""Faults: power switches, the ambient temperature, and a form to inject and remove faults of all kinds."""
+"""Power switches, ambient temperatures, the list of faults, and the form to inject a fault."""
 
 import shlex
 from functools import partial
@@ -15,18 +15,18 @@ from axistwin.panel.views.parts import Key, called, drawer
 from axistwin.units import to_seconds
 
 TERMS = {
-    "at": ("at", "s", "seconds since the beginning; empty: now"),
-    "when": ("when", "", "a sentence such as X passes 1000"),
-    "nth": ("for the n-th time", "", "of what `when` says"),
-    "duration": ("for", "s", "seconds; empty: until removed"),
-    "seed": ("seed", "", "for what is left to chance"),
-    "name": ("name", "", "empty: its kind's"),
+    "at": ("at", "s", "virtual time in seconds; empty: now"),
+    "when": ("when", "", "a sentence, e.g. X passes 1000"),
+    "nth": ("for the n-th time", "", "number of times that the sentence comes true; empty: 1"),
+    "duration": ("for", "s", "seconds; empty: until the fault is removed"),
+    "seed": ("seed", "", "seed of random values"),
+    "name": ("name", "", "empty: the name of the kind"),
 }
 CELSIUS = (-40, 150)
 
 
 def power(context: Context, name: str) -> Refresh:
-    """Build the power switch of a controller, and the ambient temperature of a motor."""
+    """Build the power switch of a controller and, if it has one, the field of its ambient temperature."""
     controller = context.bench[name]
 
     def turn() -> None:
@@ -51,7 +51,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # a rejected value is replaced by the present one
+        known = None  # the next frame shows the value in force, also if this value is rejected
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 
@@ -68,7 +68,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
 
 def faults(context: Context) -> Refresh:
-    """Build the list of faults, and the form for a new fault."""
+    """Build the list of faults, and the form to inject a fault."""
     shown = _list(context)
     with drawer(context, "faults form", "Inject a fault"):
         _Form(context)
@@ -115,7 +115,7 @@ def _row(context: Context, fault: Fault) -> None:
 
 
 def _who(context: Context, spot: str) -> str:
-    """Return the controller of a fault's place; for a line with several motors, any."""
+    """Return the controller on which a fault acts; for a line with several motors, the first controller."""
     own = spot.partition(".")[0]
     return own if own in context.bench.controllers else next(iter(context.bench.controllers))
 
@@ -128,7 +128,7 @@ def _shown(value: Any) -> str:
 
 
 class _Form:
-    """Form for a fault of any kind: its place, its parameters, its start and end."""
+    """Form for a new fault: its kind, the thing it acts on, its parameters, its start and its end."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -146,11 +146,11 @@ class _Form:
 
     @property
     def kind(self) -> Kind:
-        """The selected kind."""
+        """The selected kind of fault."""
         return KINDS[str(self._kind.value)]
 
     def _build(self) -> None:
-        """Build the fields of the selected kind."""
+        """Build the fields for the parameters of the selected kind."""
         self._own.clear()
         spots = self._spots()
         with self._own:
@@ -159,7 +159,7 @@ class _Form:
             self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
 
     def _spots(self) -> list[str]:
-        """Return the places on which the selected kind can act, by their full names."""
+        """Return the full names of the things on which a fault of the selected kind can act."""
         found = self._context.bench.faults.spots(self.kind.on)
         spots = {name: find() for name, find in found.items()}
         return list(dict.fromkeys(spot.name for spot in spots.values()))
@@ -171,7 +171,7 @@ class _Form:
 
     def _put(self) -> None:
         if self._on.value is None:
-            ui.notify(f"there is no {THINGS[self.kind.on]} here", type="warning")
+            ui.notify(f"the bench has no {THINGS[self.kind.on]}", type="warning")
             return
         words = [self.kind.name, f"on={self._on.value}"]
         for name, field in (*self._values.items(), *self._terms.items()):
@@ -182,7 +182,7 @@ class _Form:
 
 
 def _field(parameter: Parameter) -> ui.input | ui.select:
-    """Build the field of a parameter, with its range and its default."""
+    """Build the field for a parameter of a fault, with its range and its default value."""
     label = f"{parameter.name}, {parameter.unit}" if parameter.unit else parameter.name
     mark = f"fault-{parameter.name}"
     if parameter.sort in (Sort.LEVEL, Sort.WORD):

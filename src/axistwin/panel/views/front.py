@@ -1,7 +1,4 @@
-"""The front panel of a controller, as its product describes it, and a list of all registers.
-
-Without a description, the panel shows the controller's terminals and registers.
-"""
+"""The front panel of a controller, as its product describes it, and a list of all registers."""
 
 from collections.abc import Callable, Iterable
 
@@ -11,16 +8,16 @@ from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
 from axistwin.panel.context import Context, Refresh, seldom, together
 from axistwin.panel.turns import breathe
-from axistwin.panel.views.parts import Light, Told, called, drawer
+from axistwin.panel.views.parts import Light, Readout, called, drawer
 
 Show = Callable[[int | str | None], None]
-"""Shows a value; None: no power."""
+"""Function that shows a value; None: the controller has no power."""
 SELDOM = 5
-"""Interval in frames at which the list of registers is updated."""
+"""Interval, in frames, between two updates of the list of registers."""
 
 
 def front(context: Context, name: str) -> Refresh:
-    """Build lamps, texts and readings by groups; below, explanations and all registers."""
+    """Build the lamps, texts and readings of a front panel, their explanations, and the list of all registers."""
     controller = context.bench[name]
     groups = controller.product.front or generic(controller)
     with ui.element("section").classes("front") as section:
@@ -33,7 +30,7 @@ def front(context: Context, name: str) -> Refresh:
 
 
 def generic(controller: Controller) -> tuple[Group, ...]:
-    """Return the groups of a controller without a description: terminals and registers."""
+    """Return a front panel with all terminals and registers, for a product that does not describe its front panel."""
     outputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if pin.is_output)
     inputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if not pin.is_output)
     registers = tuple(Word(name, name, name) for name in controller.registers)
@@ -46,11 +43,11 @@ def generic(controller: Controller) -> tuple[Group, ...]:
 
 
 NOTHING = object()
-"""Value of an item before its first update."""
+"""Value of a source before its first update; it differs from all values of terminals and registers."""
 
 
 class _Source:
-    """A terminal or a register, and the items that show its value."""
+    """A terminal or a register, with the functions that show its value on the page."""
 
     def __init__(self, context: Context, who: str, name: str) -> None:
         self._context, self._who, self._name = context, who, name
@@ -59,7 +56,7 @@ class _Source:
         self.shows: list[Show] = []
 
     def refresh(self) -> None:
-        """Read the value, and show a new value."""
+        """Read the value, and show the value if it has changed."""
         controller = self._context.bench.controllers[self._who]
         value: int | str | None = None
         if not controller.powered:
@@ -92,12 +89,12 @@ def _item(who: str, item: Item, group: Group) -> Show:
     if isinstance(item, Lamp):
         lamp, light = item, called(Light(item.label, item.name, item.tone, tip), mark)
         return lambda value: light.show(lamp.shows(_number(value)))
-    told = called(Told(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip), mark)
+    readout = called(Readout(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip), mark)
     if isinstance(item, Word):
         word = item
-        return lambda value: told.show(word.shows(value), word.tones.get(value, Tone.PLAIN))
+        return lambda value: readout.show(word.shows(value), word.tones.get(value, Tone.PLAIN))
     reading = item
-    return lambda value: told.show(reading.shows(_number(value)))
+    return lambda value: readout.show(reading.shows(_number(value)))
 
 
 def _number(value: int | str | None) -> int | None:
@@ -105,7 +102,7 @@ def _number(value: int | str | None) -> int | None:
 
 
 def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
-    """Build the explanations of the lamps, for users without a mouse."""
+    """Build the explanations of lamps and readings, for users who cannot see tooltips."""
     with drawer(context, f"{name} meaning", "What it means"):
         for group in groups:
             ui.label(f"{group.title}: {group.chapter}").classes("group-title")
@@ -121,12 +118,12 @@ def _plain(tag: str, text: str) -> None:
         ui.label(text)
 
 
-def _plainly(told: Told) -> Show:
-    return lambda value: told.show("" if value is None else str(value))
+def _plainly(readout: Readout) -> Show:
+    return lambda value: readout.show("" if value is None else str(value))
 
 
 def _registers(context: Context, name: str) -> Refresh:
-    """Build the list of all registers when it is first opened."""
+    """Build the drawer of all registers; its contents are built when the user first opens it."""
     found = drawer(context, f"{name} registers", "All registers")
     sources: list[_Source] = []
 
@@ -134,7 +131,7 @@ def _registers(context: Context, name: str) -> Refresh:
         with found, ui.element("div").classes("registers"):
             for register in context.bench[name].registers:
                 source = _Source(context, name, register)
-                source.shows.append(_plainly(called(Told(register, register), f"{name}-register-{register}")))
+                source.shows.append(_plainly(called(Readout(register, register), f"{name}-register-{register}")))
                 sources.append(source)
 
     def refresh() -> None:

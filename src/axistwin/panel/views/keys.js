@@ -1,4 +1,4 @@
-// Keys that drive, wherever one is on the page, unless whatever has the focus wants them itself.
+// Keyboard shortcuts that control virtual time, except while an element that uses the key itself has the focus.
 (() => {
   const TYPING = "input, textarea, select, [contenteditable], [role=application], [role=menu], [role=listbox], .stick";
   const PRESSED = "button, a, [role=button], [role=tab], [role=checkbox], [role=switch], [role=radio], [role=slider]";

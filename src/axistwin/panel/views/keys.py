@@ -1,4 +1,4 @@
-"""Keys for the control of virtual time, and a dialog with all keys."""
+"""Keyboard shortcuts that control virtual time, and a help dialog that lists all keys."""
 
 from collections.abc import Callable
 
@@ -11,13 +11,16 @@ KEYS = {
     "m": "step to the next move", "+": "faster", "-": "slower", "?": "this help",
 }  # fmt: skip
 ELSEWHERE = {
-    "Tab, Shift-Tab": "from control to control", "Enter": "sends what has been typed",
-    "arrows": "move what has the focus: a slider, a stick, a line of a program, the oscilloscope",
+    "Tab, Shift-Tab": "move the focus to the next or previous control", "Enter": "send the typed text",
+    "arrows": "move the slider, joystick, program line or oscilloscope that has the focus",
 }  # fmt: skip
 
 
 def keys(press: Callable[[str, object], object]) -> None:
-    """Call `press(key, shown)` for each key except `?`, with the act that the Run button shows; add the help button."""
+    """Build the help dialog with its button, and call `press(key, shown)` for each other shortcut.
+
+    `shown`: the text on the Run button, e.g. Pause, when the key was pressed.
+    """
     with ui.dialog().mark("keys") as dialog, ui.card():
         ui.label("Keys").classes("title")
         for key, what in (KEYS | ELSEWHERE).items():

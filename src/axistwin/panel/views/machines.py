@@ -1,4 +1,4 @@
-"""Drawings of axes: a slide for limited travel, otherwise a shaft; an X-Y table for two slides."""
+"""Drawings of all axes of a controller: slides for limited travel, shafts for other axes, and an X-Y table."""
 
 from nicegui import ui
 
@@ -12,14 +12,14 @@ from axistwin.panel.views.table import table
 
 
 def machines(context: Context, name: str) -> Refresh:
-    """Draw every axis of a controller that is or was used; if none was used, all axes."""
+    """Draw all axes of a controller that have been used; if none has been used, draw all axes."""
     flow, controller = Flow(), context.bench[name]
     with ui.element("div").classes("axes"):
         top_view = table(context, name)
         frames = {axis: _frame(controller, axis) for axis in controller.axes}
 
     def refresh() -> None:
-        smooth, controller = flow.goes_on(context.bench), context.bench[name]
+        smooth, controller = flow.is_smooth(context.bench), context.bench[name]
         top_view(smooth)
         used = [axis for axis in controller.axes if _used(controller, axis)] or list(controller.axes)
         for axis, (box, figure) in frames.items():
@@ -38,6 +38,6 @@ def _frame(controller: Controller, axis: str) -> tuple[ui.element, Figure]:
 
 
 def _used(controller: Controller, name: str) -> bool:
-    """Return True if the axis is configured, has moved or is moving."""
+    """Return True if the axis is configured, is moving, or is not at position 0."""
     axis = controller.axes[name]
     return bool(controller.given.get(name)) or axis.position != 0 or axis.moving

@@ -1,4 +1,4 @@
-"""Elements of views: a lamp, a key, a value, and a part of the page that can be opened."""
+"""Common elements of views: lamps, keys, readouts and drawers."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -14,7 +14,7 @@ Thing = TypeVar("Thing", bound=ui.element)
 
 
 def called(element: Thing, name: str) -> Thing:
-    """Name an element for tests; the building of the page may pause here."""
+    """Name an element for tests.  Calls `breathe`, because views create most of their elements with this function."""
     breathe()
     element.props["data-test"] = name
     element.mark(name)
@@ -22,7 +22,7 @@ def called(element: Thing, name: str) -> Thing:
 
 
 class Light(TextElement):
-    """A lamp with its label.  It is filled while lit; its state is also readable for screen readers."""
+    """A lamp with a label; screen readers can read the state of the lamp."""
 
     def __init__(self, label: str, name: str, tone: Tone = Tone.PLAIN, tip: str = "") -> None:
         super().__init__(tag="span", text=label)
@@ -41,7 +41,7 @@ class Light(TextElement):
 
 
 class Key(TextElement):
-    """A small button that is shown as pressed while its act is in effect."""
+    """A small button that looks pressed while its action is in effect."""
 
     def __init__(self, text: str, name: str, press: Callable[[], object]) -> None:
         super().__init__(tag="button", text=text)
@@ -56,8 +56,8 @@ class Key(TextElement):
             self.props["aria-pressed"] = word
 
 
-class Told(TextElement):
-    """A value as text or number, with its name."""
+class Readout(TextElement):
+    """A text or a number with a label."""
 
     def __init__(self, label: str, name: str, unit: str = "", tip: str = "") -> None:
         with ui.element("span").classes("told") as told:
@@ -80,7 +80,7 @@ class Told(TextElement):
 
 
 def drawer(context: Context, key: str, title: str) -> ui.expansion:
-    """Build a part of the page that can be opened; its state is stored for this user."""
+    """Build a part of the page that the user can open and close; the state is stored under `key` for this user."""
     settings = context.person.settings
     found = ui.expansion(title, value=bool(settings.get(key)))
     found.on_value_change(lambda: settings.update({key: found.value}))

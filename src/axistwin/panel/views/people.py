@@ -1,4 +1,4 @@
-"""The users, the driver, and the user's name."""
+"""Menu of users: the driver, the other users, and the user's own name."""
 
 from nicegui import ui
 
@@ -6,7 +6,7 @@ from axistwin.panel.context import Context, Refresh
 
 
 def people(context: Context) -> Refresh:
-    """Build a button with the driver's name, and a menu of all users."""
+    """Build a button that shows the driver's name, and a menu with all users and a button to become the driver."""
     button = ui.button(icon="people").props("flat color=white no-caps").classes("people").mark("people")
     with button, ui.menu().props("no-focus"), ui.column().classes("people-menu"):
         name = ui.input("your name", value=context.person.name).mark("name")

@@ -1,4 +1,4 @@
-"""Controls for terminals: inputs as switches, analog inputs as sliders, a joystick, the host's control lines."""
+"""Controls for the inputs of a controller: digital and analog inputs, joystick, external encoder and DTR and RTS."""
 
 from collections.abc import Callable
 from functools import partial
@@ -7,7 +7,6 @@ from nicegui import events, ui
 
 from axistwin.bench import Controller
 from axistwin.bench.actions import targets
-from axistwin.controllers.product import Product
 from axistwin.panel.context import Context, Refresh, together
 from axistwin.panel.views.parts import Key, Light, called
 from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
@@ -16,19 +15,19 @@ LEVELS = {"high": True, "low": False}
 HOST_LINES = ("dtr", "rts")
 STEP_V = 0.05
 THROTTLE_S = 0.1
-"""Shortest interval between two messages of a slider or a joystick."""
+"""Shortest time between two messages from a slider or a joystick."""
 ARROWS = {"ArrowRight": 1, "ArrowUp": 1, "ArrowLeft": -1, "ArrowDown": -1}
 GENTLY = 0.2
-"""Deflection of the joystick by an arrow key; with Shift, full deflection."""
+"""Deflection of the joystick while an arrow key is pressed; with Shift, the deflection is 1."""
 
 
 def pins(context: Context, name: str) -> Refresh:
-    """Build all controls of a controller."""
+    """Build the controls for all inputs of a controller."""
     controller = context.bench[name]
     possible = targets(controller)
     shown: list[Refresh] = []
     if controller.product.joystick is not None:
-        shown.append(_joystick(context, name, controller.product))
+        shown.append(_Joystick(context, name, controller.product.joystick.usual).refresh)
     with ui.element("div").classes("switches"):
         shown += [_terminal(context, name, names) for names in inputs(controller)]
         shown += [_host_line(context, name, line) for line in HOST_LINES if line in possible]
@@ -38,7 +37,7 @@ def pins(context: Context, name: str) -> Refresh:
 
 
 def inputs(controller: Controller) -> list[list[str]]:
-    """Return the terminals that can be driven from outside, each with all its names."""
+    """Return the names of each terminal that can be driven from outside."""
     found: dict[Pin, list[str]] = {}
     for name, pin in controller.pins.items():
         if not pin.is_output or isinstance(pin, UserPin):
@@ -47,7 +46,7 @@ def inputs(controller: Controller) -> list[list[str]]:
 
 
 def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
-    """Build the row of a terminal: its level, the source of the level, and keys for a test lead."""
+    """Build the row of a terminal: its level, the source of the level, and keys that drive or release the terminal."""
     pin_name = names[0]
     analog = isinstance(context.bench[name].pins[pin_name], UserPin)
     with ui.element("div").classes("switch analog" if analog else "switch") as row:
@@ -74,7 +73,7 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Return the key that is pressed; "" while driven to a voltage between low and high."""
+    """Return the name of the key that is shown as pressed; "" at a voltage between low and high."""
     if not pin.driven:
         return "release"
     if isinstance(pin, UserPin) and 0 < pin.volts < PULLED_UP_VOLTS:
@@ -83,7 +82,7 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return the source of a terminal's level."""
+    """Return the source of a terminal's level; "" for an open terminal."""
     if pin.held:
         return "stuck"
     if pin.driven:
@@ -101,7 +100,7 @@ def _key(context: Context, name: str, target: str, word: str) -> Key:
 
 
 def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], None]:
-    """Build a slider that drives a terminal to a voltage, with the converter's reading."""
+    """Build a slider that drives an analog input to a voltage, and show the reading of the A/D converter."""
     known: float | None = None
 
     def moved(event: events.GenericEventArguments) -> None:
@@ -129,7 +128,7 @@ def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], No
 
 
 def _host_line(context: Context, name: str, line: str) -> Refresh:
-    """Build the row of a control line at the host's end."""
+    """Build the row of the host's DTR or RTS line: its level, and keys that set the line."""
     with ui.element("div").classes("switch") as row:
         row.props.update({"role": "group", "aria-label": f"{name} host's {line.upper()}"})
         light = called(Light(f"host {line.upper()}", f"host's {line.upper()} on"), f"{name}-host-{line}-level")
@@ -147,7 +146,7 @@ def _host_line(context: Context, name: str, line: str) -> Refresh:
 
 
 def _encoder(context: Context, name: str) -> None:
-    """Build the controls of the external encoder: counts and time of a move."""
+    """Build the controls that turn the external encoder by a number of counts in a given time."""
     with ui.row().classes("encoder items-center"):
         ui.label("External encoder")
         counts = called(ui.number("counts", value=2000, precision=0).props("dense"), f"{name}-master-counts")
@@ -163,47 +162,51 @@ def _encoder(context: Context, name: str) -> None:
 # Joystick
 
 
-def _joystick(context: Context, name: str, product: Product) -> Refresh:
-    """Build the joystick, which springs back; an arrow key deflects it while held."""
-    assert product.joystick is not None, "it takes one"
-    most, client = product.joystick.usual, ui.context.client
-    held = 0
+class _Joystick:
+    """A joystick with spring return, which the mouse, a finger or the arrow keys deflect."""
 
-    def deflect(part: float) -> None:
-        nonlocal held
-        rate = round(part * 50) * most // 50
-        if rate != held and context.touch(partial(context.session.do, name, "joystick", str(rate))):
-            held = rate
+    def __init__(self, context: Context, name: str, most: int) -> None:
+        self._context, self._name, self._most, self._client = context, name, most, ui.context.client
+        self._held = 0
+        """Pulse rate that this page has set."""
+        with ui.element("div").classes("stick-row"):
+            self._box = ui.element("div").classes("stick")
+            self._label = called(ui.label().classes("figure"), f"{name}-joystick-rate")
+        with self._box:
+            self._build()
+        self._client.on_disconnect(self._release)
 
-    def let_go() -> None:
-        """Release the joystick when the page is closed."""
-        if held and context.drives:
-            with client:
-                deflect(0)
+    def refresh(self) -> None:
+        """Show the pulse rate of the joystick."""
+        rate = self._context.bench.controllers[self._name].joystick.rate
+        text = f"joystick: {rate} pulses/s" if rate else "joystick: at zero"
+        if self._label.text != text:
+            self._label.text = text
+            self._box.props["aria-valuenow"] = rate
 
-    def pressed(event: events.GenericEventArguments) -> None:
-        if event.args["key"] in ARROWS and not event.args.get("repeat"):
-            deflect(ARROWS[event.args["key"]] * (1 if event.args.get("shiftKey") else GENTLY))
-
-    with ui.element("div").classes("stick-row"):
-        box = ui.element("div").classes("stick")
-        label = called(ui.label().classes("figure"), f"{name}-joystick-rate")
-    with box:
+    def _build(self) -> None:
+        box, name = self._box, self._name
         box.props.update({"tabindex": "0", "role": "slider", "aria-label": f"joystick of {name}, by arrow keys"})
-        box.props.update({"aria-valuemin": -most, "aria-valuemax": most, "aria-valuenow": 0})
-        box.on("keydown", pressed, ["key", "repeat", "shiftKey"]).on("keyup", lambda: deflect(0), [])
-        called(box.on("blur", lambda: deflect(0), []), f"{name}-stick")
+        box.props.update({"aria-valuemin": -self._most, "aria-valuemax": self._most, "aria-valuenow": 0})
+        box.on("keydown", self._pressed, ["key", "repeat", "shiftKey"]).on("keyup", lambda: self._deflect(0), [])
+        called(box.on("blur", lambda: self._deflect(0), []), f"{name}-stick")
         ui.joystick(
-            on_move=lambda event: deflect(event.x or 0), on_end=lambda: deflect(0), throttle=THROTTLE_S,
+            on_move=lambda event: self._deflect(event.x or 0), on_end=lambda: self._deflect(0), throttle=THROTTLE_S,
             color="#2457c5", size=90, mode="static", position={"left": "50%", "top": "50%"},
         ).mark(f"{name}-joystick")  # fmt: skip
-    client.on_disconnect(let_go)
 
-    def refresh() -> None:
-        rate = context.bench.controllers[name].joystick.rate
-        text = f"joystick: {rate} pulses/s" if rate else "joystick: at zero"
-        if label.text != text:
-            label.text = text
-            box.props["aria-valuenow"] = rate
+    def _deflect(self, part: float) -> None:
+        """Deflect the joystick by a fraction of full deflection, from -1 to 1."""
+        context, rate = self._context, round(part * 50) * self._most // 50
+        if rate != self._held and context.touch(partial(context.session.do, self._name, "joystick", str(rate))):
+            self._held = rate
 
-    return refresh
+    def _pressed(self, event: events.GenericEventArguments) -> None:
+        if event.args["key"] in ARROWS and not event.args.get("repeat"):
+            self._deflect(ARROWS[event.args["key"]] * (1 if event.args.get("shiftKey") else GENTLY))
+
+    def _release(self) -> None:
+        """Release the joystick when the page is closed."""
+        if self._held and self._context.drives:
+            with self._client:
+                self._deflect(0)

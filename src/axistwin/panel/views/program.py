@@ -1,7 +1,4 @@
-"""The stored programs of a controller: lines, the running line, and breakpoints at lines.
-
-A program is started and stopped by the messages of a host, which the product defines.
-"""
+"""The stored programs of a controller: listing, running line, breakpoints, loading, start and stop."""
 
 import re
 from collections.abc import Mapping
@@ -20,13 +17,13 @@ from axistwin.panel.turns import breathe
 from axistwin.scenes.hosting import KINDS
 
 MOST_BYTES = 1 << 18
-"""Greatest length of a program, ten times the longest real one; browsers do not send four times as much."""
+"""Largest size of a program: ten times the longest real program, and less than the limit of a browser's message."""
 TOO_LONG = f"the text is too long: expected at most {MOST_BYTES:,} characters"
 SUFFIXES = {**KINDS, ".sms": "smartmotor"}
-"""Family of each file suffix."""
+"""Controller family of each suffix of program files."""
 EMPTY = Listing("", ())
 SELDOM = 4
-"""Interval in frames while virtual time passes: a motor is advanced to find its line."""
+"""Interval, in frames, between two updates; each update takes long, because a motor is advanced to find its line."""
 
 
 def program(context: Context, name: str) -> Refresh:
@@ -62,7 +59,7 @@ class _View:
         return self.context.bench[self.name]
 
     def refresh(self) -> None:
-        """Update lines, running line and breakpoints."""
+        """Update the listing, the running line and the breakpoints."""
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)
@@ -76,7 +73,7 @@ class _View:
         for each, row in self._orders.items():
             row.visible = each == which
 
-    # Which of them
+    # Choice of a program
 
     def _offer(self, programs: Mapping[str, Listing]) -> None:
         names = list(programs)
@@ -85,7 +82,7 @@ class _View:
         self._choice.visible = len(names) > 1
 
     def _which(self, programs: Mapping[str, Listing]) -> str:
-        """Return the selected program; while following, the running program."""
+        """Return the name of the program to show: the running program while *follow* is on, else the selected one."""
         wanted = self.context.person.settings.get(f"{self.name} program")
         if self._follow.value or wanted not in programs:
             running = (each for each, listing in programs.items() if listing.running is not None)
@@ -94,10 +91,10 @@ class _View:
             self._choice.value = wanted
         return str(wanted)
 
-    # Breaks
+    # Breakpoints
 
     def _toggle(self, index: int) -> None:
-        """Add a breakpoint at a line, or remove it."""
+        """Add a breakpoint at a line; if the line has a breakpoint, remove that."""
         session, sentence = self.context.session, f"{self.name} runs {self._place(index)}"
         there = next((each for each in session.breaks if each.sentence == sentence), None)
         if there is not None:
@@ -106,7 +103,7 @@ class _View:
             self.context.touch(lambda: session.add_break(sentence))
 
     def _place(self, index: int) -> str:
-        """Return the line as in a sentence: with the program's number if there are several."""
+        """Return the place of a line as in a sentence, e.g. `12`, or `3:12` for line 12 of sequence 3."""
         return f"{self._number(str(self._choice.value))}{index + 1}"
 
     def _number(self, which: str) -> str:
@@ -132,7 +129,9 @@ class _View:
             breathe()
             ui.button("Load\u2026", icon="upload_file", on_click=load.open).props(_FLAT).mark(f"{self.name} load")
             cycle = ui.button("Off and on", icon="power_settings_new", on_click=self._power_cycle).props(_FLAT)
-            cycle.mark(f"{self.name} power-cycle").tooltip("Switch it off and on again; what it keeps is what it keeps")
+            cycle.mark(f"{self.name} power-cycle").tooltip(
+                "switch the power off and on; only non-volatile memory is kept"
+            )
 
     def _order(self, order: Order) -> None:
         say = partial(self.context.session.say, self.name, order.says)
@@ -148,7 +147,7 @@ class _View:
 
 
 class _Loading:
-    """Dialog to load a program from a file or from the clipboard."""
+    """Dialog that loads a program from a file or from pasted text."""
 
     def __init__(self, context: Context, name: str) -> None:
         self.context, self.name = context, name
@@ -171,13 +170,13 @@ class _Loading:
                 ui.button("Cancel", on_click=self._dialog.close).props("flat")
 
     def open(self) -> None:
-        """Open the empty dialog."""
+        """Open the dialog with empty fields."""
         self._upload.reset()
         self._text.value = ""
         self._dialog.open()
 
     def _refuse(self) -> None:
-        """Clear the previous text, and show an error."""
+        """Clear the text, and notify the user that the text is too long."""
         self._text.value = ""
         ui.notify(TOO_LONG, type="negative")
 
@@ -186,7 +185,7 @@ class _Loading:
         self._file.value = PurePath(event.file.name).name
 
     def _load(self, event: GenericEventArguments) -> None:
-        """Load the text; `event` contains the length of the text in the browser."""
+        """Load the text.  `event.args`: length of the text in the browser, which does not send very long texts."""
         text, file = str(self._text.value or ""), str(self._file.value or "")
         if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
             self._refuse()
@@ -200,7 +199,7 @@ class _Loading:
 
 
 async def _read(file: FileUpload) -> str:
-    """Return the text of a file; old files may use any 8-bit code."""
+    """Return the text of a file in UTF-8 or, if the file is not valid UTF-8, in Latin-1."""
     data = await file.read()
     try:
         return data.decode()

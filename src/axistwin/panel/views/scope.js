@@ -1,4 +1,4 @@
-// The oscilloscope's screen: draws the frames of the server, and sends messages about wheel, fingers and keys.
+// The plot of the oscilloscope: draws the messages of the server, and sends messages about mouse, fingers and keys.
 window.axistwinScope = (() => {
   const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, BELOW = 40, NEAR = 9, CLICK = 4;
   const COLOURS = ["#0072B2", "#BB4E00", "#00805D", "#B04C86", "#8A6000", "#2F79A3"], DASHES = ["solid", "dashed", "dotted"];
@@ -12,7 +12,7 @@ window.axistwinScope = (() => {
     return new Uint16Array(bytes.buffer);
   }
 
-  // Steps as they lie on the canvas, one list of points for each stretch in which something is known.
+  // Returns the line of a signal in pixels: a list of points for each period in which the value is known.
   function stretches(signal, [base, height], count, area) {
     const data = pairs(signal.data), found = [];
     const wide = area.width / FULL, bottom = area.y + area.height * (1 - base / count), high = (area.height * height) / count / TOP;
@@ -101,7 +101,7 @@ window.axistwinScope = (() => {
     });
   }
 
-  // What is done with it
+  // Input of the user
 
   function attach(id) {
     const plot = document.getElementById(`c${id}`);
@@ -113,7 +113,7 @@ window.axistwinScope = (() => {
     let began = null, moved = 0, held = "", apart = 0, factor = 1, shift = 0, at = 0.5, asked = 0;
     const width = () => Math.max(plot.clientWidth - LEFT - RIGHT, 1);
     const place = (event) => Math.min(Math.max((event.clientX - plot.getBoundingClientRect().left - LEFT) / width(), 0), 1);
-    const later = () => {  // once for each picture is enough
+    const later = () => {  // at most one message per frame of the browser
       asked = asked || requestAnimationFrame(() => {
         if (factor !== 1) tell({ do: "zoom", factor, place: at });
         if (shift !== 0) tell({ do: held ? "drag" : "pan", which: held, part: shift, place: at });

@@ -1,4 +1,4 @@
-"""The oscilloscope: any signals of the bench over time."""
+"""The oscilloscope, which shows any signals of the bench over time."""
 
 import asyncio
 import json
@@ -23,22 +23,22 @@ from axistwin.sessions.session import Session
 from axistwin.units import to_seconds
 
 READOUT_EVERY = 5
-"""Interval in frames at which numbers are updated."""
+"""Interval, in frames, between two updates of the table of measurements."""
 
 
 class Scopes:
-    """A session's recorder, attached to each of its benches, and the screens of all users."""
+    """The recorder of a session, and the screens of all users."""
 
     def __init__(self, session: Session) -> None:
         self.recorder = Recorder()
         self.drawn = 0
-        """Number of pictures sent to all pages."""
+        """Number of screens sent to browsers, for tests."""
         self.saving = asyncio.Lock()
         self._pages: dict[Screen, int] = {}
         session.each_bench(self.recorder.attach)
 
     def come(self, person: Person) -> Screen:
-        """Add a page of this user; a new user's screen shows the motion of axes."""
+        """Count a new page of this user, and return the user's screen; a new screen shows the signals of motion."""
         screen = person.settings.get("scope")
         if not isinstance(screen, Screen):
             screen = person.settings["scope"] = Screen(self.recorder)
@@ -52,14 +52,14 @@ class Scopes:
         return screen
 
     def go(self, screen: Screen) -> None:
-        """Remove a page."""
+        """Count a closed page with this screen; after the last page, stop recording its signals."""
         self._pages[screen] -= 1
         if not self._pages[screen]:
             self.recorder.leave(screen)
 
 
 def scope(context: Context) -> Refresh:
-    """Build the oscilloscope of the user."""
+    """Build the oscilloscope of a page."""
     all_ = context.common(Scopes)
     screen = all_.come(context.person)
     breathe()
@@ -69,7 +69,7 @@ def scope(context: Context) -> Refresh:
 
 
 class _Scope:
-    """The oscilloscope's card."""
+    """The controls and the plot of the oscilloscope on one page."""
 
     def __init__(self, context: Context, screen: Screen, all_: Scopes) -> None:
         self._context, self.screen, self._all = context, screen, all_
@@ -89,10 +89,10 @@ class _Scope:
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
-        self._client.on_delete(self._views.clear)  # they refer to the card
+        self._client.on_delete(self._views.clear)  # the functions refer to this object: a cycle
 
     def refresh(self) -> None:
-        """Update the controls, and a picture that has changed."""
+        """Update the controls and, if it has changed, the plot."""
         screen = self.screen
         screen.recorder.catch_up()
         for view in self._views:
@@ -111,10 +111,10 @@ class _Scope:
             self._client.run_javascript(f"axistwinScope.draw({self.plot.id},{json.dumps(frames.frame(screen))})")
 
     def _shows_numbers(self) -> bool:
-        """True if numbers are updated in this frame."""
+        """True if the table of measurements is updated in this frame."""
         return self._frames % READOUT_EVERY == 0 or self._context.actions.state is not State.RUNNING
 
-    # Messages of the browser
+    # Messages from the browser
 
     def _done(self, event: events.GenericEventArguments) -> None:
         value = event.args if isinstance(event.args, dict) else {}
@@ -136,7 +136,7 @@ class _Scope:
                 self._key(str(value.get("key")), bool(value.get("shift")), bool(value.get("alt")))
 
     def _click(self, place: float, other: bool) -> None:
-        """Set the active cursor; the first two clicks set both."""
+        """Put the active cursor, or the `other` cursor, at a horizontal position; the first two clicks set A and B."""
         cursors = self.screen.cursors
         which = {"a": "b", "b": "a"}[cursors.active] if other else cursors.active
         self.screen.put_cursor(which, place)
@@ -157,7 +157,7 @@ class _Scope:
     # Saving
 
     async def save(self, suffix: str, whole: bool) -> None:
-        """Save the visible window or the complete record of these signals as a file."""
+        """Download the shown signals as a file: the visible time, or the `whole` record."""
         screen = self.screen
         signals = {name: screen.recorder.signals[name] for name in screen.tracks}
         from_ns, to_ns = (0, screen.record.now_ns) if whole else screen.edges
@@ -171,15 +171,17 @@ class _Scope:
         if suffix in TRACES and exact_ns(record, signals) > max(from_ns, 0):
             since_s = to_seconds(exact_ns(record, signals))
             ui.notify(
-                f"Before {since_s:.6f} s it holds the extremes of intervals, no longer every change", type="warning"
+                f"Before {since_s:.6f} s, the file contains only the extremes of intervals, not every change",
+                type="warning",
             )
-        assert data is not None, "the application is still there"
+        assert data is not None, "the application is running"
         ui.download.content(data, f"scope{suffix}")
 
 
 HELP = (
-    "Wheel or two fingers zoom, dragging moves, a click sets a cursor. Keys: + and − zoom, arrows move, space pauses, "
-    "Home shows all, a and b choose a cursor, which shift with arrows moves, comma and full stop from edge to edge."
+    "Wheel or two fingers: zoom. Drag: shift. Click: set a cursor. Keys: + and − zoom, arrows shift, space pauses, "
+    "Home shows all, a and b select a cursor, Shift with arrows moves the cursor, comma and full stop move the cursor "
+    "to an edge."
 )
 KEYS: dict[str, Callable[[Screen], object]] = {
     "+": lambda screen: screen.zoom(0.5),
@@ -202,7 +204,7 @@ SUFFIXES = (*TRACES, *PICTURES)
 
 
 def _number(value: Any, least: float, most: float, otherwise: float) -> float:
-    """Return a number within limits; `otherwise` for any other value of the browser."""
+    """Return a number from the browser, clipped to limits; `otherwise` if the value is not a number."""
     if isinstance(value, int | float) and isfinite(value):
         return min(max(float(value), least), most)
     return otherwise

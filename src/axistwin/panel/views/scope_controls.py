@@ -1,4 +1,4 @@
-"""The oscilloscope's controls: time, signals, trigger, cursors."""
+"""The controls of the oscilloscope: time base, signals, trigger, cursors and saving."""
 
 from bisect import bisect_left
 from collections.abc import Awaitable, Callable
@@ -9,7 +9,7 @@ from nicegui import ui
 from nicegui.elements.mixins.value_element import ValueElement
 
 from axistwin.errors import AxistwinError
-from axistwin.panel.context import Refresh, complain
+from axistwin.panel.context import Refresh, complain, together
 from axistwin.panel.scope.cursors import between, duration, rate, value_at
 from axistwin.panel.scope.saving import PICTURES, TRACES
 from axistwin.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searched
@@ -22,13 +22,13 @@ from axistwin.units import to_seconds
 MOST_FOUND = 60
 UNKNOWN = "–"
 Save = Callable[[str, bool], Awaitable[None]]
-"""Saves a file of this suffix: the complete record (True) or the visible window (False)."""
+"""Function that saves a file with this suffix: the complete record (True) or the visible time (False)."""
 
 
-def attempt(act: Callable[[], object]) -> bool:
-    """Perform an act, and show its error.  Returns True without an error."""
+def attempt(action: Callable[[], object]) -> bool:
+    """Perform an action, and show its error, if any.  Returns True if there is no error."""
     try:
-        act()
+        action()
     except AxistwinError as error:
         complain(error)
         return False
@@ -36,7 +36,7 @@ def attempt(act: Callable[[], object]) -> bool:
 
 
 def head(screen: Screen, save: Save) -> Refresh:
-    """Build pause, time base, lanes and saving."""
+    """Build the first row of controls: pause, time base, lanes and saving."""
     with ui.row().classes("scope-row"):
         ui.label("Oscilloscope").classes("scope-title")
         pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())
@@ -110,7 +110,7 @@ def _save_menu(save: Save) -> None:
 
 
 def choice(screen: Screen) -> Refresh:
-    """Build the selection of signals: by patterns, or from a list with a search."""
+    """Build the selection of signals: a field for patterns, and a list with a search field."""
 
     def take() -> None:
         attempt(lambda: screen.choose(split(wanted.value)))
@@ -159,54 +159,59 @@ def _list(screen: Screen) -> None:
 
 
 def trigger(screen: Screen) -> Refresh:
-    """Mode, signal, slope, value, place."""
-    set_ = screen.trigger
-
-    def armed() -> None:
-        if not set_.signal and screen.names:
-            set_.signal = screen.names[0]
-        screen.arm()
-
+    """Build the controls of the trigger."""
+    settings = screen.trigger
     with ui.row().classes("scope-row"):
-        mode = ui.select(list(MODES), label="Trigger", value=set_.mode)
-        mode.props("dense options-dense").mark("scope-trigger")
+        refresh_mode = _mode(screen)
         breathe()
-        signal = ui.select(_names(screen), label="on", value=set_.signal)
+        signal = ui.select(_names(screen), label="on", value=settings.signal)
         signal.props("dense options-dense").classes("scope-on").mark("scope-trigger-signal")
-        slope = ui.select(list(SLOPES), label="edge", value=set_.slope)
+        slope = ui.select(list(SLOPES), label="edge", value=settings.slope)
         slope.props("dense options-dense").mark("scope-slope")
         breathe()
-        value = ui.number("at", value=set_.value).props("dense").mark("scope-value")
+        value = ui.number("at", value=settings.value).props("dense").mark("scope-value")
         ui.label("place").classes("hint")
-        place = ui.slider(min=0, max=1, step=0.05, value=set_.place).props("aria-label='place of the edge'")
+        place = ui.slider(min=0, max=1, step=0.05, value=settings.place).props("aria-label='place of the edge'")
         place.classes("scope-place").mark("scope-place")
         arm = ui.button("Arm", on_click=screen.live).props("dense no-caps").mark("scope-arm")
-    same = [
-        kept(mode, set_, "mode", armed),
-        kept(signal, set_, "signal", screen.arm),
-        kept(slope, set_, "slope", screen.arm),
-        kept(value, set_, "value", screen.arm),
-        kept(place, set_, "place", screen.arm),
-    ]
+    fields: dict[str, ValueElement[Any]] = {"signal": signal, "slope": slope, "value": value, "place": place}
+    refresh_fields = together(*(kept(field, settings, name, screen.arm) for name, field in fields.items()))
 
     def refresh() -> None:
         names = _names(screen)
         if signal.options != names:
             signal.set_options(names)
-        for refresh_one in same:
-            refresh_one()
-        off = set_.mode == OFF
-        for element in (signal, slope, value, place):
-            if element.enabled == off:
-                element.set_enabled(not off)
-        if arm.visible != (set_.mode == SINGLE):
-            arm.set_visibility(set_.mode == SINGLE)
+        refresh_mode()
+        refresh_fields()
+        off = settings.mode == OFF
+        for field in (signal, slope, value, place):
+            if field.enabled == off:
+                field.set_enabled(not off)
+        if arm.visible != (settings.mode == SINGLE):
+            arm.set_visibility(settings.mode == SINGLE)
 
     return refresh
 
 
+def _mode(screen: Screen) -> Refresh:
+    """Build the selection of the mode; a trigger without a signal receives the first signal of the screen."""
+    settings = screen.trigger
+
+    def arm() -> None:
+        if not settings.signal and screen.names:
+            settings.signal = screen.names[0]
+        screen.arm()
+
+    mode = ui.select(list(MODES), label="Trigger", value=settings.mode)
+    mode.props("dense options-dense").mark("scope-trigger")
+    return kept(mode, settings, "mode", arm)
+
+
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store the value of an element in an attribute of `owner`, and return the function that shows changes."""
+    """Store each new value of an element in an attribute of `owner`, and call `then`.
+
+    Returns a function that updates the element if the attribute has changed.
+    """
 
     def set_() -> None:
         if element.value is not None and element.value != getattr(owner, name):
@@ -227,7 +232,7 @@ def _names(screen: Screen) -> list[str]:
 
 
 def activate(screen: Screen, which: str) -> None:
-    """Activate a cursor; a cursor that is not set appears in the middle."""
+    """Make a cursor active; if not set, put the cursor in the middle."""
     screen.cursors.active = which
     if screen.cursors.active_ns is None:
         screen.move_cursor(0)
@@ -250,7 +255,7 @@ COLUMNS = [
 
 
 def readout(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
-    """Build the table of measurements of the cursors."""
+    """Build the buttons of the cursors, and the table of measurements."""
     with ui.row().classes("scope-row"):
         for which in ("a", "b"):
             button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))

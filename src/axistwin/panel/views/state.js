@@ -1,9 +1,9 @@
-// Publishes the state of the page in document.body.dataset.state: "busy", "running" or "quiet".
+// Stores the state of the page in document.body.dataset.state: "busy", "running" or "quiet".
 window.axistwinState = (() => {
   const OWN = '{"sent":';
   let sent = 0, planned = false;
 
-  // Counts the messages of the page, and reports their number after them.
+  // Counts the messages that the page sends, and sends their number after them.
   function attach() {
     window.socket.onAnyOutgoing((kind, message) => {
       if (kind !== "event" || message.args?.[0]?.startsWith(OWN)) return;
@@ -14,7 +14,7 @@ window.axistwinState = (() => {
     });
   }
 
-  // `handled`: number of messages whose results are drawn.
+  // Stores the state; "busy" if the server has not handled all messages.  `handled`: number of handled messages.
   function show(state, handled) {
     document.body.dataset.state = handled === sent ? state : "busy";
   }

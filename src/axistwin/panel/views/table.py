@@ -1,4 +1,4 @@
-"""Two axes of one controller that make a table: from above and, optionally, in three dimensions."""
+"""The X-Y table of a controller: from above and, if the user switches it on, in three dimensions."""
 
 from collections.abc import Callable
 
@@ -11,11 +11,14 @@ from axistwin.panel.drawings.table3d import Table3D
 from axistwin.panel.drawings.trail import Trail, Trails, table_axes
 
 TURN = 30.0
-"""Degrees."""
+"""Rotation of the 3-D view by one click, in degrees."""
 
 
 def table(context: Context, name: str) -> Callable[[bool], None]:
-    """Build the X-Y table of a controller, if any.  Returns its update function, with the parameter `smooth`."""
+    """Build the X-Y table of a controller, if it has two axes with limited travel.
+
+    The returned function updates the table; its argument is True for smooth transitions.
+    """
     names = table_axes(context.bench[name])
     if names is None:
         return lambda smooth: None
@@ -37,7 +40,7 @@ def table(context: Context, name: str) -> Callable[[bool], None]:
 
 
 def _tool(context: Context, controller: Controller) -> Callable[[], str]:
-    """Build the selection of the output that lowers the tool; default: the first output."""
+    """Build the selection of the output that lowers the tool.  Returns a function that returns the selected output."""
     outputs = [name for name, pin in controller.pins.items() if pin.is_output]
     key = f"{controller.name} tool"
     first = outputs[0] if outputs else NO_TOOL
@@ -52,7 +55,7 @@ def _tool(context: Context, controller: Controller) -> Callable[[], str]:
 
 
 class _Solid:
-    """The view in three dimensions, which exists while its switch is on."""
+    """The 3-D drawing of an X-Y table, and the switch that creates or deletes the drawing."""
 
     def __init__(self, context: Context, controller: Controller, names: tuple[str, str]) -> None:
         self._context, self._name, self._names = context, controller.name, names
@@ -62,12 +65,12 @@ class _Solid:
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """Reserve the place of the view."""
+        """Add the empty element that will contain the drawing."""
         self._room = ui.element("div").classes("solid")
         self._make()
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Update the view if it exists."""
+        """Update the drawing while the switch is on."""
         if self._view is not None:
             self._view.show(controller, trail, tool)
 

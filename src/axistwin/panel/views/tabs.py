@@ -1,4 +1,4 @@
-"""Tabs with views: each view is built when first opened, and updated while open."""
+"""Tabs, each with a view that is built when the tab is first opened, and updated while the tab is open."""
 
 from collections.abc import Callable
 from functools import partial
@@ -12,7 +12,7 @@ Kinds = dict[str, Callable[[], Refresh]]
 
 
 def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
-    """Build tabs; the tab that this user opened last is open."""
+    """Build tabs, and open the tab that this user has opened last."""
     made: dict[str, Refresh | None] = {}
     drawn = False
     setting = f"tab {name}"
@@ -44,7 +44,7 @@ def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
         nonlocal drawn
         drawn = True
         kind = str(bar.value)
-        if kind not in made:  # the page is drawn, so that a terminal has its size
+        if kind not in made:  # not before the first frame, because a terminal needs its size
             made[kind] = None
             context.unbuilt.append(partial(build, kind))
         elif view := made[kind]:

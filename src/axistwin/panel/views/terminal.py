@@ -1,4 +1,4 @@
-"""A terminal at each endpoint: the messages, and a line to send."""
+"""A terminal at an endpoint: a screen with the messages, and a field for a line to send."""
 
 from functools import partial
 
@@ -14,11 +14,11 @@ SCREEN = {
     "theme": {"background": "#10151c", "foreground": "#f0f3f7", "red": "#ff7b72"}, "screenReaderMode": True,
 }  # fmt: skip
 PASSED_ON = "(event) => event.key !== 'Tab'"
-"""Accepts all keys except Tab, which moves the focus.  The line below can send a TAB."""
+"""JavaScript that leaves the Tab key to the browser, which moves the focus; the screen receives all other keys."""
 FITTED = (
     "new ResizeObserver(() => this.element.clientWidth && getElement({id})?.fit()).observe(this.element.parentElement)"
 )
-"""Keeps the terminal as wide as its card."""
+"""JavaScript that adapts the width of the terminal to its card."""
 TERMINATORS = {"CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
 REMEMBERED = 100
 
@@ -45,7 +45,7 @@ def terminal(context: Context, name: str) -> Refresh:
 
 
 def _roll(context: Context, name: str, screen: ui.xterm, whole: bool) -> Refresh:
-    """Return the function that prints new messages; after a change of the bench, all messages."""
+    """Return a function that prints new messages; after the bench was replaced, it clears the screen first."""
     talk, generation, count = context.common(Talk), -1, 0
     printer = Printer(endpoints.codec_at(context.bench, name), whole)
 
@@ -67,7 +67,7 @@ def _roll(context: Context, name: str, screen: ui.xterm, whole: bool) -> Refresh
 
 
 def _typed(context: Context, name: str, text: str) -> None:
-    """Send keys that are pressed on the screen without change."""
+    """Send characters typed on the screen as they are."""
     if endpoints.at_a_bus(context.bench, name):
         ui.notify("a board accepts whole commands only: type them in the line below", type="warning")
         return
@@ -76,10 +76,10 @@ def _typed(context: Context, name: str, text: str) -> None:
 
 
 def _line(context: Context, name: str, whole: bool) -> None:
-    """Build the line that is sent as a whole."""
+    """Build the field for a line, which is sent when the user presses Enter."""
     history = context.person.lines.setdefault(name, [])
     with ui.row().classes("terminal-line"):
-        hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for those that cannot be seen"
+        hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for control characters"
         box = ui.input(placeholder=hint, autocomplete=history).props(f'dense outlined aria-label="say to {name}"')
         box.classes("grow").mark(f"say-{name}").props(f'data-test="say {name}"')
         ending = ui.select(list(TERMINATORS), value=context.person.ending).props('dense outlined aria-label="ended by"')
