@@ -16,14 +16,14 @@ NEVER = 0xFFFF  # an alarm value above the size of the buffer
 def cruise(
     bench: Bench, board: Controller, velocity: int = 10_000, acceleration: int = 100_000, minus: int = 0
 ) -> None:
-    """A continuous move, at constant velocity when this returns."""
+    """Begin a continuous move and run until its velocity is constant."""
     default(bench, board, velocity, acceleration)
     send(bench, board, 0x32, int(minus), seconds=velocity / acceleration + 0.05)
     assert board.axes["motor"].velocity == (-velocity if minus else velocity)
 
 
 def rising(bench: Bench, board: Controller, trigger: int) -> None:
-    """A valid edge of triggers 1 and 6: 3 ms low, then high for 1 ms."""
+    """Drive a valid edge of trigger 1 or 6: 3 ms low, then high for 1 ms."""
     board.pins[f"trigger{trigger}"].drive(False)
     bench.run(0.003)
     board.pins[f"trigger{trigger}"].drive(True)
@@ -39,28 +39,28 @@ def sequence(bench: Bench, board: Controller, number: int, *commands: tuple[int,
 
 
 def listing(bench: Bench, board: Controller, number: int) -> list[str]:
-    """The answers of 92h to a sequence."""
+    """Return the messages with which 92h lists a sequence."""
     send(bench, board, 0x92, number)
     return messages(bench, board)
 
 
 def relative(number: int, velocity: int, acceleration: int, distance: int, ranges: int = 0) -> tuple[int, ...]:
-    """Command C8h."""
+    """Return command C8h, which defines a relative move."""
     return (0xC8, number, ranges, *i32(velocity), *i32(acceleration), *i32(distance))
 
 
 def continuous(number: int, velocity: int, acceleration: int, minus: int = 0, ranges: int = 0) -> tuple[int, ...]:
-    """Command CEh."""
+    """Return command CEh, which defines a continuous move."""
     return (0xCE, number, ranges, *i32(velocity), *i32(acceleration), minus)
 
 
 def steps(board: Controller, start_ns: int = 0) -> list[int]:
-    """The times of all pulses."""
+    """Return the times of all pulses from `start_ns`."""
     return [int(t) for t in board.axes["motor"].pulse_times(start_ns)]
 
 
 def about(seconds: float, got_ns: int, tolerance_ms: float = 4) -> bool:
-    """Ramps are updated every two milliseconds: a time is right within two of those."""
+    """True if a time is right within two updates of a ramp, which are 2 ms apart."""
     return abs(got_ns - seconds * S) <= tolerance_ms * MS
 
 
@@ -68,7 +68,7 @@ def about(seconds: float, got_ns: int, tolerance_ms: float = 4) -> bool:
 
 
 def words(*numbers: int) -> list[int]:
-    """16-bit words, most significant byte first."""
+    """Return 16-bit words as bytes, most significant byte first."""
     return [byte for number in numbers for byte in (number & 0xFFFF).to_bytes(2, "big")]
 
 
@@ -80,31 +80,31 @@ def enter(
 
 
 def velocities(bench: Bench, board: Controller, *numbers: int) -> None:
-    """E1h as often as needed, filled up with the last value."""
+    """Send velocities by E1h commands; the last command is filled with the last value."""
     for first in range(0, len(numbers), 7):
         seven = numbers[first : first + 7]
         send(bench, board, 0xE1, *words(*seven, *[numbers[-1]] * (7 - len(seven))))
 
 
 def distances(bench: Bench, board: Controller, *numbers: int) -> None:
-    """E3h as often as needed."""
+    """Send distances by E3h commands."""
     for first in range(0, len(numbers), 7):
         some = numbers[first : first + 7]
         send(bench, board, 0xE3, len(some), *words(*some, *[0] * (7 - len(some))))
 
 
 def pairs(bench: Bench, board: Controller, *three: tuple[int, int]) -> None:
-    """E0h."""
+    """Send three velocity-distance pairs by E0h."""
     send(bench, board, 0xE0, *words(*(number for pair in three for number in pair)))
 
 
 def free(bench: Bench, board: Controller) -> int:
-    """The free bytes: E2h."""
+    """Return the free bytes that E2h reports."""
     return int.from_bytes(ask(bench, board, 0xE2)[1:5], "big")
 
 
 def accumulated(levels: list[Fraction], start_ns: int, period_ns: int) -> list[int]:
-    """Overflow times of a phase accumulator that begins at zero: `levels` in pulses/s, `period_ns` each."""
+    """Return the overflow times of a phase accumulator that runs at each of `levels` (pulses/s) for `period_ns`."""
     phase, times = Fraction(0), list[int]()
     for level in levels:
         after = phase + level * Fraction(period_ns, S)
@@ -115,7 +115,7 @@ def accumulated(levels: list[Fraction], start_ns: int, period_ns: int) -> list[i
 
 # Position tracking
 
-AT_ONCE = 0x7FFF_FFFF  # an acceleration that is over in one update
+AT_ONCE = 0x7FFF_FFFF  # an acceleration that reaches any velocity in one update
 RATIO = (0xB0, 0x61, 0xA8, 0x0F, 0xA0)
 RESOLUTION = (0xB1, 0, 0, 0x61, 0xA8)
 SIGMA = (0xB2, *i32(0))
@@ -127,9 +127,9 @@ ALL = (RATIO, RESOLUTION, SIGMA, LAW, TEETH)
 def tracked(
     bench: Bench, model: str = "1811", backlash: int = 0, options: dict[str, object] | None = None, **plant: object
 ) -> Controller:
-    """An 1811 with an encoder, B0h to B4h, and 5,000 pulses/s without a ramp by default.
+    """Return an 1811 with encoder, with B0h to B4h defined, and a default velocity of 5,000 pulses/s without a ramp.
 
-    25,000 to 4,000 pulses a revolution, 6.25 to 1; 50 rotor teeth of 500 pulses.
+    A revolution is 25,000 motor pulses and 4,000 encoder pulses (6.25 to 1); each of 50 rotor teeth is 500 pulses.
     """
     encoder = {"counts_per_rev": 4000, "pulses_per_rev": 25_000, "backlash": backlash}
     board = ready(bench, model, motor={"encoder": encoder, **plant}, **(options or {}))
@@ -140,7 +140,7 @@ def tracked(
 
 
 def number(bench: Bench, board: Controller, opcode: int) -> int:
-    """The reply to 98h, 99h, 9Ah, 9Bh: four bytes."""
+    """Return the number of four bytes that 98h, 99h, 9Ah or 9Bh reports."""
     data = ask(bench, board, opcode)
     assert data[0] == opcode
     assert not any(data[5:])

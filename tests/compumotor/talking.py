@@ -11,12 +11,12 @@ MESSAGE, INPUT_READY, FAIL = 0x08, 0x10, 0x20
 
 
 def i32(number: int) -> tuple[int, ...]:
-    """Four bytes, two's complement."""
+    """Return the four bytes of a number in two's complement."""
     return tuple(number.to_bytes(4, "big", signed=True))
 
 
 def ready(bench: Bench, model: str = "1811", **options: object) -> Controller:
-    """A board whose initialisation is over."""
+    """Add a board and run until its initialisation has ended."""
     board = bench.add(model, **options)
     bench.run(1.01)
     assert status_word(bench, board) == 0x50
@@ -24,7 +24,7 @@ def ready(bench: Bench, model: str = "1811", **options: object) -> Controller:
 
 
 def write(board: Controller, *values: int, control: int = 0) -> None:
-    """Command bytes into the IDB, and CB bit 4."""
+    """Write a command into the IDB and set CB bit 4."""
     for value in values:
         board.bus.write(DATA, value)
     board.bus.write(CONTROL, COMMAND_READY | control)
@@ -54,12 +54,12 @@ def complete(bench: Bench, board: Controller, *what: int) -> None:
 
 
 def status_word(bench: Bench, board: Controller) -> int:  # the same arguments in all families
-    """The status byte."""
+    """Return the status byte."""
     return board.bus.read(CONTROL)
 
 
 def message(bench: Bench, board: Controller, timeout: float = 0.1) -> bytes:
-    """The next message, all sixteen bytes; nothing if there is none in time."""
+    """Return the sixteen bytes of the next message, or no bytes after `timeout` seconds."""
     if not bench.run_until(lambda: status_word(bench, board) & MESSAGE, timeout):
         return b""
     data = bytes(board.bus.read(DATA) for _ in range(16))
@@ -68,7 +68,7 @@ def message(bench: Bench, board: Controller, timeout: float = 0.1) -> bytes:
 
 
 def messages(bench: Bench, board: Controller) -> list[str]:
-    """All messages there are, as hex without the trailing zeros (but two bytes at least)."""
+    """Return all waiting messages in hex, without trailing zeros after the second byte."""
     found = []
     while data := message(bench, board):
         found.append((data[:2] + data[2:].rstrip(b"\0")).hex(" "))
@@ -82,7 +82,7 @@ def ask(bench: Bench, board: Controller, *what: int) -> bytes:
 
 
 def position(bench: Bench, board: Controller, opcode: int = 0x83) -> int:
-    """The reply to 80, 81, 82 or 83."""
+    """Return the position that 80h, 81h, 82h or 83h reports."""
     data = ask(bench, board, opcode)
     assert data[0] == opcode
     size = 4 if opcode in (0x80, 0x81) else 6
@@ -91,7 +91,7 @@ def position(bench: Bench, board: Controller, opcode: int = 0x83) -> int:
 
 
 def default(bench: Bench, board: Controller, velocity: int, acceleration: int, ranges: int = 0x00) -> None:
-    """Command 31h."""
+    """Send command 31h: default velocity and acceleration."""
     send(bench, board, 0x31, 0, ranges, *i32(velocity), *i32(acceleration))
 
 

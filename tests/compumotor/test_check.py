@@ -1,4 +1,4 @@
-"""`check` for an 1810 or 1811: what the board would ignore without a word."""
+"""`check` for an 1810 or 1811: it reports commands that the board would ignore without a message."""
 
 import json
 
@@ -27,17 +27,17 @@ def check(tmp_path, capsys):
     ("lines", "found"),
     [
         (["02"], "1:1 error no command 02"),
-        (["33 00"], "1:4 error go_relative (33) takes 4 parameter bytes, 1 here"),
-        (["70 00 00 01"], "1:10 error stop (70) takes 0 parameter bytes, any more must be 00"),
-        (["08 08"], "1:4 error 08 is out of range: bits 0…7"),
+        (["33 00"], "1:4 error go_relative (33) has 1 parameter byte: expected 4"),
+        (["70 00 00 01"], "1:10 error surplus byte 01: expected 00 after the 0 bytes of the parameters"),
+        (["08 08"], "1:4 error 08 is out of range: expected bits 0…7"),
         ([f"{DEFAULT[:-1]}0", "33 80 00 00 00"], "2:4 error 80 00 00 00 is out of range"),
         (["set_user_bit 3"], "1:14 error bit: '3' is invalid"),
         (["nonsense"], "1:1 error no command 'nonsense'"),
         (["FE"], "1:1 warning"),
         (["D9 01", "70", "D8"], "2:1 error stop (70) is not allowed in a sequence"),
-        (["wait_seconds 2"], "1:1 error wait_seconds (2A) means something in a sequence only"),
+        (["wait_seconds 2"], "1:1 error wait_seconds (2A) is valid in a sequence only"),
         (["D9 01", "repeat 3 2", "repeat 1 2", "83", "83", "D8"], "3:1 error ignored: loops cannot be nested"),
-        (["D9 01", "repeat 3 2", "83", "D8"], "2:1 warning the loop is to repeat 3 commands, but 1 follow"),
+        (["D9 01", "repeat 3 2", "83", "D8"], "2:1 warning the loop repeats 3 commands, but 1 follow"),
         (["D9 01", "83"], "1:1 warning the definition of this sequence never ends"),
         (["D8"], "1:1 warning no sequence is being defined"),
         (["40 07"], "1:4 error move 7 is not defined here"),
@@ -46,18 +46,24 @@ def check(tmp_path, capsys):
         (["33 00 00 00 01"], "1:1 error ignored: 31 (default velocity and acceleration)"),
         ([DEFAULT, "39 00"], "2:1 error ignored: 38 (define home)"),
         ([DEFAULT, "35 00 00 00 01"], "2:1 error ignored: B0 (ratio), B1 (resolution)"),
-        (["31 00 00 00 10 00 00 00 00 00 01"], "1:10 error velocity 1048576 is beyond range 0: 546133 at most"),
-        (["define_relative_move 51 00 1 1 1"], "1:22 error move 51 is not kept"),
-        (["E0" + " 00" * 12], "1:1 error velocity_distance_data (E0) is for the streaming modes"),
+        (
+            ["31 00 00 00 10 00 00 00 00 00 01"],
+            "1:10 error velocity 1048576 is beyond range 0: expected at most 546133",
+        ),
+        (["define_relative_move 51 00 1 1 1"], "1:22 error move 51 is not stored"),
+        (["E0" + " 00" * 12], "1:1 error velocity_distance_data (E0) is valid in a streaming mode only"),
         ([VELOCITY_DISTANCE, "40 01"], "2:1 error perform_move (40) is not valid in a streaming mode"),
-        ([VELOCITY_DISTANCE, "E1" + " 00" * 14], "2:1 error ignored: this data is for mode 52, in force is 51"),
+        ([VELOCITY_DISTANCE, "E1" + " 00" * 14], "2:1 error ignored: data for mode 52, but the present mode is 51"),
         ([VELOCITY_DISTANCE, "E0 10 00 00 01" + " 00" * 8], "2:4 error this pair lasts 0.0146 ms"),
         (
             ["53 01 04 00 00 00 00 00 02", "E3 01 7F FF" + " 00" * 12],
-            "2:7 error 32767 pulses in 2 ms are beyond the clock",
+            "2:7 error 32767 pulses in 2 ms exceed the clock",
         ),
-        ([VELOCITY_DISTANCE, "EE 7F FE 7C 01 01"], "2:10 error 7C cannot be marked"),
-        (["stop_on_trigger 1 on off", "interrupt_on_trigger 1 on"], "2:1 error ignored: trigger 1 has a function, 74"),
+        ([VELOCITY_DISTANCE, "EE 7F FE 7C 01 01"], "2:10 error 7C cannot be in a marker"),
+        (
+            ["stop_on_trigger 1 on off", "interrupt_on_trigger 1 on"],
+            "2:1 error ignored: trigger 1 already has the function 74",
+        ),
     ],
 )
 def test_what_is_wrong(check, lines, found):
@@ -95,14 +101,14 @@ def test_a_closed_loop_move_needs_the_ratio(check):
     """D4h: "this move may only be performed after the motor pulse to encoder pulse ratio has been defined"."""
     ratio = "B0 61 A8 0F A0"
     (diagnostic,) = check(CLOSED_LOOP, "40 01", ratio, "40 01")
-    assert diagnostic.startswith("2:1 error ignored: B0 (ratio) has not been given")
+    assert diagnostic.startswith("2:1 error ignored: B0 (ratio) must be sent first")
     assert check(ratio, CLOSED_LOOP, "D9 01", "40 01", "D8", "41 01") == []
     (diagnostic,) = check(ratio, CLOSED_LOOP, "D7 01", "40 01")
     assert diagnostic.startswith("4:4 error move 1 is not defined here")
 
 
 def test_an_1810_performs_no_closed_loop_move(check):
-    """Addendum: the software "is identical", but there is no encoder; the option encoder_commands says what becomes."""
+    """Addendum: the software "is identical", but there is no encoder; see option `encoder_commands`."""
     (diagnostic,) = check("B0 61 A8 0F A0", CLOSED_LOOP, "40 01", model="1810")
     assert diagnostic.startswith("3:1 warning not performed: move 1 is a closed-loop move")
     open_loop = "C8" + CLOSED_LOOP[2:]

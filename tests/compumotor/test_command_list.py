@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import product
 
-from .talking import RESET, ask, message, ready, send
+from .talking import RESET, ask, message, ready, send, send_all
 
 LIST = Path(__file__).parents[1] / "manual" / "1811.txt"
 ROWS = [line.split() for line in LIST.read_text().splitlines() if not line.startswith("#")]
@@ -33,8 +33,7 @@ def test_every_command_names_its_chapter():
 def test_undefined_opcodes_are_ignored_without_a_trace(bench):
     board = ready(bench)
     for opcode in UNDEFINED:
-        send(bench, board, opcode)
-        send(bench, board, opcode, *range(1, 16))
+        send_all(bench, board, (opcode,), (opcode, *range(1, 16)))
     assert message(bench, board) == b""
     assert board.bus.read(1) == 0x50
     assert board.axes["motor"].position == 0

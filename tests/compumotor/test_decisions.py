@@ -1,4 +1,4 @@
-"""What docs/fidelity.md decides on single commands: definitions, requests, events, streaming, closed loop."""
+"""Decisions of docs/fidelity.md on single commands: definitions, requests, events, streaming, closed loop."""
 
 import pytest
 

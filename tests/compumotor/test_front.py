@@ -1,4 +1,4 @@
-"""Every lamp on the front of an 1811 in the situation in which the manual says that it is lit, and beside it."""
+"""Every lamp on the front panel of an 1811, lit and dark in the situations that the manual describes."""
 
 import pytest
 
@@ -95,7 +95,7 @@ SITUATIONS = {
     (JOYSTICK, "REQ"): drive("remote_enable", False),
     (JOYSTICK, "ACK"): joystick_enabled,
 }
-"""What lights a lamp that is dark on a board that is ready and has nothing to do."""
+"""Actions that light a lamp which is dark on an idle board."""
 LIT_WHEN_READY = {
     (STATUS, "6"): lambda bench, board: board.bus.write(CONTROL, ENABLE),
     (STATUS, "4"): lambda bench, board: write(board, 0x00),
@@ -106,7 +106,7 @@ LIT_WHEN_READY = {
     **{(INPUTS, f"{n}"): drive(f"trigger{n}", False) for n in range(1, 7)},
     (JOYSTICK, "ZERO"): stick,
 }
-"""What puts out a lamp that is lit there."""
+"""Actions that switch off a lamp which is lit on an idle board."""
 
 
 @pytest.mark.parametrize("lamp", SITUATIONS, ids=" ".join)

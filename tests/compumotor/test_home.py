@@ -1,4 +1,4 @@
-"""Chapter Home: 38h, 39h, 3Ah; what is found is checked against where the switch physically is."""
+"""Chapter Home (38h, 39h, 3Ah): the HOME that is found is compared with the physical position of the switch."""
 
 import pytest
 
@@ -13,7 +13,7 @@ FINAL = 500  # pulses/s: 5 % of the default velocity, a multiple of its resoluti
 
 
 def machine(bench, place, active_high=True, **options):
-    """A board whose motor stands at `place`, seen from the centre of the home region; returns that centre too."""
+    """Return a board whose motor is at `place` from the centre of the home region, and the position of that centre."""
     centre = -place
     board = ready(bench, motor={"limits": (centre - TRAVEL, centre + TRAVEL)}, **options)
     switch = PositionSwitch(board.axes["motor"], centre - WIDTH, centre + WIDTH)
@@ -27,7 +27,7 @@ def define(bench, board, edge, final, active_high=True, percent=5):
 
 
 def done(bench, board):
-    """Let the search end."""
+    """Run until the search has ended."""
     assert bench.run_until(lambda: board.pins["output1"].level is False, 100)
 
 
@@ -39,7 +39,7 @@ def search(bench, board, minus, opcode=0x39):
 
 
 def where(centre, edge, final, late):
-    """The first pulse beyond the edge in the final direction, and so many more."""
+    """Return the position `more` pulses after the first pulse beyond the edge, in the final direction."""
     inside = final == -edge
     last = centre + edge * WIDTH
     return last - edge * late if inside else last + edge * (1 + late)

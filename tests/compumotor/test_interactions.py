@@ -1,4 +1,4 @@
-"""Two chapters of the manual at once: limits, shutdown, STOP and long lists in the middle of something else."""
+"""Interactions of two chapters: limits, shutdown, STOP and long listings during another command."""
 
 import pytest
 
@@ -23,7 +23,7 @@ from .talking import (
 
 
 def levels(bench, board, seconds):
-    """The velocities, one after the other, looked at in the middle of each millisecond."""
+    """Return the successive velocities, sampled once per millisecond."""
     seen = []
     for _ in range(round(seconds * 1000)):
         bench.run(0.001)
@@ -343,7 +343,7 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
     assert board.axes["motor"].velocity == pytest.approx(16.667, abs=0.001)
 
 
-# What is decided elsewhere and nothing else touches
+# Details that other tests do not cover
 
 
 @pytest.mark.parametrize("bits", [0, 5])

@@ -1,4 +1,4 @@
-"""The sequence buffers as lines, the command that is being performed, and when each begins."""
+"""Listings of the sequence buffers, the running command, and the time at which each command begins."""
 
 import pytest
 
@@ -19,7 +19,7 @@ def define(bench: Bench, board: Controller, number: int, *commands: tuple[int, .
 
 
 def perform(bench: Bench, board: Controller, number: int, seconds: float = 1.0) -> list[tuple[int, str, int]]:
-    """What begins in so many seconds: when, in ns from the first one, in which sequence, and which command, from 1."""
+    """Return each command that begins within `seconds`: time in ns after the first, sequence, command (from 1)."""
     found: list[tuple[int, str, int]] = []
 
     def watch(program: str, index: int) -> None:
@@ -34,14 +34,14 @@ def perform(bench: Bench, board: Controller, number: int, seconds: float = 1.0) 
 
 
 def begun(bench: Bench, board: Controller, number: int, seconds: float = 1.0) -> list[tuple[float, int]]:
-    """The same in ms, of a single sequence."""
+    """Return time (ms) and number of each command that begins in a single sequence."""
     found = perform(bench, board, number, seconds)
     assert {program for _, program, _ in found} <= {f"sequence {number}"}
     return [(time_ns / MS, command) for time_ns, _, command in found]
 
 
 def running(board: Controller) -> dict[str, int]:
-    """Sequences of which a command is being performed, and which, from 1."""
+    """Return the running command (from 1) of each sequence that is being performed."""
     return {name: found.running + 1 for name, found in board.programs.items() if found.running is not None}
 
 

@@ -56,6 +56,7 @@ def test_programmable_outputs(bench, board):
         ((0x00,), (True, True)), ((0x0C, 2), (True, False)), ((0x0C, 0), (True, False)), ((0x0C, 3), (True, False)),
         ((0x0D, 0x04), (False, True)), ((0x0D, 0xF9), (False, False)), ((0x0D, 0x02), (True, False)),
         ((0x0B, 2), (True, True)), ((0x0D, 0x00), (False, False)), ((0x0B, 1), (True, False)),
+        ((0x0B, 3), (True, False)), ((0x0B, 0), (True, False)),
     ):  # fmt: skip
         send(bench, board, *command, seconds=0.01)
         assert levels(board) == both
@@ -84,8 +85,8 @@ def test_more_than_one_bit_may_show_the_same_state(bench, board):
 
 @pytest.mark.parametrize(
     ("state", "expected"),
-    [(1, "111110"), (2, "111110"), (5, "110000"), (6, "000110"), (7, "001000")],
-    ids=["moving", "singular", "accelerating", "decelerating", "constant"],
+    [(1, "111110"), (2, "111110"), (5, "110000"), (6, "000110"), (7, "001000"), (3, "000000")],
+    ids=["moving", "singular", "accelerating", "decelerating", "constant", "sequence"],
 )
 def test_states_of_a_preset_move(bench, board, state, expected):
     """0Fh: a trapezoid of 0.1 s, 0.2 s and 0.1 s, looked at every 80 ms."""
@@ -125,6 +126,7 @@ def stick(bench, board, pulses, cw):
         bench.run(0.0005)
         pins["step_in"].drive(False)
         bench.run(0.0005)
+    assert ask(bench, board, 0x8C)[1] == (0xFF if pins["remote_acknowledge"].level else 0)
     pins["at_zero"].drive(True)
     bench.run(0.005)
 
@@ -140,8 +142,9 @@ def test_the_joystick_is_tracked(bench, board):
     stick(bench, board, 15, False)
     assert [position(bench, board, opcode) for opcode in (0x80, 0x82, 0x83)] == [-15, 25, 25]
     assert ask(bench, board, 0x84)[1] == 0xFF
-    send(bench, board, 0x10, seconds=0.02)
+    send_all(bench, board, (0x30,), (0x10,), seconds=0.02)
     assert not board.pins["remote_acknowledge"].level
+    assert position(bench, board) == 25, "30h is ignored"
     stick(bench, board, 5, True)
     assert board.axes["motor"].position == 25
 
@@ -219,7 +222,7 @@ def test_the_sense_of_direction(bench, board):
     assert not board.pins["direction"].level
     assert board.axes["motor"].position == 10
     assert ask(bench, board, 0x84)[1] == 0
-    assert position(bench, board, 0x80) == 50
+    assert (position(bench, board, 0x80), position(bench, board)) == (50, 110)
 
 
 def test_the_sense_of_direction_stays_while_moving(bench, board):
@@ -262,7 +265,7 @@ def test_the_test_switch_function(bench, board, by):
     assert not board.pins["direction"].level
     assert board.axes["motor"].position == pytest.approx(-24_500, abs=100)
     bench.run(4.9)
-    assert board.pins["direction"].level
+    assert (board.pins["direction"].level, board.pins["led"].level) == (True, False)
     bench.run(0.4)
     assert status_word(bench, board) & FAIL
     assert board.pins["led"].level
@@ -283,13 +286,13 @@ def test_the_test_switch_function(bench, board, by):
 def tell_nothing(bench, board):
     """A failed board: "no pulses will be output to the motor"."""
     default_ = (0x31, 0, 0, *i32(1_000), *i32(100_000))
-    for command in (default_, (0x33, *i32(10))):
+    for command in (default_, (0x33, *i32(10)), (0x90,)):
         for value in command:
             board.bus.write(0, value)
         board.bus.write(CONTROL, 0x10)
         bench.run(0.1)
     assert status_word(bench, board) & FAIL
-    assert board.axes["motor"].position == 0
+    assert (board.axes["motor"].position, messages(bench, board)) == (0, [])
 
 
 def test_the_failure_interrupts(bench):

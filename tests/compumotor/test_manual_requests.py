@@ -185,14 +185,6 @@ def test_events_of_moves(bench, board, opcode, expected):
     assert events(bench, board) == []
 
 
-def test_the_order_of_events(bench, board):
-    for opcode in (0xA1, 0xA3, 0xA5):
-        send(bench, board, opcode, 1)
-    default(bench, board, 10_000, 100_000)
-    complete(bench, board, 0x33, *i32(3_000))
-    assert messages(bench, board) == ["a1 00", "a3 00", "a5 00"]
-
-
 @pytest.mark.parametrize("opcode", [0xA0, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5])
 def test_an_event_asked_for_during_a_move(bench, board, opcode):
     """A0 to A3: "the current move will not cause an interrupt"; A4 and A5 know no such exception."""

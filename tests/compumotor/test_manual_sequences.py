@@ -33,7 +33,7 @@ def test_a_loop_of_nothing_is_ignored(bench, board, wrong):
 
 def test_the_inner_loop_is_ignored(bench, board):
     """20h: "There is no nesting of loops ... the inner loop command is ignored"."""
-    perform(bench, board, (0x20, 3, 0, 2), (0x01, 1), (0x20, 1, 0, 9), (0x01, 2), (0x01, 3))
+    perform(bench, board, (0x20, 4, 0, 2), (0x20, 1, 0, 9), (0x01, 1), (0x20, 1, 0, 9), (0x01, 2), (0x01, 3))
     bench.run(0.2)
     found = messages(bench, board)
     assert found.count("01 02") == 2
@@ -51,7 +51,7 @@ def test_a_loop_until_continue(bench, board):
     assert messages(bench, board) == ["01 07"]
     rounds = board.axes["motor"].position
     assert rounds % 100 == 0
-    assert rounds >= 600
+    assert 600 <= rounds <= 1_100
     bench.run(1)
     assert board.axes["motor"].position == rounds
 
@@ -182,9 +182,7 @@ def test_listing_loses_the_messages_that_wait(bench, board):
         send(bench, board, 0x01, identifier)
     sequence(bench, board, 1, (0x09, 2))
     send(bench, board, 0x92, 1, seconds=0.1)
-    rows = messages(bench, board)
-    assert rows[-2:] == ["92 09 02", "92 00"]
-    assert set(rows[:-2]) <= {"01 01"}, "what is in the ODB already may be read"
+    assert messages(bench, board) == ["92 09 02", "92 00"]
 
 
 def test_a_definition_in_a_sequence_defines_when_it_is_performed(bench, board):

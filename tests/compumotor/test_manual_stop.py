@@ -64,12 +64,13 @@ def test_kill(bench, board, trigger):
     assert ask(bench, board, 0x88)[1] & 0xF0 == 0
 
 
-def test_a_killed_move_is_short_of_its_end(bench, board):
+@pytest.mark.parametrize("opcode", [0x70, 0x78])
+def test_a_killed_move_is_short_of_its_end(bench, board, opcode):
     """81h: "if an undershoot occurs ... the position returned is a positive number"."""
     default(bench, board, 10_000, 100_000)
     for distance in (5_000, -5_000):
         send(bench, board, 0x33, *i32(distance), seconds=0.2)
-        send(bench, board, 0x78)
+        complete(bench, board, opcode)
         done = abs(position(bench, board, 0x80))
         assert 0 < done < 5_000
         assert position(bench, board, 0x81) == 5_000 - done
@@ -170,11 +171,11 @@ def test_messages_of_triggers(bench, board, opcode, trigger):
         assert messages(bench, board) == expected
 
 
-@pytest.mark.parametrize("opcode", ON_TRIGGER)
+@pytest.mark.parametrize("opcode", [*ON_TRIGGER, 0xAC])
 @pytest.mark.parametrize("trigger", [0, 2, 3, 4, 5, 7, 0x81])
 def test_only_triggers_one_and_six(bench, board, opcode, trigger):
     """74h: "01 or 06"."""
-    send(bench, board, opcode, trigger, 1, 1)
+    send(bench, board, opcode, trigger, *((1,) if opcode == 0xAC else (1, 1)))
     for number in range(1, 7):
         rising(bench, board, number)
     assert messages(bench, board) == []
@@ -224,16 +225,19 @@ def test_a_falling_edge_is_nothing(bench, board):
     assert messages(bench, board) == []
 
 
-def test_a_killed_sequence_leaves_a_move_at_its_velocity(bench, board):
+@pytest.mark.parametrize("opcode", [0x79, 0x7A])
+def test_a_killed_sequence_leaves_a_move_at_its_velocity(bench, board, opcode):
     """79h ends the singular command as 73h does: "prematurely ended", not killed; 70h brings it to rest."""
     send(bench, board, *relative(1, 10_000, 100_000, 5_000))
     sequence(bench, board, 1, (0x40, 1), (0x01, 1))
     send(bench, board, 0x41, 1, seconds=0.3)
-    send(bench, board, 0x79, seconds=1)
+    send(bench, board, opcode, seconds=1)
     assert board.axes["motor"].velocity == 10_000
     complete(bench, board, 0x70)
     assert position(bench, board, 0x81) < 0
     assert messages(bench, board) == []
+    send(bench, board, 0x48)
+    assert messages(bench, board) == (["01 01"] if opcode == 0x7A else [])
 
 
 def test_a_kill_of_motion_does_not_end_the_sequence(bench, board):

@@ -9,13 +9,10 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, US
 
-from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all, until_idle
+from .programs import steps
+from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all
 
 NO_TIME = 0x7FFF_FFFF  # an acceleration that is over in one update
-
-
-def steps(board):
-    return [int(t) for t in board.axes["motor"].pulse_times()]
 
 
 def define(bench, board, opcode, number, velocity, acceleration, target, ranges=0):
@@ -125,19 +122,6 @@ def test_the_start_stop_velocity(bench, board):
     assert steps(board)[-1] - motor.train.move.start_ns == 200 * MS
 
 
-def test_a_move_is_under_way_within_5_ms_when_calculated_and_within_15_when_not(bench, board):
-    motor = board.axes["motor"]
-    default(bench, board, 100_000, 1_000_000)
-    for command, most in (((0x33, *i32(1_000)), 15), ((0x40, 1), 5)):
-        define(bench, board, 0xC8, 1, 100_000, 1_000_000, i32(1_000))
-        bench.run(0.1)
-        asked = bench.now
-        send(bench, board, *command)
-        bench.run_until(lambda: motor.velocity, 1)
-        assert 0 < bench.now - asked < most * MS
-        until_idle(bench, board)
-
-
 def test_moves_are_crunched_one_after_the_other(bench, board):
     assert ask(bench, board, 0x93)[1] == 0xFF
     for number in range(1, 6):
@@ -145,38 +129,6 @@ def test_moves_are_crunched_one_after_the_other(bench, board):
     assert ask(bench, board, 0x93)[1] == 0x00
     bench.run(0.1)
     assert ask(bench, board, 0x93)[1] == 0xFF
-
-
-def test_a_definition_is_reported_as_it_was_sent(bench, board):
-    define(bench, board, 0xC8, 0x12, 262_144, 1_000_000, i32(-70_000))
-    define(bench, board, 0xCB, 0x13, 1, 2, i32(0x3FFF_FFFF), ranges=0x52)
-    define(bench, board, 0xCE, 0x14, 3, 4, (0x7F,), ranges=0x41)
-    default(bench, board, 5, 6, 0x31)
-    assert ask(bench, board, 0x91, 0x12) == bytes([0x91, 0xC8, 0x12, 0, 0, 4, 0, 0, 0, 0x0F, 0x42, 0x40]) + bytes(
-        i32(-70_000)
-    )
-    assert ask(bench, board, 0x91, 0x13)[1:4] == b"\xcb\x13\x52"
-    assert ask(bench, board, 0x91, 0x14) == bytes([0x91, 0xCE, 0x14, 0x41, *i32(3), *i32(4), 0x7F, 0, 0, 0])
-    assert ask(bench, board, 0x91, 0x00) == bytes([0x91, 0xCE, 0x00, 0x31, *i32(5), *i32(6), 0, 0, 0, 0])
-    assert ask(bench, board, 0x91, 0x15) == b""
-
-
-@pytest.mark.parametrize(
-    ("opcode", "number", "ranges", "velocity", "acceleration", "target"),
-    [
-        (0xC8, 0, 0, 100, 100, i32(5)),
-        (0xC8, 1, 0x60, 100, 100, i32(5)),
-        (0xC8, 1, 0x03, 100, 100, i32(5)),
-        (0xC8, 1, 0, -100, 100, i32(5)),
-        (0xC8, 1, 0, 100, -100, i32(5)),
-        (0xC8, 1, 0, 100, 100, (0x80, 0, 0, 0)),
-        (0xCB, 1, 0, 100, 100, (0x40, 0, 0, 0)),
-        (0xCB, 1, 0, 100, 100, (0xC0, 0, 0, 0)),
-    ],
-)
-def test_a_definition_out_of_range_is_ignored(bench, board, opcode, number, ranges, velocity, acceleration, target):
-    define(bench, board, opcode, number, velocity, acceleration, target, ranges)
-    assert ask(bench, board, 0x91, 1) == b""
 
 
 def test_fifty_moves_are_kept(bench, board):
@@ -246,37 +198,6 @@ def test_a_continuous_move_is_refused_during_a_ramp_and_during_a_preset_move(ben
     assert position(bench, board, 0x80) == 10_000
 
 
-def test_the_sense_of_direction(bench, board):
-    """After 14h the same + move runs CCW; CW is positive at the motor."""
-    default(bench, board, 10_000, NO_TIME)
-    complete(bench, board, 0x33, *i32(100))
-    assert board.pins["direction"].level
-    send(bench, board, 0x14, 1)
-    complete(bench, board, 0x33, *i32(30))
-    assert not board.pins["direction"].level
-    assert board.axes["motor"].position == 70
-    assert position(bench, board) == 130
-    assert ask(bench, board, 0x84)[1] == 0
-
-
-@pytest.mark.parametrize(("sign", "pin"), [(+1, "cw_limit"), (-1, "ccw_limit")])
-def test_a_limit_ends_the_pulses_within_200_us_and_lets_none_begin_in_its_direction(bench, board, sign, pin):
-    motor = board.axes["motor"]
-    default(bench, board, 100_000, NO_TIME)
-    send(bench, board, 0x33, *i32(sign * 50_000), seconds=0.1)
-    board.pins[pin].drive(True)
-    bench.run(0.00007)
-    assert motor.velocity
-    bench.run(0.00013)
-    assert motor.velocity == 0
-    stopped = motor.position
-    assert ask(bench, board, 0x89)[1] == (0xF0 if sign > 0 else 0x0F)
-    send(bench, board, 0x33, *i32(sign * 100), seconds=0.1)
-    assert motor.position == stopped
-    complete(bench, board, 0x33, *i32(-sign * 100))
-    assert motor.position == stopped - sign * 100
-
-
 def test_limit_switches_at_positions(bench):
     board = ready(bench, motor={"limits": (-500, 1_000)})
     default(bench, board, 10_000, NO_TIME)
@@ -295,8 +216,7 @@ def test_limit_switches_at_positions(bench):
 def test_pulses_issued_are_the_distance_commanded(distance, velocity, slope, start_stop):
     bench = Bench()
     board = ready(bench)
-    send(bench, board, 0xD6, *i32(start_stop))
-    send(bench, board, 0x31, 0, 0, *i32(max(velocity, 17)), *i32(slope))
+    send_all(bench, board, (0xD6, *i32(start_stop)), (0x31, 0, 0, *i32(max(velocity, 17)), *i32(slope)))
     send(bench, board, 0x33, *i32(distance), seconds=100_000)
     motor = board.axes["motor"]
     assert motor.position == motor.pulses == position(bench, board) == distance

@@ -1,4 +1,4 @@
-"""Options of a board, the figures of which the manual gives only an "about", and units of what a host sends."""
+"""Options for figures that the manual gives as "about", and units of the parameters of commands."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Sequence buffers as one who operates the board orders them, and what host and board say to one another."""
+"""Operator's orders for sequence buffers, and subscriptions to commands and messages."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Addendum: what is defined while the motor moves, or has an error already, counts from then on."""
+"""Addendum: parameters that are defined during a move, or while there is an error, take effect at once."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Hosts that do as they like, within the rules, while pins change and time passes; the same again on a new bench."""
+"""Random hosts that keep the handshake, while pins change and time passes; each run is repeated on a new bench."""
 
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
@@ -62,7 +62,7 @@ PINS = [
 
 
 class Tape:
-    """A board and everything that has been done to it and seen of it; played again, it must say the same."""
+    """A board with a record of all actions and observations; a repetition must give the same observations."""
 
     def __init__(self):
         self.bench = Bench()
@@ -96,7 +96,7 @@ class Tape:
 
 
 class Host(RuleBasedStateMachine):
-    """Keeps the handshakes and a shadow of the control byte, as the manual's programs do."""
+    """A host that keeps the handshakes and a copy of the control byte, as the manual's programs do."""
 
     @initialize(ccw_is_plus=st.booleans())
     def begin(self, ccw_is_plus):
@@ -110,7 +110,7 @@ class Host(RuleBasedStateMachine):
         self.define_moves()
 
     def define_moves(self):
-        """Something to begin with; most hosts do so."""
+        """Define some moves, as most hosts do at first."""
         self.send(*relative(1, 40_000, 20_000_000, 900))
         self.send(*relative(2, 5_000, 100_000, -700))
         self.send(*continuous(3, 5_000, 100_000))
@@ -128,7 +128,7 @@ class Host(RuleBasedStateMachine):
         return False
 
     def send(self, *command):
-        assert self.wait(INPUT_READY, 400), "the board does not listen"
+        assert self.wait(INPUT_READY, 400), "SB bit 4 is not set in time"
         for value in command:
             self.tape.do("write", DATA, value)
         self.tape.do("write", CONTROL, 0x10 | self.enabled)

@@ -174,7 +174,7 @@ def test_a_power_cut_under_the_joystick_sends_nothing(bench, board):
 
 @pytest.mark.parametrize("option", ["interrupt_command", "encoder_commands", "stop_after_stream"])
 def test_a_reading_that_does_not_exist(bench, option):
-    with pytest.raises(UsageError, match=f"{option}='none': choose one of"):
+    with pytest.raises(UsageError, match=f"{option}='none': expected one of"):
         bench.add("1811", **{option: "none"})
 
 

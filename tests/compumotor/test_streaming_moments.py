@@ -1,4 +1,4 @@
-"""Streaming at its edges: when it begins, the width of its pulses, power that goes while it is performed."""
+"""Streaming: its start, the width of its pulses, and a loss of power while it is performed."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Commands by their names, and messages in words."""
+"""Text form of commands and messages."""
 
 import pytest
 
@@ -40,11 +40,11 @@ def test_a_command(text, command):
         ("33 00 gg", 7, "'gg' is not a byte"),
         ("go_relativ 3", 1, "did you mean go_relative"),
         ("jump", 1, "no command 'jump'"),
-        ("go_relative", 1, "go_relative takes distance: 0 given"),
-        ("stop 1", 1, "stop takes nothing: 1 given"),
+        ("go_relative", 1, "go_relative has 0 values: expected distance"),
+        ("stop 1", 1, "stop has 1 value: expected nothing"),
         ("go_relative far", 13, "distance: 'far' is invalid"),
-        ("perform_move 51", 14, "move: '51' is invalid: a number, move 1…50"),
-        ("define_relative_move 1 60 1 1 1", 24, "velocity range 0 to 5"),
+        ("perform_move 51", 14, "move: '51' is invalid: expected a number, move 1…50"),
+        ("define_relative_move 1 60 1 1 1", 24, "expected the digits of velocity range (0 to 5)"),
         ("write_user_bits 8", 17, "bits: '8' is invalid"),
         (" ".join(["00"] * 17), 49, "at most 16 bytes"),
     ],

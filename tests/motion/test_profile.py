@@ -15,7 +15,7 @@ S = 10**9
 
 
 def reference_pulses(segments, limit=10_000):
-    """The exact time of each pulse in nanoseconds, by going along the profile."""
+    """Return the exact time of each pulse in nanoseconds, calculated segment by segment."""
     times, begins, phase = [], Fraction(0), Fraction(0)
     for rate, seconds in segments:
         ends = None if seconds is None else phase + rate * seconds

@@ -1,4 +1,4 @@
-"""Strokes one after the other, and how long they are remembered."""
+"""Pulse trains: consecutive moves, and the limit of stored moves."""
 
 from fractions import Fraction
 

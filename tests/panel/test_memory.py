@@ -31,7 +31,7 @@ def test_a_page_that_is_deleted_is_freed_by_counting_references():
     try:
         stage.play(partial(page, lambda: Context(common, people, people["a"])), play)
         assert len(left) > 300
-        assert sum(each() is not None for each in left) <= 10  # NiceGUI itself keeps a few
+        assert sum(each() is not None for each in left) <= 10  # NiceGUI itself keeps references to a few elements
     finally:
         gc.enable()
 

@@ -23,7 +23,7 @@ def line(seen):
     return list(zip(seen.times.tolist(), seen.values.tolist(), strict=True))
 
 
-# Windows with calculated contents
+# Windows with known contents
 
 
 def test_each_pixel_has_what_was_when_it_began_and_what_came_in_it():

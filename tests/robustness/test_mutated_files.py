@@ -64,11 +64,11 @@ SIGNALS = b"axistwin.signals"
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda t: t.replace_schema_metadata(None), "the metadata contain no list of signals"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"{"}), "the metadata contain no list of signals"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"[" * 9999}), "the metadata contain no list of signals"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"[]"}), "the metadata contain no list of signals"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b'{"a": 5}'}), "the metadata contain no list of signals"),
+        (lambda t: t.replace_schema_metadata(None), "expected a list of signals in the metadata"),
+        (lambda t: t.replace_schema_metadata({SIGNALS: b"{"}), "expected a list of signals in the metadata"),
+        (lambda t: t.replace_schema_metadata({SIGNALS: b"[" * 9999}), "expected a list of signals in the metadata"),
+        (lambda t: t.replace_schema_metadata({SIGNALS: b"[]"}), "expected a list of signals in the metadata"),
+        (lambda t: t.replace_schema_metadata({SIGNALS: b'{"a": 5}'}), "expected a list of signals in the metadata"),
         (lambda t: t.drop_columns(["integer"]), "column integer is missing, expected int64"),
         (lambda t: t.drop_columns(["time_ns"]), "column time_ns is missing, expected int64"),
         (lambda t: changed(t, "time_ns", pa.nulls(len(t), pa.int64())), "column time_ns has rows without a value"),

@@ -1,4 +1,4 @@
-"""The motor of most tests."""
+"""Fixture of the motor that most tests use."""
 
 import pytest
 

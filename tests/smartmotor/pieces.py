@@ -1,4 +1,4 @@
-"""One long day of a motor, in whatever pieces the time passes, and everything that can be seen of it.
+"""A long scripted run of a motor, divided in any way, and a record of all its outputs.
 
 `python -m tests.smartmotor.pieces` prints it, for another process to compare.
 """
@@ -52,7 +52,7 @@ END_NS = 3_100_000_000
 
 
 class Day:
-    """A motor with its program, its surroundings, and a record of what it did."""
+    """A motor with its program and wiring, and a record of its outputs."""
 
     def __init__(self, model="frame23"):
         self.bench = bench = Bench()
@@ -73,7 +73,7 @@ class Day:
             self.samples[samples.time_ns(n)] = tuple(map(int, place))
 
     def script(self):
-        """Return the acts with their times."""
+        """Return the actions of the script with their times."""
         motor, shaft, said = self.motor, self.motor.axes["shaft"], self.motor.serial.write
         return [
             (0, lambda: said(b"RUN ")),
@@ -96,7 +96,7 @@ class Day:
         ]
 
     def live(self, passing):
-        """Carry out the whole script; `passing(day, ns)` lets the time pass."""
+        """Execute the whole script; `passing(day, ns)` advances the clock."""
         for at, action in self.script():
             passing(self, self.begin_ns + at - self.bench.now)
             action()
@@ -115,18 +115,18 @@ class Day:
 
 
 def whole(day, ns):
-    """Pass the time at once."""
+    """Advance the clock in one step."""
     day.bench.run(ns / 1e9)
 
 
 def watched(day, ns):
-    """Pass the time, reading the position at every event."""
+    """Advance the clock, reading the position at every event."""
     shaft = day.motor.axes["shaft"]
     day.bench.run_until(lambda: shaft.position == 1 << 40, ns / 1e9)
 
 
 def by_chance(seed):
-    """Pass the time in random pieces, and read this or that in between."""
+    """Advance the clock in random steps, with random reads in between."""
     random = Random(seed)
 
     def passing(day, ns):
@@ -140,7 +140,7 @@ def by_chance(seed):
 
 
 def look(random, day):
-    """Read something by chance."""
+    """Perform a random read."""
     motor, shaft = day.motor, day.motor.axes["shaft"]
     random.choice([
         lambda: shaft.position, lambda: shaft.commanded, lambda: shaft.velocity, lambda: shaft.moving,

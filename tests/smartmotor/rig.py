@@ -1,4 +1,4 @@
-"""The kernel without a bench: a motor on a test rig and a processor with its program, plain or compiled."""
+"""The kernel without a bench: a motor, and a processor with a program, in plain Python or compiled."""
 
 from array import array
 from math import pi
@@ -42,25 +42,25 @@ class Rig:
         self._rotate, self._control, self._overloaded, self._resting, self._rest = functions
 
     def sample(self):
-        """Turn the shaft, run the servo law and the protection; return True in an overload."""
+        """Compute shaft, servo law and protection for a sample; return True in an overload."""
         self.turn(1)
         self._control(self.i)
         self.i[state.SAMPLE] += 1
         return bool(self._overloaded(self.i, self.f))
 
     def turn(self, samples):
-        """Turn the shaft alone."""
+        """Compute one sample of the shaft alone."""
         for _ in range(samples):
             self._rotate(self.i, self.f)
 
     def seconds(self, seconds):
-        """Turn the shaft alone for a whole number of samples; return the time that they take."""
+        """Compute samples of the shaft alone; return their time."""
         samples = round(seconds / SAMPLE_S)
         self.turn(samples)
         return samples * SAMPLE_S
 
     def trapezoid(self, target, revs_per_s, revs_per_s2):
-        """Move the trajectory to the target; return the following errors until 0.5 s later, and where it ended."""
+        """Move to the target; return the following errors until 0.5 s after the move, and the final position."""
         i, cpr, errors = self.i, self.motor.counts_per_rev, []
         max_velocity, rate = (int(x * cpr * 65536) for x in (revs_per_s * SAMPLE_S, revs_per_s2 * SAMPLE_S**2))
         end = None
@@ -80,7 +80,7 @@ class Rig:
         return next(n * SAMPLE_S for n in range(1, limit + 1) if self.sample())
 
     def rest(self, samples):
-        """Pass samples of a motor at rest in one step."""
+        """Compute many samples of a motor at rest in one step."""
         self._rest(self.i, self.f, samples)
 
     @property
@@ -101,7 +101,7 @@ class Rig:
 
 
 class Processor:
-    """A processor with one statement per sample; statements for Python are only noted, in `performed`."""
+    """A processor with one statement per sample; statements for Python are only recorded in `performed`."""
 
     def __init__(self, text, *, compiled=False, overlay=True):
         self.program = Program.compile(text)

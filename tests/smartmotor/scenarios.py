@@ -1,4 +1,4 @@
-"""Motors in a cam, in host mode and with interrupt routines: what several chapters' tests set up."""
+"""Motors in a cam, in host mode and with interrupt routines, for the tests of several chapters."""
 
 from axistwin import Bench
 from axistwin.bench import Controller
@@ -29,7 +29,7 @@ G
 
 
 def turn_to(bench: Bench, motor: Controller, count: int, per_sample: int = 50) -> int:
-    """Turn the external encoder to a count; return the shaft's position then."""
+    """Turn the external encoder to a count; return the shaft's position at that count."""
     distance = count - motor.master.count
     needed = -(-abs(distance) // per_sample) or 1
     motor.master.move(distance, needed * SAMPLE_NS / 1e9)
@@ -117,7 +117,7 @@ def open_limit(bench: Bench, motor: Controller) -> None:
 
 
 def jam(bench: Bench, motor: Controller) -> None:
-    """Jam the shaft for 110 samples: at 10 counts per sample it is 1010 late in the 101st; E is 1000."""
+    """Jam the shaft for 110 samples; at 10 counts per sample the position error exceeds E=1000 in the 101st."""
     motor.axes["shaft"].jam(True)
     advance(bench, 110)
     motor.axes["shaft"].jam(False)
@@ -138,7 +138,7 @@ def delays(**options) -> tuple[int, int]:
 
 
 def main_with(c2: str) -> str:
-    """Return a program that counts m; its C2 counts j and then carries out these lines; C9 may be jumped to."""
+    """Return a program that counts m; C2 counts j and then executes these lines; C9 is a jump target."""
     return f"""
 UGI
 F=64

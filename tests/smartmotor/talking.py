@@ -12,7 +12,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.sim import SerialPort
 
-from .bits import BA, BI, BX
+from .bits import BI
 
 SAMPLE_NS = 245_760
 SAMPLE_S = SAMPLE_NS / 1e9
@@ -79,9 +79,9 @@ def values(bench: Bench, motor: Controller, expressions: Iterable[str]) -> list[
     return [value(bench, motor, expression) for expression in expressions]
 
 
-def status_word(bench: Bench, motor: Controller, seconds: float = 0.001) -> int:
-    """Return RW without Bi, Bx and Ba: index marks and the current limit concern few tests."""
-    return int(ask(bench, motor, "RW", seconds)) & ~(BI | BX | BA)
+def status_word(bench: Bench, motor: Controller, seconds: float = 0.001, *, ignored: int = BI) -> int:
+    """Return RW without the bits in `ignored`; few tests concern index marks, so Bi is ignored by default."""
+    return int(ask(bench, motor, "RW", seconds)) & ~ignored
 
 
 # Time

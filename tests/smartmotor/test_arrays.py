@@ -62,7 +62,7 @@ def test_with_it_they_are_accepted(bench, motor):
 
 @pytest.mark.parametrize(("kind", "last"), list(LAST.items()))
 def test_the_last_element(bench, motor, kind, last):
-    """8.2: ab[203], aw[101], al[50] are there; the next one is an array index error, Bu."""
+    """8.2: ab[203], aw[101] and al[50] exist; the next index is an array index error, Bu."""
     send(bench, motor, f"{kind}[{last}]=-7", 0)
     assert send(bench, motor, f"R{kind}[{last}] RBu", 0) == b"-7\r0\r"
     send(bench, motor, f"{kind}[{last + 1}]=5", 0)
@@ -108,7 +108,7 @@ def test_the_long_variables_lie_in_the_same_memory(bench, motor, index, name):
 
 
 def test_zzz_and_single_letters_lie_elsewhere(bench, motor):
-    """6: 51 longs are 26 and 25: zzz is not among them."""
+    """6: the 51 longs are aa…zz (26) and aaa…yyy (25), without zzz."""
     send(bench, motor, "zzz=9 a=8 z=7", 0)
     assert {value(bench, motor, f"al[{index}]") for index in range(51)} == {0}
     assert values(bench, motor, ["zzz", "a", "z"]) == [9, 8, 7]
@@ -137,7 +137,7 @@ def test_without_the_overlay_names_and_arrays_are_apart(bench):
     ],
 )
 def test_storing_truncates_and_reading_extends_the_sign(bench, motor, where, stored, read):
-    """6: the low 8 or 16 bits."""
+    """6: an element keeps the low 8 or 16 bits."""
     send(bench, motor, f"{where}={stored}", 0)
     assert value(bench, motor, where) == read
     assert send(bench, motor, "RBs RBd RBu", 0) == b"0\r0\r0\r"
@@ -205,7 +205,7 @@ def stores(draw):
 @settings(deadline=None, max_examples=40)
 @given(written=st.lists(stores(), max_size=25))
 def test_the_three_arrays_are_one_memory_of_204_bytes(written):
-    """8.2 item 3, against 204 bytes."""
+    """8.2 item 3: 204 bytes."""
     bench = Bench()
     motor, memory = ready(bench), bytearray(204)
     for kind, index, number in written:
@@ -232,7 +232,7 @@ def test_values_in_a_row_are_one_statement_and_without_their_bracket_none(bench,
 
 @pytest.mark.parametrize(("values", "taken"), [(16, True), (17, False)])
 def test_sixteen_values_from_outside_in_one_statement(bench, motor, values, taken):
-    """Base 6: GETCHR of an empty buffer is 0.  With a seventeenth such value the statement sets Bs and does nothing."""
+    """Base 6: GETCHR of an empty buffer is 0.  With a seventeenth external value the statement only sets Bs."""
     load(bench, motor, "a=7\na=a+{}+1\nb=1\nEND\n".format("+".join(["GETCHR1"] * values)))
     send(bench, motor, "ZS RUN", 0.05)
     assert send(bench, motor, "Ra RBs Rb", 0) == (b"8\r0\r1\r" if taken else b"7\r1\r1\r")

@@ -44,7 +44,7 @@ def test_the_default_mode_is_mode_torque_brake(bench, unwired):
 
 
 def test_the_default_brake_control_is_brksrv(bench, unwired):
-    """2.0 item 3: engaged while Bo is 1, released while it is 0, moving or not."""
+    """2.0 item 3: engaged while Bo is 1, released while Bo is 0, moving or not."""
     assert unwired.pins["brake"].level
     send(bench, unwired, "UCI UDI ZS")
     assert unwired.pins["brake"].level
@@ -57,7 +57,7 @@ def test_the_default_brake_control_is_brksrv(bench, unwired):
 
 @pytest.mark.parametrize("command", ["G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MV G", "MP D=5 G", "MT T=500 G"])
 def test_no_movement_can_be_commanded_until_the_faults_are_cleared(bench, unwired, command):
-    """2.0 item 5 and 3.1: nothing moves, nothing changes, and it is no syntax error either."""
+    """2.0 item 5 and 3.1: nothing moves, no flag changes, no syntax error."""
     send(bench, unwired, "A=65536 V=65536 P=1000 T=1023")
     unwired.master.move(1000, 0.01)
     send(bench, unwired, command, 0.1)
@@ -81,7 +81,7 @@ def test_a_go_on_pin_g_is_inhibited_too(bench, unwired):
 
 
 def test_a_program_cannot_be_downloaded_in_a_fault(bench, unwired):
-    """2.0 item 6: no acknowledgement comes; after the fault is cleared it does."""
+    """2.0 item 6: LOAD is acknowledged only after the fault has been cleared."""
     assert send(bench, unwired, b"LOAD ") == b""
     send(bench, unwired, "UCI UDI ZS")
     assert ask(bench, unwired, "RW") == "128"
@@ -97,7 +97,7 @@ def test_a_program_cannot_be_downloaded_in_a_fault(bench, unwired):
         ("UCI UDI Zr", 9),
     ],
 )  # fmt: skip
-def test_half_a_cure_is_none(bench, unwired, cure, target):
+def test_half_a_remedy_leaves_the_fault(bench, unwired, cure, target):
     """3.1: both inputs must be reassigned or grounded, and then the flags cleared."""
     send(bench, unwired, cure)
     send(bench, unwired, f"A=65536 V=65536 P={target} G", 0.1)
@@ -114,7 +114,7 @@ def test_the_sample_code_of_section_3_1_clears_it(bench, unwired, cure):
 
 
 def test_grounding_the_pins_clears_it_as_well(bench, unwired):
-    """3.1 step 2: "or grounding Ports C and/or D"; the real-time bits fall, the historical wait."""
+    """3.1 step 2: "or grounding Ports C and/or D"; the real-time bits become 0, the historical bits stay."""
     unwired.pins["C"].drive(0.0)
     unwired.pins["D"].drive(False)
     bench.run(0.01)
@@ -138,7 +138,7 @@ def test_a_power_on_default(bench, unwired, name):
 
 
 def test_a_power_cycle_and_z_restore_every_default(bench, motor):
-    """A power cycle and Z forget everything that was set; CLK counts samples from 0 again."""
+    """A power cycle and Z restore every default; CLK counts samples from 0 again."""
     for restart in (motor.power_cycle, lambda: send(bench, motor, "Z")):
         send(
             bench,
@@ -155,7 +155,7 @@ def test_a_power_cycle_and_z_restore_every_default(bench, motor):
 
 
 def test_the_firmware_is_4_76(bench, unwired):
-    """Page 1: RSP is answered by 24576/476."""
+    """Page 1: RSP reports 24576/476."""
     assert ask(bench, unwired, "RSP") == "24576/476"
 
 
@@ -176,7 +176,7 @@ def test_a_command_removed_is_a_syntax_error(bench, motor, command):
 
 @pytest.mark.parametrize("moment", [0.0, 0.0001, 0.1, 0.199, 0.2, 0.3])
 def test_cleared_at_any_moment_it_stays_cleared(bench, moment):
-    """Also in the first sample and in the boot window."""
+    """Faults can be cleared in the first sample and in the boot window, too."""
     motor = bench.add("smartmotor", line="instant")
     bench.run(moment)
     send(bench, motor, "UCI UDI ZS", 0.5)
@@ -184,7 +184,7 @@ def test_cleared_at_any_moment_it_stays_cleared(bench, moment):
 
 
 def test_power_cut_in_the_middle_of_a_move_and_of_a_command(bench, motor):
-    """Move and command are forgotten; the shaft stays where it stopped; counts start at 0 again."""
+    """The move and the command are lost; the shaft stays where it stopped; counts begin at 0 again."""
     send(bench, motor, "A=65536 V=65536 P=100000 G RP", 0.1)
     motor.serial.write(b"A=123")
     bench.run(0.01)

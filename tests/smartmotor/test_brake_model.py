@@ -1,4 +1,4 @@
-"""Chapter 5 in any order: the motor against the chapter's rules written down once more, in the plainest way."""
+"""Chapter 5, brake commands in any order: the motor against an independent model of the chapter's rules."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ WORDS = [
     "OFF",
     SHORT,
     LONG,
-    "S D=0",  # and the next G is a position move, which ends at once
+    "S D=0",  # the next G is a position move, which ends at once
     "X D=0",
     "G",
     "MF4",
@@ -33,17 +33,17 @@ WORDS = [
 
 @dataclass
 class Rules:
-    """5.1 and 5.2."""
+    """A model of the rules of 5.1 and 5.2."""
 
     control: str = "BRKSRV"
     routing: str = "BRKI"
     enabled: bool = True  # MTB has not been disabled by BRKRLS and OFF
     servo: bool = False
     trajectory: bool = False
-    for_ever: bool = False  # what G begins does not end by itself
+    for_ever: bool = False  # the move of G does not end by itself
 
     def obey(self, word: str) -> None:
-        """One command, and what has become of it a long time after."""
+        """Update the model by one command and a long time after it."""
         if word in {"BRKI", "BRKC", "BRKG"}:
             self.routing = word
         elif word.startswith("BRK"):
@@ -63,18 +63,18 @@ class Rules:
 
     @property
     def engaged(self) -> bool:
-        """The static brake."""
+        """True if the static brake is engaged."""
         by_control = {"BRKSRV": not self.servo, "BRKTRJ": not self.trajectory, "BRKRLS": False, "BRKENG": True}
         return by_control[self.control]
 
     @property
     def shorted(self) -> bool:
-        """MTB."""
+        """True if MTB shorts the windings."""
         return self.enabled and not self.servo
 
 
 def said(bench: Bench, motor: Controller) -> tuple[bool, bool, bool]:
-    """Bo, Bt, and whether RMODE reports B."""
+    """Return Bo, Bt, and True if RMODE reports B."""
     off, busy, mode = send(bench, motor, "RBo RBt RMODE").split()
     return off == b"1", busy == b"1", mode == b"B"
 
@@ -89,7 +89,7 @@ def test_any_order_of_brake_commands(words):
     rules = Rules()
     for word in words:
         if word in {"S D=0", "X D=0"} and not rules.servo:
-            continue  # what they do to a motor that is off is not told
+            continue  # the manual does not define their effect on a motor that is off
         send(bench, motor, word, 0.02)
         rules.obey(word)
         assert said(bench, motor) == (not rules.servo, rules.trajectory, rules.shorted)

@@ -12,13 +12,13 @@ FOR_EVER = "A=65536 V=65536*4 MV G"
 
 
 def state(bench: Bench, motor: Controller) -> tuple[str, str, str, bool]:
-    """Mode, motor off, trajectory in progress; is the internal brake engaged?"""
+    """Return mode, Bo, Bt, and the internal brake's signal."""
     mode, off, busy = send(bench, motor, "RMODE RBo RBt").decode().split()
     return mode, off, busy, motor.pins["brake"].level
 
 
 def changes(bench: Bench, motor: Controller, name: str) -> list[tuple[int, bool]]:
-    """Every change of a pin from now on, with its moment in nanoseconds from now."""
+    """Record every change of a pin, with the time in ns from now."""
     found: list[tuple[int, bool]] = []
     start = bench.now
     motor.pins[name].subscribe(lambda pin: found.append((bench.now - start, pin.level)))
@@ -34,7 +34,7 @@ def test_at_power_up_the_brake_is_engaged_and_mtb_is_active(bench, motor):
 
 
 def test_the_brake_is_engaged_from_the_first_moment(bench):
-    """2.0 item 2, 5.1: a fail-safe brake, before a word has been said."""
+    """2.0 item 2, 5.1: a fail-safe brake, before any command."""
     motor = bench.add("smartmotor", line="instant")
     assert motor.pins["brake"].level is True
     assert send(bench, motor, "RMODE") == b"B\r"
@@ -49,7 +49,7 @@ def test_brksrv_releases_while_the_servo_is_on(bench, motor):
 
 
 def test_brksrv_takes_effect_in_the_moment_of_g_and_of_off(bench, motor):
-    """5.2: the brake goes with Bo."""
+    """5.2: the brake changes at the same time as Bo."""
     found = changes(bench, motor, "brake")
     send(bench, motor, MOVE, 0)
     advance(bench, 20)
@@ -102,8 +102,8 @@ def test_brktrj_engages_when_a_trajectory_is_ended_early(bench, motor, ending):
     assert motor.pins["brake"].level is True
 
 
-def test_brkrls_and_brkeng_are_by_hand(bench, motor):
-    """14 of the base language: release, engage; trajectories and the servo change nothing then."""
+def test_brkrls_and_brkeng_ignore_servo_and_trajectory(bench, motor):
+    """14 of the base language: release, engage; the servo and trajectories have no effect on the brake."""
     brake = motor.pins["brake"]
     send(bench, motor, "BRKRLS")
     assert brake.level is False
@@ -174,7 +174,7 @@ def test_without_uxo_the_pin_is_not_driven(bench, motor, command, name):
 
 
 def test_brki_is_the_default_and_leaves_c_and_g_alone(bench, motor):
-    """5.1: the internal brake alone."""
+    """5.1: the signal is on the internal brake pin only."""
     send(bench, motor, "UCO UGO UC=1 UG=1")
     found = changes(bench, motor, "C"), changes(bench, motor, "G")
     send(bench, motor, MOVE, 0.1)
@@ -184,7 +184,7 @@ def test_brki_is_the_default_and_leaves_c_and_g_alone(bench, motor):
 
 
 def test_brki_brkc_and_brkg_are_mutually_exclusive(bench, motor):
-    """1.2, note: the last one counts."""
+    """1.2, note: the last command counts."""
     send(bench, motor, "UCO UGO UC=0 UG=0 BRKC")
     assert motor.pins["C"].level is True
     send(bench, motor, "BRKG")
@@ -213,7 +213,7 @@ def test_the_internal_brake_works_with_each_routing(bench, motor, command):
 
 
 def test_brkc_takes_pin_c_from_the_limit(bench):
-    """5.1: engaged is 5 V on pin C, which as an output is no limit."""
+    """5.1: engaged is 5 V on pin C, which is an output and not a limit."""
     motor = wired(bench)
     motor.pins["C"].release()
     send(bench, motor, "UCO BRKC ZS", 0.01)
@@ -222,7 +222,7 @@ def test_brkc_takes_pin_c_from_the_limit(bench):
 
 
 def test_the_routing_and_the_mode_are_forgotten_at_power_off(bench, motor):
-    """5.1: BRKI is the default state, 5.2: BRKSRV."""
+    """5.1, 5.2: the defaults are BRKI and BRKSRV."""
     send(bench, motor, "UGO BRKG BRKTRJ BRKRLS OFF")
     motor.power(False)
     bench.run(0.1)
@@ -268,7 +268,7 @@ def test_commands_that_turn_off_mtb(bench, motor, command, letter):
     "command", ["MP", "MV", "MFR", "MC", "MD", "BRKSRV", "BRKTRJ", "BRKENG", "P=100", "A=1", "OFF", "S", "X"]
 )
 def test_commands_that_leave_mtb(bench, motor, command):
-    """5.2 note 1 does not name them; a buffered mode begins with G."""
+    """5.2 note 1 does not name these commands; a buffered mode begins with G."""
     send(bench, motor, f"BASE=1000 SIZE=10 MTB {command}")
     assert state(bench, motor)[:3] == ("B", "1", "0")
 
@@ -339,7 +339,7 @@ HOLD = "MP D=0 G"
 
 
 def test_a_limit_role_takes_the_pin_from_the_brake(bench, motor):
-    """5.1: "These commands will change the function of the I/O pin C": UCP as UCI does; UCO is a plain output then."""
+    """5.1: "These commands will change the function of the I/O pin C": UCP, UCI; after UCO it is an ordinary output."""
     send(bench, motor, "UC=0 UCO BRKC")
     assert motor.pins["C"].volts == 5.0
     send(bench, motor, "UCP", 0.01)
@@ -352,7 +352,7 @@ def test_a_limit_role_takes_the_pin_from_the_brake(bench, motor):
 
 @pytest.mark.parametrize(("brake", "name"), PINS)
 def test_an_output_given_again_or_late_shows_the_signal_at_once(bench, motor, brake, name):
-    """5.1: "The I/O pin is set to 5 Vdc when brake engaged": no moment at 0 V when UGO (UCO) is given once more."""
+    """5.1: "The I/O pin is set to 5 Vdc when brake engaged": no pulse of 0 V when UGO (UCO) is repeated."""
     pin = motor.pins[name]
     send(bench, motor, f"U{name}=0 {brake} U{name}O")
     assert pin.volts == 5.0
@@ -367,10 +367,10 @@ def test_an_output_given_again_or_late_shows_the_signal_at_once(bench, motor, br
 @pytest.mark.parametrize(("brake", "name"), PINS)
 @pytest.mark.parametrize("engaged", [True, False])
 def test_the_pin_that_loses_the_signal_keeps_its_level(bench, motor, brake, name, engaged):
-    """1.2: "BRKG, BRKC, and BRKI are mutually exclusive"; the brake on the pin does not move when it is left."""
+    """1.2: "BRKG, BRKC, and BRKI are mutually exclusive"; the brake on the old pin keeps its state."""
     send(bench, motor, f"U{name}={0 if engaged else 1} U{name}O {brake}" + ("" if engaged else f" {HOLD}"))
     found = changes(bench, motor, name)
     send(bench, motor, "BRKI BRKENG BRKRLS BRKSRV")
     assert (motor.pins[name].level, found) == (engaged, [])
     send(bench, motor, f"U{name}O")
-    assert motor.pins[name].level is not engaged  # what the latch holds
+    assert motor.pins[name].level is not engaged  # the level of the latch

@@ -38,7 +38,7 @@ def test_example_1_two_cycles_of_figure_9_1(bench, motor):
 
 
 def test_example_1_backwards_through_the_zero_point(bench, motor):
-    """Figure 9.1 from right to left: one count before zero stands the end of the dwell, CTR 9999 and position 500."""
+    """Figure 9.1 from right to left: one count before zero is the end of the dwell, CTR 9999 and position 500."""
     run_example(bench, motor, "F=128")
     turn_to(bench, motor, 10_500)
     for count in (10_000, 9_999, 8_000, 7_000, 4_000, 500, 0):
@@ -51,7 +51,7 @@ def test_example_1_backwards_through_the_zero_point(bench, motor):
 
 
 def test_cam_modulo_is_an_anti_wrap(bench, motor):
-    """1.1: position and counter are relative to the start of each cycle, however many there have been."""
+    """1.1: position and counter are relative to the start of each cycle, after any number of cycles."""
     start_cam(bench, motor, "F=128")
     assert turn_to(bench, motor, 1_000_000, 1000) == 50_000
     assert send(bench, motor, "RP RCTR RBw", 0) == b"0\r0\r0\r"
@@ -88,7 +88,7 @@ def test_example_2_reversed_before_the_origin(bench, motor):
 
 
 def test_there_and_back_ends_where_it_began(bench, motor):
-    """9.3: the same places in both directions, across many cycles."""
+    """9.3: the same positions in both directions, over many cycles."""
     start_cam(bench, motor)
     there = turn_through(bench, motor, list(range(-20_000, 30_001, 1000)))
     assert turn_through(bench, motor, list(range(30_000, -20_001, -1000))) == there[::-1]
@@ -179,7 +179,7 @@ def test_cx_is_the_index_of_the_table_in_real_time(bench, motor):
 
 
 def test_a_table_is_changed_outside_its_active_area(bench, motor):
-    """9.1: CX lets a program avoid the active area; what has been changed holds when the cam gets there."""
+    """9.1: CX lets a program avoid the active area; a changed entry is used in the next pass."""
     start_cam(bench, motor)
     turn_to(bench, motor, 1500)
     assert value(bench, motor, "CX") == 1
@@ -196,7 +196,7 @@ def test_example_3_with_the_encoder_multiplied(bench, motor):
     example_3(bench, motor)
     counts = [2000, 4000, 6000, 8000, 10_000, 14_938, 14_939, 16_939]
     assert turn_through(bench, motor, counts) == [700, 1100, 2200, 3300, 2200, 2200, 2200, 2900]
-    second = 14_939 + 10_000 + 4901  # D=9802 holds from the first crossing on
+    second = 14_939 + 10_000 + 4901  # D=9802 is in force from the first crossing on
     assert turn_through(bench, motor, [second - 4901, second, second + 2000]) == [4400, 4400, 5100]
 
 
@@ -211,7 +211,7 @@ def test_example_3_with_the_table_multiplied(bench):
 
 
 def example_3(bench, motor):
-    """As it is printed; its last three lines take effect at the first zero crossing."""
+    """Return example 3 as printed; its last three lines take effect at the first zero crossing."""
     load(bench, motor, EXAMPLE_3)
     send(bench, motor, "RUN", 0)
     bench.run(0.05)
@@ -255,8 +255,8 @@ def test_less_than_a_quarter_of_base_per_sample_is_followed(bench, motor, per_sa
     assert turn_to(bench, motor, -24_000, per_sample) == -3 * 500 + 1000
 
 
-def test_a_master_beyond_all_limits_does_not_upset_the_motor(bench, motor):
-    """More than BASE in one sample is not allowed; the motor still obeys, and CTR counts."""
+def test_a_master_beyond_all_limits_leaves_the_motor_operable(bench, motor):
+    """More than BASE in one sample is not allowed; the motor still executes commands, and CTR counts."""
     start_cam(bench, motor)
     motor.master.move(10_000_000, SAMPLE_NS / 1e9)
     advance(bench, 4)
@@ -303,7 +303,7 @@ def test_any_table_is_followed_in_both_directions(table, interval, dwell, walk):
 
 
 def test_outside_cam_mode_f_128_resets_nothing(bench, motor):
-    """1.2: the reset is one "at modulo cam BASE plus dwell": following still counts."""
+    """1.2: only a cam resets the counter, "at modulo cam BASE plus dwell"."""
     send(bench, motor, "F=128 BASE=100 SIZE=4 D=0 MF4", 0)
     assert turn_to(bench, motor, 1000) == 1000
     assert send(bench, motor, "RCTR RP", 0) == b"1000\r1000\r"
@@ -317,7 +317,7 @@ def test_reversed_by_f_2_the_cam_runs_the_other_way(bench, motor):
 
 
 def test_a_real_motor_follows_the_cam(bench):
-    """With a motor of frame 23 the trajectory is the same, and the shaft gets there."""
+    """With a frame 23 motor the trajectory is the same, and the shaft reaches the target."""
     motor = ready(bench, shaft={"motor": "frame23"})
     start_cam(bench, motor)
     for count, position in (FIGURE | SECOND).items():
@@ -329,7 +329,7 @@ def test_a_real_motor_follows_the_cam(bench):
 
 
 def test_the_cam_is_left_for_a_position(bench, motor):
-    """MP and G while the cam moves the shaft at 25 counts per sample: it stops, and comes back to the target."""
+    """MP and G while the cam moves the shaft at 25 counts per sample: the shaft stops and returns to the target."""
     start_cam(bench, motor)
     motor.master.move(2000, 20 * SAMPLE_NS / 1e9)
     advance(bench, 10)
@@ -340,7 +340,7 @@ def test_the_cam_is_left_for_a_position(bench, motor):
 
 
 def test_s_holds_the_cam_and_mc_g_starts_it_again(bench, motor):
-    """4: S; then relative positions count from where the shaft is, with the counter zeroed by MF0."""
+    """4: after S and MF0, relative positions begin at the shaft's present position."""
     start_cam(bench, motor)
     turn_to(bench, motor, 1000)
     send(bench, motor, "S", 0)
@@ -350,7 +350,7 @@ def test_s_holds_the_cam_and_mc_g_starts_it_again(bench, motor):
 
 
 def test_g_on_pin_g_starts_the_cam(bench, motor):
-    """5: cam starts with G, also the one on the pin."""
+    """5: the cam starts with G, or with G on pin G."""
     send(bench, motor, "MF0 F=16 D=0 BASE=8000 SIZE=8 aw[0] 0 250 500 250 0 500 1000 750 500. MC", 0)
     assert turn_to(bench, motor, 16_000, 500) == 0
     send(bench, motor, "MF0", 0)
@@ -362,7 +362,7 @@ def test_g_on_pin_g_starts_the_cam(bench, motor):
 
 @pytest.mark.parametrize("words", ["BASE=0 SIZE=8", "BASE=8 SIZE=0", "BASE=7 SIZE=8"])
 def test_a_cam_without_an_interval_does_not_start(bench, motor, words):
-    """9.5: MCn calculates BASE/SIZE; without one there is nothing to follow."""
+    """9.5: MCn calculates BASE/SIZE, which needs an interval."""
     send(bench, motor, f"MF0 F=16 aw[0] 0 250 500 250 0 500 1000 750 500. {words} MC", 0)
     assert send(bench, motor, "RBs G RMODE", 0)[:2] == b"1\r"
     assert turn_to(bench, motor, 1000) == 0

@@ -1,4 +1,4 @@
-"""9.2, 9.3, 9.5: what happens at the zero point, in both directions and in each of the cam's kinds."""
+"""9.2, 9.3, 9.5: crossings of the zero point, in both directions and with each kind of cam."""
 
 import pytest
 
@@ -7,21 +7,21 @@ from .talking import send, value
 
 
 def begin(bench, motor, f, words=""):
-    """The cam of examples 1 and 2 at 3000 counts, and these changes."""
+    """Start the cam of examples 1 and 2, turn to 3000 counts, and send changes."""
     start_cam(bench, motor, f)
     turn_to(bench, motor, 3000)
     send(bench, motor, words, 0)
 
 
 def test_a_new_base_is_taken_backwards(bench, motor):
-    """9.3: "in either direction": before the origin lies a dwell of 2000 and then a cycle of 4000 counts."""
+    """9.3: "in either direction": before the origin there are a dwell of 2000 and a cycle of 4000 counts."""
     begin(bench, motor, "F=16", "BASE=4000 MC CI ")
     counts = [0, -1, -2000, -2500, -6000, -8000, -8500]
     assert turn_through(bench, motor, counts) == [0, 0, 0, 250, -500, -500, -250]
 
 
 def test_a_new_dwell_is_taken_backwards_in_cam_modulo(bench, motor):
-    """9.2: one count before zero the counter stands at BASE plus the new D, less one."""
+    """9.2: one count before zero, CTR is BASE plus the new D minus one."""
     begin(bench, motor, "F=128", "D=100 CI ")
     for count, physical, reported, counter in [(0, 0, 0, 0), (-1, 0, 500, 8099), (-1100, 250, 750, 7000)]:
         assert turn_to(bench, motor, count) == physical
@@ -37,7 +37,7 @@ def test_a_new_base_of_an_absolute_cam(bench, motor):
 
 
 def test_relative_positions_on_the_fly(bench, motor):
-    """9.5: from F=0 to F=16 at the zero point: what follows counts from where the shaft is then."""
+    """9.5: from F=0 to F=16 at the zero point: later positions are relative to the shaft's position there."""
     begin(bench, motor, "F=0", "D=100 F=16 MC CI ")
     assert turn_through(bench, motor, [7000, 8000, 9000, 16_000, 16_100, 17_100]) == [750, 0, 250, 500, 500, 750]
 
@@ -52,14 +52,14 @@ def test_o_in_a_relative_cam_redefines_the_position_and_moves_nothing(bench, mot
 
 
 def test_parameters_that_g_has_taken_need_no_ci(bench, motor):
-    """9.5: starting with MCn and G uses what is buffered; a CI before leaves nothing for the zero point."""
+    """9.5: starting with MCn and G uses what is buffered; an earlier CI has no further effect at the zero point."""
     send(bench, motor, "MF4 F=16 D=2000 BASE=8000 SIZE=8 aw[0] 0 250 500 250 0 500 1000 750 500.", 0)
     send(bench, motor, "MC D=100 CI G D=300", 0)
     assert turn_through(bench, motor, [8000, 8100, 9100, 16_200, 17_200]) == [500, 500, 750, 1000, 1250]
 
 
 def test_the_dwell_is_multiplied_too_and_may_end_between_two_counts(bench, motor):
-    """9.4: MC2 multiplies the encoder's pulses: BASE=16 and D=5 are over after 10.5 counts, two cycles after 21."""
+    """9.4: MC2 multiplies the encoder's pulses: BASE=16 and D=5 end after 10.5 counts, two cycles after 21."""
     send(bench, motor, "MF4 F=16 D=5 BASE=16 SIZE=8 aw[0] 0 2 4 6 8 10 12 14 100. MC2 G", 0)
     first = [0, 2, 4, 6, 8, 10, 12, 14, 100, 100, 100]
     second = [101, 103, 105, 107, 109, 111, 113, 157, 200, 200]
@@ -69,7 +69,7 @@ def test_the_dwell_is_multiplied_too_and_may_end_between_two_counts(bench, motor
 
 
 def test_ci_over_and_over_follows_d(bench, motor):
-    """Example 4's habit: D one larger, MC, CI, in each cycle: 8000 and 8001 and 8002 counts."""
+    """As in example 4: D one larger, MC and CI in each cycle: 8000, 8001 and 8002 counts."""
     start_cam(bench, motor, "F=16", dwell=0)
     end, position = 0, 0
     for dwell in range(5):

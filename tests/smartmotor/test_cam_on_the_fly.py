@@ -1,4 +1,4 @@
-"""9.5: parameters of mode cam changed while it runs, and what makes a CI invalid."""
+"""9.5: changes of cam parameters during a cam, and the commands that make a CI invalid."""
 
 import pytest
 from hypothesis import given, settings
@@ -15,7 +15,7 @@ OLD = {11_000: 750, 12_000: 1000, 18_000: 1000, 18_100: 1000, 20_000: 1000, 21_0
 
 @pytest.fixture
 def motor(bench: Bench) -> Controller:
-    """The cam of example 2, at 3000 counts, in its first cycle."""
+    """Return a motor with the cam of example 2, at 3000 counts in the first cycle."""
     motor = ready(bench)
     start_cam(bench, motor)
     turn_to(bench, motor, 3000)
@@ -24,6 +24,38 @@ def motor(bench: Bench) -> Controller:
 
 def see(bench, motor, expected):
     assert turn_through(bench, motor, list(expected)) == list(expected.values())
+
+
+CHANGES = {
+    "without ci the dwell stays": ("D=100", OLD),
+    # 9.3: this prevents abrupt moves.
+    "if the boundary is never crossed the dwell never changes": (
+        "D=0 CI",
+        {9999: 500, 1: 0, 8000: 500, 5000: 500, 9998: 500, 1000: 250},
+    ),
+    "ci takes nothing that has not been changed": ("CI", OLD),
+    # 9.5: the first four parts of the table take all of BASE now, and its last position is aw[4]=0.
+    "size is changed with mc and ci": (
+        "SIZE=4 MC CI",
+        {10_000: 500, 12_000: 750, 14_000: 1000, 18_000: 500, 20_000: 500, 22_000: 750},
+    ),
+    # 9.5: MC2 from the next zero point: BASE in 4000 counts, D in 1000.
+    "the multiplier is changed with ci": (
+        "MC2 CI",
+        {8000: 500, 10_000: 500, 11_000: 1000, 14_000: 1000, 15_000: 1000, 15_500: 1250},
+    ),
+    # 9.5: neither the BASE before CI nor the D after CI takes effect.
+    "no partial initialisation takes place": ("BASE=4000 MC CI D=0", OLD),
+    # Back across the zero point: the new dwell stays, no other parameter changes.
+    "one ci serves one crossing": ("D=100 CI", {10_500: 625, 10_000: 500, 9_900: 500, 8_900: 750}),
+}
+"""Commands at 3000 counts, and the positions of the shaft at further counts."""
+
+
+@pytest.mark.parametrize(("commands", "expected"), CHANGES.values(), ids=CHANGES)
+def test_a_change(bench, motor, commands, expected):
+    send(bench, motor, commands, 0)
+    see(bench, motor, expected)
 
 
 # Dwell
@@ -44,7 +76,7 @@ def test_a_new_dwell_holds_for_a_crossing_backwards_too(bench, motor):
 
 
 def test_the_crossing_in_example_1_takes_the_new_dwell_too(bench):
-    """9.2: in cam modulo."""
+    """9.2: the same in cam modulo."""
     motor = ready(bench)
     start_cam(bench, motor, "F=128")
     turn_to(bench, motor, 3000)
@@ -55,22 +87,6 @@ def test_the_crossing_in_example_1_takes_the_new_dwell_too(bench):
     assert send(bench, motor, "RCTR RP", 0) == b"8099\r500\r"
     turn_to(bench, motor, 18_100)
     assert send(bench, motor, "RCTR RP", 0) == b"0\r0\r"
-
-
-def test_without_ci_the_dwell_stays(bench, motor):
-    send(bench, motor, "D=100", 0)
-    see(bench, motor, OLD)
-
-
-def test_if_the_boundary_is_never_crossed_the_dwell_never_changes(bench, motor):
-    """9.3: that prevents abrupt moves."""
-    send(bench, motor, "D=0 CI", 0)
-    see(bench, motor, {9999: 500, 1: 0, 8000: 500, 5000: 500, 9998: 500, 1000: 250})
-
-
-def test_ci_takes_nothing_that_has_not_been_changed(bench, motor):
-    send(bench, motor, "CI", 0)
-    see(bench, motor, OLD)
 
 
 def test_dwell_may_become_zero_and_grow_again(bench, motor):
@@ -90,20 +106,8 @@ def test_base_is_changed_with_mc_and_ci(bench, motor):
     see(bench, motor, {8000: 500, 10_000: 500, 10_500: 750, 13_000: 1500, 14_000: 1000, 16_000: 1000, 16_500: 1250})
 
 
-def test_size_is_changed_with_mc_and_ci(bench, motor):
-    """9.5: the first four parts of the table take all of BASE now, and its last position is aw[4]=0."""
-    send(bench, motor, "SIZE=4 MC CI", 0)
-    see(bench, motor, {10_000: 500, 12_000: 750, 14_000: 1000, 18_000: 500, 20_000: 500, 22_000: 750})
-
-
-def test_the_multiplier_is_changed_with_ci(bench, motor):
-    """9.5: MC2 from the next zero point: BASE in 4000 counts, D in 1000."""
-    send(bench, motor, "MC2 CI", 0)
-    see(bench, motor, {8000: 500, 10_000: 500, 11_000: 1000, 14_000: 1000, 15_000: 1000, 15_500: 1250})
-
-
 def test_the_multiplied_table_is_changed_with_ci(bench):
-    """The same with cam_multiplier="table": twice the way."""
+    """The same with cam_multiplier="table": twice the distance."""
     motor = ready(bench, cam_multiplier="table")
     start_cam(bench, motor)
     turn_to(bench, motor, 3000)
@@ -119,7 +123,7 @@ def test_base_and_size_need_mc_and_everything_needs_ci(bench, motor, words):
 
 
 def test_example_5_base_has_no_effect_until_the_next_mcn(bench):
-    """Example 5: "BASE=1 will have no effect until next MCn command"; G starts with the BASE that MC2 saw."""
+    """Example 5: "BASE=1 will have no effect until next MCn command"; G starts with the BASE at the time of MC2."""
     motor = ready(bench)
     table = "0 10 20 30 40 50 60 70 80 90 100."
     send(bench, motor, f"MF4 aw[0] {table} F=144 BASE=10000 SIZE=10 D=0 MC2 BASE=1 G", 0)
@@ -156,12 +160,6 @@ def test_other_commands_leave_it_valid(bench, motor, words):
     see(bench, motor, {10_000: 500, 18_000: 1000, 18_100: 1000, 19_100: 1250})
 
 
-def test_no_partial_initialisation_takes_place(bench, motor):
-    """9.5: neither the BASE that CI had accepted nor the D that came too late."""
-    send(bench, motor, "BASE=4000 MC CI D=0", 0)
-    see(bench, motor, OLD)
-
-
 def test_a_new_mcn_and_ci_make_it_valid_again(bench, motor):
     """9.5: "A new MCn and CI command must be issued"."""
     send(bench, motor, "BASE=4000 MC CI D=0", 0)
@@ -171,17 +169,11 @@ def test_a_new_mcn_and_ci_make_it_valid_again(bench, motor):
 
 
 def test_after_the_zero_point_nothing_is_invalidated_any_more(bench, motor):
-    """The crossing has used CI up: a D afterwards waits for its own CI."""
+    """The crossing ends the effect of CI: a later D needs another CI."""
     send(bench, motor, "D=100 CI", 0)
     turn_to(bench, motor, 10_001)
     send(bench, motor, "D=700", 0)
     see(bench, motor, {18_100: 1000, 19_100: 1250, 26_200: 1500, 27_200: 1750})
-
-
-def test_one_ci_serves_one_crossing(bench, motor):
-    """Back over the same point: the new dwell stays, nothing else is taken."""
-    send(bench, motor, "D=100 CI", 0)
-    see(bench, motor, {10_500: 625, 10_000: 500, 9_900: 500, 8_900: 750})
 
 
 # F=16 and F=128 on the fly
@@ -251,7 +243,7 @@ END
 
 
 def button_program(bench, program):
-    """A motor with a table from 0 to 1000, pins A and B held low, and the program running."""
+    """Return a motor with a table from 0 to 1000, pins A and B low, and the program running."""
     motor = ready(bench)
     for pin in "AB":
         motor.pins[pin].drive(False)
@@ -355,8 +347,8 @@ CHANGES = st.lists(
 
 @settings(deadline=None, max_examples=25)
 @given(changes=CHANGES, way=st.integers(-20_000, 20_000))
-def test_no_order_of_changes_upsets_the_motor(changes, way):
-    """With any commands while the master turns the motor answers, and a run in pieces equals one run."""
+def test_any_order_of_changes_leaves_the_motor_operable(changes, way):
+    """After any commands while the master turns, the motor answers, and a run in pieces gives the same result."""
     assert walk(changes, way, pieces=1) == walk(changes, way, pieces=7)
 
 

@@ -1,4 +1,4 @@
-"""The checker: what 4.76 would refuse in a program or a conversation, and what was meant in another way before."""
+"""The checker: errors of programs and conversations on 4.76, and changes of meaning since older firmware."""
 
 import pytest
 from hypothesis import given
@@ -15,7 +15,7 @@ from .test_program import FAULT_HANDLING
 
 
 def session(text: str, stored: bool) -> Session:
-    """Characters with their places; the lines end in CR."""
+    """Return characters with their places; lines end in CR."""
     lines = enumerate(text.split("\n"), 1)
     sent = [
         Sent(b, number, column) for number, line in lines for column, b in enumerate(line.encode("latin-1") + b"\r", 1)
@@ -63,7 +63,7 @@ def test_the_sample_of_4_3_has_rules_that_are_no_comments():
         "18error:",
         "22error:",
     ]
-    assert shown("-----") == ["1:1 error: ----- is no command, and no comment: ' begins one"]
+    assert shown("-----") == ["1:1 error: ----- is neither a command nor a comment: a comment begins with '"]
 
 
 WRONG = {
@@ -80,11 +80,11 @@ WRONG = {
     "PRT=a+1": "1:1 error: PRT= is a word of Class 5, which sets Bs here: 4.76 uses D=a+1",
     "VT=5": (
         "1:1 error: VT= is a word of Class 5, which sets Bs here: 4.76 uses V=5 "
-        "(its number is for 8000 samples/s, here there are 4069)"
+        "(its value is for 8000 samples/s, 4.76 has 4069)"
     ),
     "DT=5": (
         "1:1 error: DT= is a word of Class 5, which sets Bs here: 4.76 uses A=5 "
-        "(one acceleration for both ramps; its number is for 8000 samples/s, here there are 4069)"
+        "(one acceleration for both ramps; its value is for 8000 samples/s, 4.76 has 4069)"
     ),
     "EIGN(2)": "1:1 error: EIGN(2) is a word of Class 5, which sets Bs here: 4.76 uses UCI",
     "EIGN(W,0)": "1:1 error: EIGN(W,0) is a word of Class 5, which sets Bs here: 4.76 uses UCI UDI",
@@ -102,47 +102,47 @@ WRONG = {
     "a=aw[102]": "1:6 error: there is no aw[102]: aw[0] to aw[101]",
     "ab[204]=1": "1:4 error: there is no ab[204]: ab[0] to ab[203]",
     "al[49] 1 2 3.": "1:4 error: there is no al[51]: al[0] to al[50]",
-    "a=b/0": "1:1 error: this divides by 0: Bd is set and nothing is done",
-    "a=3000000000": "1:1 error: a number does not fit 32 bits: Bd is set and nothing is done",
+    "a=b/0": "1:1 error: this divides by 0: Bd is set and the statement has no effect",
+    "a=3000000000": "1:1 error: a number does not fit 32 bits: Bd is set and the statement has no effect",
     # flow
     "GOTO5": "1:1 error: there is no label C5",
-    "C5 a=1\nC5": "2:1 error: label C5 stands in line 1 already",
+    "C5 a=1\nC5": "2:1 error: label C5 is already defined in line 1",
     "GOSUB5 C5 a=1 RETURN": "1:15 warning: RETURN is reached without a GOSUB: it sets Bs and ends the program",
     "END a=1": "1:5 warning: this is never reached",
     "WHILE 1 LOOP a=1": "1:14 warning: this is never reached",
-    "GOSUB5 END C5 GOSUB5 RETURN": "1:15 warning: C5 calls itself: each time one of 10 returns waits",
+    "GOSUB5 END C5 GOSUB5 RETURN": "1:15 warning: C5 calls itself: each call uses one of 10 return addresses",
     "F=32 END C1 RETURN": "1:13 warning: C1 is called by a fault (F=32) and returns with RETURNF",
     "F=64 END C2 RETURN": (
         "1:13 warning: C2 is called by pin G (F=64) and returns with RETURNI: C2 would not be called again"
     ),
-    "GOSUB7 END C7 RETURNF": "1:15 warning: RETURNF belongs to C1, and is not reached from there",
-    "F=32 END": "1:1 warning: F=32 calls C1, which is not there",
+    "GOSUB7 END C7 RETURNF": "1:15 warning: RETURNF belongs to C1, but C1 does not reach this statement",
+    "F=32 END": "1:1 warning: F=32 calls C1, which does not exist",
     "C5 STACK a=1 END": "1:4 warning: STACK should be followed by GOTO at once",
     # cam
-    WIRED + "BASE=800 SIZE=3 MC G": "1:28 warning: SIZE=3: a cam table needs 4 to 101, and a smaller one is obeyed",
+    WIRED + "BASE=800 SIZE=3 MC G": "1:28 warning: SIZE=3: a cam needs 4 to 101 intervals, but the motor accepts fewer",
     WIRED + "BASE=800 SIZE=0 MC G": "1:28 error: SIZE=0: a cam table has at least one interval",
     WIRED + "BASE=800 SIZE=102 MC": "1:26 error: 102 is out of range: highest index 0…101",
     WIRED + "BASE=0 SIZE=5 MC": "1:26 error: BASE=0: a cam cycle has a positive length",
-    WIRED + "BASE=4 SIZE=4 MC": "1:26 warning: BASE=4: the master must move less than a quarter of that in a sample",
+    WIRED + "BASE=4 SIZE=4 MC": "1:26 warning: BASE=4: the master must move less than a quarter of BASE in a sample",
     WIRED + "BASE=9 SIZE=10 MC": "1:27 error: BASE=9 is less than SIZE=10",
-    WIRED + "MC BASE=9 SIZE=5": "1:12 warning: BASE= has not been given yet: MCn takes it over when it is issued",
+    WIRED + "MC BASE=9 SIZE=5": "1:12 warning: BASE= has not been assigned yet: MCn uses the present value",
     CAM.replace("SIZE=4", "SIZE=5"): "1:46 warning: the table is shorter than SIZE=5: aw[5] is not set",
-    CAM.replace("MC", "D=50 MC"): "1:46 warning: D=50 is no dwell: that needs F=16 or F=128",
+    CAM.replace("MC", "D=50 MC"): "1:46 warning: D=50 is not a dwell: a dwell needs F=16 or F=128",
     CAM + "CI D=5": "1:54 warning: this makes the CI in line 1 invalid unless its zero point has passed",
     CAM + "BASE=9000 CI": (
-        "1:61 warning: BASE= has been given since the last MCn: without a new MCn before CI it has no effect"
+        "1:61 warning: BASE= was assigned after the last MCn: without a new MCn before CI it has no effect"
     ),
-    # what was meant in another way before 4.76
+    # changed meanings since older firmware
     "MP G": (
         "1:4 warning: limits are active high since 4.76: unless normally closed switches pull C and D to ground "
         "nothing moves; UCI UDI ZS at the top makes them ordinary inputs"
     ),
-    "UCI UDI G": "1:9 warning: limit faults from switching on still hold: ZS (or Zr and Zl) is missing",
+    "UCI UDI G": "1:9 warning: the limit faults of power-up are not cleared: ZS (or Zr and Zl) is missing",
     "F=2": (
         "1:1 warning: F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
     ),
     "IF Be a=1 ENDIF": (
-        "1:1 warning: when Be becomes 1 the program ends since 4.76; F=32 and label C1 let it go on"
+        "1:1 warning: when Be becomes 1 the program ends since 4.76; F=32 and label C1 let the program continue"
     ),
     "SLE SLN=5": "1:5 error: software limits are enabled in line 1: SLD before their values are changed",
     "BRKG": "1:1 warning: UGO must be given before BRKG",
@@ -177,12 +177,12 @@ def test_eleven_returns_are_too_many():
     labels = "".join(f" C{n} GOSUB{n + 1} RETURN" for n in range(3, 12))
     assert shown(f"GOSUB3 END{labels} C12 RETURN") == []
     text = f"F=96 GOSUB3 END C1 RETURNF C2 RETURNI{labels} C12 RETURN"
-    assert shown(text) == ["1:6 error: this may need 12 returns to wait, there is room for 10"]
+    assert shown(text) == ["1:6 error: this may need 12 return addresses: the stack holds 10"]
 
 
 def test_a_program_that_does_not_fit():
     """15 of the base language: 32 KiB."""
-    assert shown("a=1 \n" * 9000)[-1].endswith("error: this program has 36000 bytes, a motor keeps 32768")
+    assert shown("a=1 \n" * 9000)[-1].endswith("error: this program has 36000 bytes: the motor stores 32768")
 
 
 def test_what_a_host_sends():
@@ -192,7 +192,7 @@ def test_what_a_host_sends():
         "1:9 error: A100: an assignment needs its equal sign, A=100",
         "2:19 error: a value is missing at the end",
     ]
-    assert shown("WAIT=5", stored=False) == ["1:1 error: WAIT= stands in a program only"]
+    assert shown("WAIT=5", stored=False) == ["1:1 error: WAIT= is valid only in a program"]
     assert shown("x" * 70, stored=False) == ["1:1 error: this command is longer than 64 characters: Bc is set"]
 
 

@@ -1,4 +1,4 @@
-"""The command table against an independent list, and what a word that is in neither does."""
+"""The command table against an independent list; unknown words."""
 
 import re
 import string

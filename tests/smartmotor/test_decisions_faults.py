@@ -14,7 +14,7 @@ COUNTING = "WHILE 1 a=a+1 LOOP "
 
 
 def jam(bench: Bench, motor: Controller) -> None:
-    """Held at 10 counts per sample, the shaft is 1010 counts late in the 101st sample; E is 1000."""
+    """Jam the shaft: at 10 counts per sample the position error exceeds E=1000 in the 101st sample."""
     motor.axes["shaft"].jam(True)
     advance(bench, 101)
 
@@ -26,7 +26,7 @@ def jam(bench: Bench, motor: Controller) -> None:
 def test_with_f_2_the_switch_that_is_met_is_that_of_the_other_direction(bench, target, flags):
     """7.1: the shaft spins "in the opposite direction for any given mode"; 3.1: pin C is the positive limit.
 
-    The pins stay with the directions that are commanded, so a positive move meets the switch on D, and passes it.
+    The pins belong to the commanded directions, so a positive move reaches the switch on D and passes it.
     """
     motor = bare(bench, shaft={"limits": (-500, 500)})
     send(bench, motor, f"ZS F=2 MP A=65536 V=65536*10 P={target} G", 1.0)
@@ -36,7 +36,7 @@ def test_with_f_2_the_switch_that_is_met_is_that_of_the_other_direction(bench, t
 
 @pytest.mark.parametrize(("pin", "speed", "flags"), [("C", 10, BR + BP), ("D", -10, BL + BM)])
 def test_with_f_2_each_pin_stops_the_direction_that_is_commanded(bench, motor, pin, speed, flags):
-    """With the two switches exchanged the motor is protected: C stops positive moves, whichever way the shaft turns."""
+    """With exchanged switches the motor is protected: C stops positive moves in either direction of the shaft."""
     for name in "CD":
         motor.pins[name].drive(False)
     send(bench, motor, f"UCP UDM ZS F=2 A=65536 V={speed}*65536 MV G", 0.01)
@@ -103,7 +103,7 @@ def test_zr_belongs_to_pin_c_and_zl_to_pin_d(bench, motor, pin, flags, clears, l
 
 @pytest.mark.parametrize("f", [0, 32])
 def test_f_32_without_c1_is_as_if_f_32_were_not_given(bench, motor, f):
-    """4.1, item 4: "program goes to label C1", which is not there: a position error ends it, a limit does not."""
+    """4.1, item 4: "program goes to label C1": without C1 a position error ends the program, a limit does not."""
     for name in "CD":
         motor.pins[name].drive(False)
     load(bench, motor, f"F={f} {COUNTING}")
@@ -120,7 +120,7 @@ def test_f_32_without_c1_is_as_if_f_32_were_not_given(bench, motor, f):
 
 
 def test_f_4_and_a_host_that_asks(bench):
-    """7.1: "user program prints and report command"; 6.1: "To current communication channel": a host's are its own."""
+    """7.1: "user program prints and report command"; 6.1: "To current communication channel" for a host."""
     motor = clear(bench, bench.add("smartmotor", line="instant"))
     send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) F=4 UG")
     assert send(bench, motor, 'RP PRINT("x",#13) RUA') == b"0\rx\r1\r"
@@ -161,7 +161,7 @@ def test_a_motor_protection_fault_inhibits_run_and_not_gosub(bench, motor, comma
 
 @pytest.mark.parametrize("command", ["RS4", "OCHN(RS4,0,N,9600,1,8,C)"])
 def test_rs4_takes_pin_g_from_the_brake(bench, motor, command):
-    """5.1, note 2: such commands "will change the function of the I/O pin G": it shows who transmits."""
+    """5.1, note 2: such commands "will change the function of the I/O pin G": pin G becomes the direction line."""
     send(bench, motor, "UGO BRKG")
     assert motor.pins["G"].level is True  # engaged
     send(bench, motor, command, 0.1)

@@ -1,4 +1,4 @@
-"""Decisions of docs/fidelity.md on the language and its programs that no chapter's tests pin."""
+"""Decisions of docs/fidelity.md on the language and programs, not covered by a chapter's tests."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from .test_check import shown
 
 
 def test_an_unknown_label_sets_bs_and_the_next_statement_follows(bench):
-    """8 of the base language: an error flag; which, and what then, is not said."""
+    """8 of the base language: an error flag; the flag and the next step are not specified."""
     for word in ("GOSUB5", "GOTO5"):
         motor = ready(bench)
         run(bench, motor, f"a=1\n{word}\na=a+1\nEND\n")
@@ -46,18 +46,18 @@ def test_a_block_word_and_its_expression_are_parted_by_a_blank(bench, motor, tex
     assert ask(bench, motor, "RBs") == "1"
 
 
-def test_switches_within_one_another_to_any_depth(bench, motor):
-    """8 of the base language: four in later firmware.  Six here, and the value of each is its own."""
+def test_nested_switches_to_any_depth(bench, motor):
+    """8 of the base language: four in later firmware.  Here six, each with its own value."""
     inner = "a=a+1\n"
     for depth in range(6, 0, -1):
         inner = f"SWITCH {depth}\nCASE {depth}\n{inner}BREAK\nCASE 0\nb=9\nENDS\na=a+1\n"
     run(bench, motor, f"{inner}END\n")
     assert values(bench, motor, "ab") == [7, 0]
-    assert [line.partition(": ")[2] for line in shown(f"{inner}END")] == ["more than 4 SWITCH within one another"]
+    assert [line.partition(": ")[2] for line in shown(f"{inner}END")] == ["more than 4 nested SWITCH"]
 
 
 def test_run_ends_a_wait(bench, motor):
-    """8 of the base language: from the top, whatever the program was doing."""
+    """8 of the base language: RUN starts from the top in any state of the program."""
     run(bench, motor, "a=a+1\nWAIT=30000\nEND\n")
     assert values(bench, motor, "a") == [1]
     send(bench, motor, "RUN", 0.01)
@@ -77,7 +77,7 @@ def test_what_a_sample_does_first(bench, motor):
     assert values(bench, motor, "ab") == [1, 3]
 
 
-def test_rtemp_and_its_like_answer(bench, motor):
+def test_rtemp_and_similar_reports_answer(bench, motor):
     """9 of the base language marks them as uncertain; TEMP is the housing, at 25 °C."""
     assert send(bench, motor, "RTEMP RAMPS RBASE RSIZE REPTR RADDR RBs") == b"25\r1023\r0\r0\r0\r0\r0\r"
 
@@ -90,7 +90,7 @@ def test_the_manuals_typing_errors(bench, motor):
 
 
 def test_c2_is_called_while_no_program_runs(bench, motor):
-    """As ruling 17 says of C1; where it returns to, nothing runs."""
+    """As ruling 17 for C1; after the return no program runs."""
     load(bench, motor, "F=64\nUGI\nEND\nC2\nj=j+1\nRETURNI\nj=9\n")
     send(bench, motor, "RUN", 0.05)
     for count in (1, 2):
@@ -106,8 +106,8 @@ def test_g_is_debounced_for_three_samples(bench, motor):
         assert values(bench, motor, "j") == [calls]
 
 
-def test_a_motor_fault_that_finds_no_room_for_c1_ends_the_program(bench):
-    """4.1 knows C1 or the end; ten returns wait already."""
+def test_a_motor_fault_with_a_full_stack_ends_the_program(bench):
+    """4.1: C1 is called or the program ends; here ten return addresses fill the stack."""
     deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nRETURN\n" for n in range(9))
     motor = ready(bench)
     run(bench, motor, f"F=32\nGOSUB10\nEND\n{deep}C19\nWHILE 1\nm=m+1\nLOOP\nRETURN\nC1\ni=i+1\nRETURNF\n")
@@ -120,7 +120,7 @@ def test_a_motor_fault_that_finds_no_room_for_c1_ends_the_program(bench):
     assert values(bench, motor, "im") == [0, *before]
 
 
-def test_a_position_error_that_lasts_is_a_new_fault_each_time_be_is_cleared(bench, motor):
+def test_a_persistent_position_error_is_a_new_fault_each_time_be_is_cleared(bench, motor):
     """Ruling 10: Be is back at the end of the sample of Ze; C1 is called again after RETURNF, every three samples."""
     run(bench, motor, "F=33\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nZe\nRETURNF\n")
     send(bench, motor, "E=20 A=65536 V=65536*4 MV G A=1", 0)

@@ -1,4 +1,4 @@
-"""Decisions of docs/fidelity.md on modes, trajectories, limits and brakes that no chapter's tests pin."""
+"""Decisions of docs/fidelity.md on modes, trajectories, limits and brakes, not covered by a chapter's tests."""
 
 import pytest
 
@@ -19,7 +19,7 @@ from .talking import UNIT, advance, ask, clear, ready, send, wired
     ],
 )  # fmt: skip
 def test_bt_in_each_mode(bench, motor, words, busy):
-    """10 of the base language: "trajectory in progress"; following is one, torque has none."""
+    """10 of the base language: "trajectory in progress"; 1 while following, 0 in torque mode."""
     assert send(bench, motor, f"A=1 V=1 P=9 {words} RBt RBo", 0) == f"{busy}\r0\r".encode()
 
 
@@ -29,7 +29,7 @@ def test_bt_in_host_mode(bench, motor):
 
 
 def test_enc1_is_refused(bench, motor):
-    """5 of the base language: servo from an external encoder; there is none on the shaft."""
+    """5 of the base language: servo from an external encoder, which this motor does not have."""
     assert send(bench, motor, "ENC0 RBs ENC1 RBs", 0) == b"0\r1\r"
 
 
@@ -43,7 +43,7 @@ def test_base_need_not_be_a_multiple_of_size(bench, motor):
 
 
 def test_a_cam_of_one_interval(bench, motor):
-    """9.4: "SIZE is at least 4"; a smaller one makes a cam all the same, here a straight line of 3 counts in 10."""
+    """9.4: "SIZE is at least 4"; a smaller SIZE also gives a cam, here a straight line of 3 counts in 10."""
     send(bench, motor, "MF4 F=16 D=0 BASE=10 SIZE=1 aw[0] 0 3. MC RBs G", 0)
     assert turn_through(bench, motor, [1, 4, 7, 10, 20], 1) == [0, 1, 2, 3, 6]
 
@@ -58,14 +58,14 @@ def test_a_master_that_goes_a_quarter_of_base_in_a_sample_passes_the_zero_point_
     """9.4, example 3: less than a quarter of BASE in a sample.  Here 10,000 counts in four: no new origin of 500."""
     start_cam(bench, motor, dwell=0)
     assert turn_to(bench, motor, 10_000, 2500) == 500  # aw[2]
-    assert turn_to(bench, motor, 16_000, 1000) == 500  # this time it is seen: aw[0] and one origin
+    assert turn_to(bench, motor, 16_000, 1000) == 500  # this time the crossing is found: aw[0] and one origin
 
 
 # Host mode
 
 
 def test_a_clock_value_that_goes_backwards_is_none(bench, motor):
-    """10.1: Bs; the point is not taken, and the position keeps waiting for its time."""
+    """10.1: Bs; the point is refused, and the position still needs a clock value."""
     send(bench, motor, "O=0 MV V=65536 A=1 MD " + points((0, 0), (10, 10), (20, 9)) + clock(20) + clock(20), 0)
     assert send(bench, motor, "RBs G", 0) == b"1\r"
     advance(bench, 20)
@@ -73,7 +73,7 @@ def test_a_clock_value_that_goes_backwards_is_none(bench, motor):
     assert send(bench, motor, "RMODE", 0) == b"V\r"
 
 
-def test_the_clock_of_host_mode_goes_on_at_0_behind_32_bits(bench, motor):
+def test_the_clock_of_host_mode_continues_at_0_after_32_bits(bench, motor):
     """FFFFFFF6h, 0 and 10 are 10 samples apart."""
     send(bench, motor, "O=0 MV V=65536 A=1 MD " + points((0, 2**32 - 10), (10, 0), (20, 10)) + clock(10) + "G", 0)
     advance(bench, 25)
@@ -83,14 +83,14 @@ def test_the_clock_of_host_mode_goes_on_at_0_behind_32_bits(bench, motor):
 
 @pytest.mark.parametrize(("words", "letter"), [("", "B"), ("BRKRLS OFF ", "E")])
 def test_an_underflow_is_mode_e_unless_mtb_follows(bench, motor, words, letter):
-    """10.2: "entering mode E, losing control"; 5.2: B while MTB is active, which it is unless it has been ended."""
+    """10.2: "entering mode E, losing control"; 5.2: B while MTB is active, the default."""
     send(bench, motor, f"{words}O=0 MD " + points((0, 0), (10, 10)) + "G", 0)
     advance(bench, 12)
     assert send(bench, motor, "RMODE RBo", 0) == letter.encode() + b"\r1\r"
 
 
 def test_host_mode_has_32_points_of_its_own(bench, motor):
-    """11 of the base language does not know how many; 33 are one too many, and no variable is touched."""
+    """11 of the base language gives no number; the 33rd point overflows, and no variable changes."""
     send(bench, motor, "al[0]=5 zz=6 O=0 MD " + points(*((n, n) for n in range(32))), 0)
     assert send(bench, motor, "RBc", 0) == b"0\r"
     send(bench, motor, points((32, 32)), 0)
@@ -107,7 +107,7 @@ def test_soft_limits_refuse_new_values_while_enabled_with_bs(bench, motor):
 
 
 def test_with_a_zero_the_stop_of_f_1_is_abrupt(bench):
-    """3.2: "at the acceleration value set by A"; with none it would never stop."""
+    """3.2: "at the acceleration value set by A"; with A=0 the motor would never stop."""
     motor = wired(bench)
     send(bench, motor, f"F=1 A={UNIT} V={UNIT * 10} MV G", 0.05)
     send(bench, motor, "A=0", 0)
@@ -125,7 +125,7 @@ def test_with_a_zero_the_stop_of_f_1_is_abrupt(bench):
 def test_s_and_x_stop_a_motor_that_leaves_a_limit(bench, word, rest, acknowledged):
     """4.1 inhibits them in a fault; but a motor that is allowed to move must be stoppable.
 
-    It leaves a switch that is open, or one that opens behind it.
+    The motor leaves an open switch, or a switch that opens during the move.
     """
     motor = wired(bench)
     go = f"Zr A={UNIT} V={-10 * UNIT} MV G"
@@ -149,7 +149,7 @@ def test_s_and_x_stop_a_motor_that_leaves_a_limit(bench, word, rest, acknowledge
 
 
 def test_brktrj_without_mtb_lets_the_servo_hold(bench, motor):
-    """5.2, BRKTRJ says what MTB does; after BRKRLS and OFF there is none."""
+    """5.2: BRKTRJ controls MTB; after BRKRLS and OFF MTB is inactive."""
     send(bench, motor, f"BRKRLS OFF BRKTRJ A={UNIT} V={UNIT * 10} P=100 G", 0.1)
     assert send(bench, motor, "RMODE RBo RBt") == b"P\r0\r0\r"
     assert motor.pins["brake"].level is True

@@ -13,15 +13,15 @@ MOTORS = ["frame17", "frame23", "frame34"]
 
 
 def spinning(bench: Bench, name: str, torque: int = 400) -> Controller:
-    """A motor at its speed in torque mode."""
+    """Return a motor at constant speed in torque mode."""
     motor = ready(bench, shaft={"motor": name})
     send(bench, motor, f"MT T={torque}", 1.0)
     assert abs(motor.axes["shaft"].velocity) > 10_000
     return motor
 
 
-def way_to_stand(bench: Bench, motor: Controller, seconds: float = 20) -> tuple[int, int]:
-    """Counts until the shaft stands, and nanoseconds."""
+def stop(bench: Bench, motor: Controller, seconds: float = 20) -> tuple[int, int]:
+    """Return the counts and the nanoseconds until the shaft is at rest."""
     shaft = motor.axes["shaft"]
     position, start = shaft.position, bench.now
     assert bench.run_until(lambda: shaft.velocity == 0, seconds)
@@ -29,7 +29,7 @@ def way_to_stand(bench: Bench, motor: Controller, seconds: float = 20) -> tuple[
 
 
 def speeds(bench: Bench, motor: Controller, every: float, count: int) -> list[float]:
-    """Counts per second, averaged over each interval."""
+    """Return counts per second, averaged over each interval."""
     shaft, found = motor.axes["shaft"], []
     for _ in range(count):
         before = shaft.position
@@ -42,7 +42,7 @@ def stopped_by(name: str, command: str, torque: int = 400) -> tuple[int, int]:
     bench = Bench()
     motor = spinning(bench, name, torque)
     send(bench, motor, command, 0)
-    return way_to_stand(bench, motor)
+    return stop(bench, motor)
 
 
 @pytest.mark.parametrize("name", MOTORS)
@@ -56,7 +56,7 @@ def test_mtb_stops_a_turning_shaft_much_sooner_than_coasting(name):
 
 @pytest.mark.parametrize("name", MOTORS)
 def test_braking_is_the_same_in_both_directions(name):
-    """5.2: a resistance, whichever way it turns."""
+    """5.2: a resistance in both directions."""
     right, right_ns = stopped_by(name, "MTB", 400)
     left, left_ns = stopped_by(name, "MTB", -400)
     assert abs(right + left) <= 1
@@ -97,11 +97,11 @@ def test_mtb_after_coasting_has_begun(bench):
     assert motor.axes["shaft"].velocity > 10_000
     send(bench, motor, "MTB", 0)
     assert ask(bench, motor, "RMODE", 0) == "B"
-    assert way_to_stand(bench, motor)[1] < 100_000_000
+    assert stop(bench, motor)[1] < 100_000_000
 
 
 def test_shorted_windings_give_way_to_a_load_at_a_speed_that_grows_with_it(bench):
-    """5.2: "applies braking torque to a *moving* motor shaft": it creeps, in proportion to the torque above friction.
+    """5.2: "applies braking torque to a *moving* motor shaft": the speed is proportional to the torque above friction.
 
     Three torques, equally apart, much above friction: three speeds, equally apart.
     """
@@ -150,12 +150,12 @@ def test_a_limit_while_turning(bench, words, letter, off):
     motor.pins["C"].drive(True)
     bench.run(0.002)
     assert send(bench, motor, "RMODE RBo", 0) == f"{letter}\r{off}\r".encode()
-    _, lasted_ns = way_to_stand(bench, motor)
+    _, lasted_ns = stop(bench, motor)
     assert (lasted_ns < 50_000_000) is (letter == "B")
 
 
 def test_the_trajectory_follows_the_shaft_after_a_stop_by_mtb(bench):
-    """A new move begins where the shaft has come to rest: no jump back, no position error."""
+    """A new move begins at the shaft's resting position: no jump back, no position error."""
     motor = spinning(bench, "frame23")
     send(bench, motor, "MTB", 0.5)
     at = motor.axes["shaft"].position
@@ -174,7 +174,7 @@ def test_a_program_brakes_and_reports(bench):
 
 @pytest.mark.parametrize("command", ["MTB", "BRKRLS OFF"])
 def test_the_same_stop_whole_or_in_pieces(command):
-    """Virtual time: the same inputs at the same moments, the same counts."""
+    """Virtual time: the same inputs at the same times give the same counts."""
 
     def course(pieces: int) -> list[int]:
         bench = Bench()

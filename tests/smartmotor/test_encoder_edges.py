@@ -22,7 +22,7 @@ def bench():
 
 
 def observe(bench, pins="AB"):
-    """Record the edges of pins: time, pin, level.  Return the list and the unsubscribe functions."""
+    """Record time, pin and level of each edge.  Return the list and the unsubscribe functions."""
     edges = []
     pins = [bench["motor"].pins[name] for name in pins]
     ends = [pin.subscribe_edges(lambda pin: edges.append((bench.now, pin.name, pin.level))) for pin in pins]
@@ -48,7 +48,7 @@ def test_edges_of_a_steady_run_come_in_their_nanosecond(bench, counts, duration_
     bench["motor"].master.move(counts, duration_ns / 1e9)
     bench.run(0.01)
     times = [began - -n * duration_ns // 10 for n in range(1, 11)]
-    expected = {time_ns: n * (1 if counts > 0 else -1) for n, time_ns in enumerate(times, 1)}  # the last one of a time
+    expected = {time_ns: n * (1 if counts > 0 else -1) for n, time_ns in enumerate(times, 1)}  # last of a time
     assert sorted(edges) == changes(expected.items())
 
 
@@ -69,7 +69,7 @@ def test_edges_of_a_mounted_encoder_come_with_the_pulses_of_its_axis(bench, rati
 
 
 def test_edges_of_an_encoder_on_a_servo_come_in_its_samples(bench):
-    """They are those that a reader finds who looks after every sample."""
+    """The edges equal those found by reading the pins after every sample."""
     other = bench.add("smartmotor", name="other")
     bench["motor"].master.follow(other.axes["shaft"])
     edges, _ = observe(bench, "A")

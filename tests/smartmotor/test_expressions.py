@@ -13,7 +13,7 @@ LOWEST, HIGHEST = -2147483648, 2147483647
 
 
 def machine(**values):
-    """The arrays, with slots and one-letter variables set."""
+    """Return the arrays with these slots and one-letter variables."""
     i, v = [0] * state.INTS, [0] * state.VARIABLES
     i[state.DIRECTION], i[state.ARRAY_BASE] = 1, state.DOUBLES
     for name, value in values.items():
@@ -25,7 +25,7 @@ def machine(**values):
 
 
 def value(text, i=None, v=None):
-    """The value of an expression; None: it was abandoned."""
+    """Return the value of an expression; None: no value."""
     blank = machine()
     i, v = i if i is not None else blank[0], v if v is not None else blank[1]
     reader = Reader(text)
@@ -52,7 +52,7 @@ def value(text, i=None, v=None):
         ("-7%3", -1),
         ("2^4", 16),
         ("2*3^2", 18),
-        ("-2^2", 4),  # unary minus binds most
+        ("-2^2", 4),  # unary minus has the highest precedence
         ("2^3^2", 64),  # from left to right
         ("5==5", 1),
         ("5!=5", 0),
@@ -67,7 +67,7 @@ def value(text, i=None, v=None):
         ("1|6&2", 3),
         ("7!|3&1", 6),
         ("1|3!|1", 3),
-        ("5&4==4", 1),  # comparisons bind more than &
+        ("5&4==4", 1),  # comparisons have precedence over &
         ("--5", 5),
         ("3--2", 5),
         ("-(3)", -3),
@@ -98,7 +98,7 @@ def test_an_overflow_or_a_division_by_zero_sets_bd(text):
 
 
 @pytest.mark.parametrize("text", ["ab[204]", "ab[-1]", "aw[102]", "al[51]", "al[-1]", "aw[b]", "ab[aw[0]-1]"])
-def test_an_index_that_is_not_there_sets_bu(text):
+def test_an_index_outside_the_array_sets_bu(text):
     """8.2: ab[0…203], aw[0…101], al[0…50]."""
     i, v = machine(b=1000)
     assert value(text, i, v) is None
@@ -208,7 +208,7 @@ VALUES = {"a": -3, "b": 70_000, "c": LOWEST}
 
 
 def written(tree, level=0):
-    """With as few parentheses as precedence allows."""
+    """Return the text with as few parentheses as precedence allows."""
     if not isinstance(tree, tuple):
         return str(tree)
     operator, left, right = tree
@@ -218,7 +218,7 @@ def written(tree, level=0):
 
 
 def calculated(tree):
-    """The value in unbounded integers, each step held against 32 bits; raises ArithmeticError."""
+    """Return the value, calculated in unbounded integers; raise ArithmeticError beyond 32 bits."""
     if not isinstance(tree, tuple):
         return VALUES.get(tree, tree)
     operator, left, right = tree

@@ -44,7 +44,7 @@ def test_f_is_a_sum_of_bits(bench, motor, value):
 
 
 def test_f_with_an_equal_sign_is_not_the_f_without(bench, motor):
-    """13 of the base language: F alone takes the tuning over; the functions stay."""
+    """13 of the base language: F alone puts the tuning in force; the functions stay."""
     send(bench, motor, "F=35 KP=100 F", 0)
     assert f_of(bench, motor) == 35
 
@@ -110,7 +110,7 @@ def test_f_1_decelerates_at_the_newest_a(bench, motor):
 
 
 def test_f_0_turns_the_amplifier_off_at_a_limit(bench, motor):
-    """7.1, F=0: an ideal shaft stands at once; Bo 1, MTB."""
+    """7.1, F=0: an ideal shaft stops at once; Bo 1, MTB."""
     send(bench, motor, f"F=1 F=0 {CRUISE}", 0)
     advance(bench, 50)
     motor.pins["C"].drive(True)
@@ -157,7 +157,7 @@ def test_f_2_reverses_position_mode(bench, motor):
 
 @pytest.mark.parametrize("mode", ["MF4", "MS", "MFMUL=2 MFDIV=1 MFR G"])
 def test_f_2_reverses_following(mode):
-    """7.1, F=2: the same master, the opposite way."""
+    """7.1, F=2: the same master, the opposite direction."""
     found = []
     for functions in (0, 2):
         bench = Bench()
@@ -170,7 +170,7 @@ def test_f_2_reverses_following(mode):
 
 
 def test_f_2_reverses_torque_mode(bench):
-    """7.1, F=2: "including Mode Torque", with a real motor, at the same speed the other way."""
+    """7.1, F=2: "including Mode Torque", with a real motor, at the same speed in the other direction."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "MT T=300", 1.0)
     speed = motor.axes["shaft"].velocity
@@ -182,8 +182,8 @@ def test_f_2_reverses_torque_mode(bench):
 
 
 @pytest.mark.parametrize("functions", ["F=2 F=0", "F=2 F=2 F=2 F=0", "F=0", "F=255 F=0", "F=F|2 F=F&253"])
-def test_f_2_and_back_leaves_a_standing_motor_where_it_is(bench, functions):
-    """F=2 turns the sense, not the shaft; neither place nor error changes."""
+def test_f_2_and_back_leaves_a_resting_motor_where_it_is(bench, functions):
+    """F=2 reverses the direction only; position and position error do not change."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "A=500 V=100000 P=2000 G", 1.0)
     at = motor.axes["shaft"].position
@@ -205,7 +205,7 @@ def test_f_4_sends_a_programs_prints_and_reports_to_channel_1(bench, motor):
 
 
 def test_f_4_leaves_the_hosts_answers(bench, motor):
-    """7.1, F=4: a *program's* output; a host receives its answers where it asked (6.2: the active channel)."""
+    """7.1, F=4: a *program's* output; a host receives answers on its own channel (6.2: the active channel)."""
     send(bench, motor, f"{OPEN} F=4", 0)
     assert ask(bench, motor, "RP") == "0"
     motor.rs485.write(b"RP\r")
@@ -217,7 +217,7 @@ def test_f_4_leaves_the_hosts_answers(bench, motor):
 
 
 def largest_error_after_the_end(functions: int) -> int:
-    """A constant torque on the shaft is carried by the integral term."""
+    """Return the largest error after a move that ends under a constant torque, held by the integral term."""
     bench = Bench()
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, f"F={functions} KI=100 KL=20000 F A=500 V=100000 P=0 G", 0.2)
@@ -234,7 +234,7 @@ def largest_error_after_the_end(functions: int) -> int:
 
 
 def test_f_8_clears_the_integral_at_the_end_of_a_trajectory():
-    """7.1, F=8: the shaft gives way to the torque until the integral has built up again."""
+    """7.1, F=8: the torque moves the shaft until the integral term has built up again."""
     assert largest_error_after_the_end(8) > largest_error_after_the_end(0) + 4
 
 
@@ -244,7 +244,7 @@ CAM = "D=200 BASE=1000 SIZE=4 aw[0] 0 100 200 300 400."
 
 
 def cam_after(functions: int, counts: int) -> tuple[int, int, int]:
-    """Shaft, RP and CTR after the master has moved so far."""
+    """Return shaft position, RP and CTR after a movement of the master."""
     bench = Bench()
     motor = ready(bench)
     send(bench, motor, f"MF4 F={functions} {CAM} O=0 MC G", 0.01)
@@ -283,8 +283,8 @@ def test_f_35_is_1_2_and_32(bench, motor):
 
 
 @pytest.mark.parametrize("text", ["F=", "F=1.5", "F=(1", "F=x y", "F35", "F=2147483648", "F==1", "F=F/0"])
-def test_what_is_no_value_of_f_changes_nothing(bench, motor, text):
-    """7 and 8.1: an equal sign and an expression; a flag is set, nothing is returned."""
+def test_an_invalid_value_of_f_changes_nothing(bench, motor, text):
+    """7 and 8.1: F= needs an expression; otherwise a flag is set, and nothing is returned."""
     send(bench, motor, "F=9 ZS", 0)
     assert send(bench, motor, f"{text} ") == b""
     assert send(bench, motor, "a=Bs|Bd Ra") == b"1\r" or text == "F=x y"
@@ -294,7 +294,7 @@ def test_what_is_no_value_of_f_changes_nothing(bench, motor, text):
 @settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(values=st.lists(st.integers(-300, 300) | st.integers(-(2**31), 2**31 - 1), min_size=1, max_size=20))
 def test_any_values_while_moving(values):
-    """The sum of any bits is taken, at any moment; the motor answers; twice the same."""
+    """Any sum of bits is accepted at any time; the motor answers, and a repeated run gives the same result."""
 
     def course() -> tuple[bytes, int]:
         bench = Bench()

@@ -1,14 +1,18 @@
-"""Faults and the program: what ends, what runs on, C1 and RETURNF, the sample program (4.1, 4.3, 7.1)."""
+"""Effects of faults on the program, C1 and RETURNF, the sample program (4.1, 4.3, 7.1)."""
+
+from functools import partial
 
 import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .bits import BE, BL, BM, BO, BP, BR, BS
+from . import talking
+from .bits import BA, BE, BI, BL, BM, BO, BP, BR, BS
 from .scenarios import jam, open_limit
-from .talking import UNIT, advance, ask, load, ready, send, status_word, wired
+from .talking import UNIT, advance, ask, load, ready, send, wired
 
+status_word = partial(talking.status_word, ignored=BI | BA)
 COUNTING = "WHILE 1\na=a+1\nLOOP\n"
 WITH_C1 = "F={f}\n" + COUNTING + "C1\nc=c+1\nRETURNF\n"
 MOVE = f"A={UNIT} V={10 * UNIT} MV G"
@@ -35,7 +39,7 @@ RETURN
 
 
 def counts(bench: Bench, motor: Controller) -> bool:
-    """True if the program that counts in `a` is running."""
+    """True if the program that counts `a` is running."""
     before = ask(bench, motor, "Ra")
     advance(bench, 20)
     return ask(bench, motor, "Ra") != before
@@ -79,7 +83,7 @@ def test_run_is_inhibited_during_a_motor_protection_fault(bench, motor, f):
 
 
 def test_run_is_not_inhibited_by_a_limit(bench, motor):
-    """4.1 says it of motor protection only; the sample code of 3.1 depends on it."""
+    """4.1 inhibits RUN for motor protection faults only; the sample code of 3.1 needs RUN."""
     load(bench, motor, "UCI\nUDI\nZS\na=a+1\nEND\n")
     send(bench, motor, "UCP UDM")
     assert status_word(bench, motor) == BO + BR + BL + BP + BM
@@ -122,7 +126,7 @@ def test_c1_returns_to_where_the_program_was(bench):
 
 @pytest.mark.parametrize("program", ["", "F=32\nEND\n", COUNTING])
 def test_f_32_without_a_label_c1(bench, program):
-    """With nothing to call the motor stops all the same, and answers."""
+    """Without C1 the motor still stops, and answers."""
     motor = wired(bench)
     if program:
         load(bench, motor, program)
@@ -133,7 +137,7 @@ def test_f_32_without_a_label_c1(bench, program):
 
 
 def test_wait_is_not_cut_short_by_c1(bench):
-    """7.1: WAIT is truncated "when GOSUB2 is called"; all else finishes first."""
+    """7.1: WAIT is truncated only "when GOSUB2 is called"."""
     motor = wired(bench)
     load(bench, motor, "F=32\nCLK=0\nWAIT=1000\nEND\nC1\nc=CLK\nRETURNF\n")
     send(bench, motor, "RUN", 0.1)
@@ -185,7 +189,7 @@ def test_the_sample_program_moves_2000_times_10_counts(bench):
 
 
 def test_the_sample_program_tells_a_position_error(bench, motor):
-    """4.3: jammed until it is more than E=1000 counts late, it prints by how much and resets Be; main had ended.
+    """4.3: after a jam it prints the position error, more than E=1000, and resets Be; the main program had ended.
 
     V=537*600 is 4.9 counts per sample, and IF, pp=@PE come one and two samples after Be: less than 1020.
     """
@@ -222,7 +226,7 @@ def test_the_sample_program_survives_a_jammed_motor(bench):
     ("ending", "runs_on"), [("RETURNF", True), ("END", False), ("STACK\nGOTO9", True), ("", False)]
 )
 def test_c1_is_called_for_the_next_fault_however_it_ended(bench, ending, runs_on):
-    """RETURNF goes back, END ends; after either a new fault calls C1 again (as 7.1 says of C2)."""
+    """After RETURNF or END a new fault calls C1 again (as 7.1 says of C2)."""
     motor = wired(bench)
     load(bench, motor, f"F=32\nC9\nWHILE 1\na=a+1\nLOOP\nC1\nc=c+1\n{ending}\n")
     send(bench, motor, "RUN", 0.05)
@@ -236,7 +240,7 @@ def test_c1_is_called_for_the_next_fault_however_it_ended(bench, ending, runs_on
 
 
 def test_both_limits_at_once_are_one_call(bench):
-    """Two bits become active in the same sample."""
+    """Two limits that open in the same sample call C1 once."""
     motor = wired(bench)
     load(bench, motor, WITH_C1.format(f=32))
     send(bench, motor, "RUN", 0.05)
@@ -248,7 +252,7 @@ def test_both_limits_at_once_are_one_call(bench):
 
 @pytest.mark.parametrize("clears", ["UCI\nUDI\nZS\n", ""])
 def test_a_stored_program_runs_at_power_up_in_the_boot_fault(bench, motor, clears):
-    """3.1 note 3: the sample code at its top clears the fault; without it the program runs, and the motor does not."""
+    """3.1 note 3: the sample code clears the fault; without it the program runs, but the motor does not move."""
     load(bench, motor, f"{clears}A={UNIT}\nV={UNIT}\nP=100\nG\na=7\nEND\n")
     motor.power_cycle()
     bench.run(0.5)
@@ -257,7 +261,7 @@ def test_a_stored_program_runs_at_power_up_in_the_boot_fault(bench, motor, clear
     assert status_word(bench, motor) == (0 if clears else BO + BR + BL + BP + BM)
 
 
-def test_the_boot_fault_is_no_new_occurrence(bench, motor):
+def test_the_boot_fault_is_not_a_new_occurrence(bench, motor):
     """F=32 is set after the limits were found open: C1 is not called for them."""
     load(bench, motor, WITH_C1.format(f=32))
     motor.power_cycle()

@@ -4,7 +4,7 @@ from .talking import ask, load, ready, send
 
 
 def motor_with(bench, program):
-    """A motor without faults with this program, which has not been started."""
+    """Return a motor without faults with this program, not started."""
     motor = ready(bench)
     load(bench, motor, program)
     return motor
@@ -32,7 +32,7 @@ def test_end_stops_the_program_and_forgets_its_returns(bench):
 
 
 def test_a_subroutine_called_by_a_host_while_no_program_runs(bench):
-    """It is carried out and stops at its RETURN; labels are known without running the program."""
+    """The subroutine ends at its RETURN; its label is found without a running program."""
     motor = motor_with(bench, 'END C4 PRINT("g=",g,#13) RETURN a=1')
     assert send(bench, motor, "g=-1 GOSUB4", 0.01) == b"g=-1\r"
     assert ask(bench, motor, "Ra") == "0"
@@ -66,7 +66,7 @@ def test_a_pause_ends_with_a_serial_character(bench):
     motor = motor_with(bench, "a=1 ! a=2 END")
     send(bench, motor, "RUN", 0.1)
     bench.run(0.1)
-    assert ask(bench, motor, "Ra") == "1"  # asking goes on with it
+    assert ask(bench, motor, "Ra") == "1"  # a report does not stop it
     assert ask(bench, motor, "Ra", 0.01) == "2"
 
 

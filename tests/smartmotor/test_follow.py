@@ -42,7 +42,7 @@ def test_other_commands_leave_the_counter_alone(bench, motor, mode):
 
 @pytest.mark.parametrize("mode", ["MF0", "MS0"])
 def test_mf0_and_ms0_do_not_change_the_mode(bench, motor, mode):
-    """5: set A and B and zero the counter; the motion stays as it was."""
+    """5: set A and B and zero the counter; the motion does not change."""
     send(bench, motor, mode + "", 0)
     assert turn_to(bench, motor, 300) == 0
     assert send(bench, motor, "RMODE RBo RCTR", 0) == b"B\r1\r300\r"
@@ -63,7 +63,7 @@ def test_following_begins_where_the_shaft_is(bench, motor):
 
 
 def test_mf4_in_a_move_takes_over_at_once(bench, motor):
-    """5: at once: nothing is left of the velocity."""
+    """5: at once, without a ramp from the old velocity."""
     send(bench, motor, "A=65536*5 V=65536*5 MV G", 0)
     advance(bench, 10)
     assert send(bench, motor, "MF4 RMODE", 0) == b"F\r"
@@ -74,7 +74,7 @@ def test_mf4_in_a_move_takes_over_at_once(bench, motor):
 
 
 def test_leaving_follow_mode_for_a_velocity(bench, motor):
-    """MV at G: from the velocity of the master (here 3 counts per sample) to 5 at A=1."""
+    """MV at G: a ramp with A=1 from the velocity of the master (3 counts per sample) to 5."""
     send(bench, motor, "MF4 A=65536 V=5*65536", 0)
     motor.master.move(3000, 1000 * 245_760 / 1e9)
     advance(bench, 100)
@@ -129,7 +129,7 @@ def test_the_default_ratio_is_one(bench, motor):
 
 
 def test_the_remainder_is_carried(bench, motor):
-    """5: "remainder carried, no drift": a thousand single steps of 2/7, there and back."""
+    """5: "remainder carried, no drift": a thousand single steps of 2/7, forwards and backwards."""
     send(bench, motor, "MFMUL=2 MFDIV=7 MFR G", 0)
     for count in range(1, 141):
         turn_to(bench, motor, count, 1)
@@ -152,7 +152,7 @@ def test_the_ratio_waits_for_mfr_and_g(bench, motor):
 
 
 def test_a_divisor_of_zero_is_an_error(bench, motor):
-    """5: "MFDIV=0 → error": following does not begin, and the motor still obeys."""
+    """5: "MFDIV=0 → error": following does not begin, and the motor executes further commands."""
     send(bench, motor, "MFMUL=1 MFDIV=0 MFR G", 0)
     assert turn_to(bench, motor, 100) == 0
     assert send(bench, motor, "RBs", 0) == b"1\r"
@@ -218,7 +218,7 @@ def test_steps_and_direction_on_the_pins_themselves(bench, motor):
     assert found[1] == motor.axes["shaft"].position == 0
 
 
-# Any ratio, any walk
+# Any ratio, any path
 
 
 @settings(deadline=None, max_examples=30)
@@ -228,7 +228,7 @@ def test_steps_and_direction_on_the_pins_themselves(bench, motor):
     walk=st.lists(st.integers(-30_000, 30_000), min_size=1, max_size=6),
 )
 def test_any_ratio_never_drifts(mul, div, walk):
-    """The shaft is where the ratio says, rounded down, whatever way the master has gone."""
+    """The shaft's position is the ratio times the master's, rounded down, after any path of the master."""
     bench = Bench()
     motor = ready(bench)
     send(bench, motor, f"E=32000 MF4 MFMUL={mul} MFDIV={div} MFR G", 0)
@@ -268,7 +268,7 @@ def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, 
 def test_a_program_sees_the_edges(bench, motor):
     """An edge every 20 samples: pin A changes every 40, and the program reads it at least every 5."""
     load(bench, motor, "WHILE CTR<400 IF UAI==b b=1-b a=a+1 ENDIF LOOP END")
-    send(bench, motor, "MF0 b=0 RUN")  # b is the level that is waited for
+    send(bench, motor, "MF0 b=0 RUN")  # the program waits for level b
     motor.master.move(400, 400 * 20 * SAMPLE_NS / 1e9)
     bench.run(3)
     assert send(bench, motor, "Ra") == b"200\r"  # A falls and rises 100 times
@@ -284,8 +284,8 @@ def test_between_samples_the_bench_sees_the_level_of_now(bench, motor):
     assert seen == [(True, True), (False, True), (False, False), (True, False)]
 
 
-def test_what_is_stronger_than_the_encoder_keeps_its_pin(bench, motor):
-    """A test lead, the motor's own output; the counter counts all the same (base 12)."""
+def test_a_stronger_source_than_the_encoder_keeps_its_pin(bench, motor):
+    """A test lead or the motor's own output sets the level; the counter still counts (base 12)."""
     motor.master.move(2, 0)
     assert levels(motor) == (False, False)
     motor.pins["A"].drive(True)

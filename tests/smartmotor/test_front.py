@@ -1,4 +1,4 @@
-"""Every lamp on the front of a SmartMotor, lit and dark as the manual says."""
+"""Every lamp on the front of a SmartMotor, on and off as the manual defines it."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def told(text, seconds=0.01):
 
 
 def jammed(bench, motor):
-    """A motor with a data sheet that pushes against a jam."""
+    """Return a motor with a data sheet that drives against a jam."""
     motor.axes["shaft"].jam(True)
     send(bench, motor, "E=100 A=1000 V=400000 P=2000 G", 0.5)
 
@@ -130,7 +130,7 @@ def test_the_mode_by_its_letter(bench, motor, text, word):
 
 
 def test_readings_are_what_the_reports_say(bench):
-    """In the middle of a block that is computed ahead."""
+    """Readings are right in the middle of a block that is computed ahead, too."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, f"A=100 V={UNIT} P=3000 G", 0.3)
     for label, report in (("@P", "RP"), ("@PE", "RPE"), ("TEMP", "RTEMP")):
@@ -160,8 +160,8 @@ def test_without_power_it_is_in_no_mode(bench, motor):
     assert [letter for group, letter in lamps(motor) if group in (WORD, CHANNELS) and shown(motor, group, letter)] == []
 
 
-def test_looking_changes_nothing(bench):
-    """A motor whose lamps are read after every step moves like one whose lamps are not."""
+def test_reading_the_front_changes_nothing(bench):
+    """A motor moves in the same way whether its lamps are read after every step or never."""
     ends = []
     for looks in (True, False):
         other = Bench()

@@ -74,7 +74,7 @@ def test_clocks_may_be_sent_or_omitted_at_will(bench, motor):
 
 @pytest.mark.parametrize("baudrate", [9600, 38400])
 def test_the_example_at_the_speed_of_a_line(bench, baudrate):
-    """The same on a wire of 9600 baud, fed while it runs: 42 characters are 44 ms, the first segment lasts 63 ms."""
+    """The same at 9600 baud, sent during the motion: 42 characters take 44 ms, the first segment lasts 63 ms."""
     motor = ready(bench, line="9600 8N1")
     motor.serial.write(b"O=0 MD BAUD%d " % baudrate)
     bench.run(0.2)
@@ -104,7 +104,7 @@ def test_positions_are_signed(bench, motor):
 
 
 def test_a_segment_that_is_not_a_whole_number_of_counts_per_sample(bench, motor):
-    """Linear in time: 3 counts in 16 samples, to the count, and the end exactly."""
+    """Linear in time: 3 counts in 16 samples, exact to a count, with the exact end."""
     start_host_mode(bench, motor, "O=0 ", points((0, 0), (3, 16), (3, 64)))
     for at, where in enumerate(positions(bench, motor, 20), 1):
         assert 0 <= min(3 * at, 48) - 16 * where < 16
@@ -154,7 +154,7 @@ def test_after_underflow_a_move_and_another_host_mode_are_possible(bench, motor)
 
 @pytest.mark.parametrize("records", ["", position(0), points((0, 0))])
 def test_g_without_a_segment_is_an_underflow_at_once(bench, motor, records):
-    """10.2: without a segment the servo is lost, and the motor still obeys."""
+    """10.2: without a segment control is lost; the motor still executes commands."""
     start_host_mode(bench, motor, "O=0 ", records)
     positions(bench, motor, 2)
     assert send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
@@ -197,7 +197,7 @@ def test_the_example_of_servo_in_place_with_a_velocity(bench, motor):
 
 
 def decelerating(start, velocity, a):
-    """Positions in counts, sample by sample, until the velocity is 0."""
+    """Return the position in counts at each sample until the velocity is 0."""
     found = []
     while velocity:
         velocity -= a
@@ -223,7 +223,7 @@ def test_exit_into_a_relative_move(bench, motor):
 
 
 def test_exit_into_velocity_mode_ramps_from_the_latched_velocity(bench, motor):
-    """10.2: the trajectory velocity is latched; V and A of the buffer hold from there."""
+    """10.2: from the latched trajectory velocity to the buffered V, with the buffered A."""
     start_host_mode(bench, motor, "O=0 MV A=65536 V=5*65536 ", points((0, 0), (200, 100)) + clock(100))
     assert positions(bench, motor, 105)[99:] == [200, 203, 207, 212, 217, 222]
 
@@ -253,8 +253,8 @@ def test_g_in_the_middle_leaves_host_mode_too(bench, motor):
     assert positions(bench, motor, 15) == [*range(101, 111)] + [110] * 5
 
 
-def test_what_follows_the_exit_does_not_disturb_the_new_mode(bench, motor):
-    """A record that comes too late is nothing to the velocity mode, and not a byte of it becomes a command."""
+def test_records_after_the_exit_do_not_disturb_the_new_mode(bench, motor):
+    """A late record has no effect on velocity mode, and none of its bytes becomes a command."""
     start_host_mode(bench, motor, "O=0 MV V=65536 A=1 ", points((0, 0), (10, 10)) + clock(10))
     positions(bench, motor, 20)
     assert send(bench, motor, points((0, 0), (0x53205320, 20)) + "RMODE", 0) == b"V\r"
@@ -275,7 +275,7 @@ def test_stopping_a_host_mode(bench, motor, word, mode, after):
 
 
 def test_a_program_starts_host_mode_with_records_of_the_host(bench, motor):
-    """MD and G of a program; the records come from the host while it runs."""
+    """A program sends MD and G; the host sends the records while the program runs."""
     load(bench, motor, "O=0\nMV\nV=65536\nA=100\nMD\nWAIT=100\nG\nEND\n")
     send(bench, motor, "RUN", 0)
     advance(bench, 20)
@@ -287,8 +287,8 @@ def test_a_program_starts_host_mode_with_records_of_the_host(bench, motor):
 # Beyond
 
 
-def test_a_full_buffer_loses_the_record_and_nothing_else(bench):
-    """11: the depth is the option host_buffer; what is beyond it is lost and flagged Bc."""
+def test_a_full_buffer_loses_only_the_record(bench):
+    """11: the option host_buffer sets the depth; further points are lost, flag Bc."""
     motor = ready(bench, host_buffer=4)
     advance(bench)
     start_host_mode(bench, motor, "O=0 ", points(*((10 * at, 10 * at) for at in range(8))))
@@ -320,8 +320,8 @@ RECORDS = st.one_of(
 
 @settings(deadline=None, max_examples=40)
 @given(said=st.lists(RECORDS, max_size=12))
-def test_no_records_and_commands_upset_the_motor(said):
-    """In any order, with rubbish between them: the same twice, and the motor answers afterwards."""
+def test_any_records_and_commands_leave_the_motor_operable(said):
+    """In any order, mixed with invalid text: a repeated run gives the same result, and the motor answers."""
     first = after_rubbish("".join(said))
     assert first == after_rubbish("".join(said))
     assert first[-1:] == b"\r"

@@ -1,4 +1,4 @@
-"""Chapter 10: long streams of host mode records, on the wire, with a real motor, and cut in pieces."""
+"""Chapter 10: long streams of host mode records, at line speed, with a real motor, and in pieces."""
 
 import pytest
 from hypothesis import given, settings
@@ -13,7 +13,7 @@ SEGMENTS = st.lists(st.tuples(st.sampled_from([1, 7, 16, 64, 100]), st.integers(
 
 
 def records_of(segments, omit):
-    """Clocks are omitted where the delta is the one before and `omit` says so; the positions at each clock."""
+    """Return the records, without clocks that repeat the delta if `omit` allows, and the positions at each clock."""
     words, at, where, last, stations = points((0, 0)), 0, 0, 0, {}
     for (samples, way), left_out in zip(segments, omit, strict=False):
         at, where = at + samples, where + way
@@ -26,7 +26,7 @@ def records_of(segments, omit):
 @settings(deadline=None, max_examples=60)
 @given(segments=SEGMENTS, omit=st.lists(st.booleans(), min_size=12, max_size=12))
 def test_any_stream_is_followed_to_the_count(segments, omit):
-    """10.1: exact at each clock, within a count of the straight line between two, whatever clocks are left out."""
+    """10.1: exact at each clock, within a count of a straight line between clocks, with any clocks omitted."""
     bench = Bench()
     motor = ready(bench)
     advance(bench)
@@ -123,7 +123,7 @@ def test_reversed_by_f_2_the_shaft_runs_the_other_way(bench, motor):
 
 
 def test_a_limit_in_the_middle_stops_it(bench, motor):
-    """3.2: a limit ends the motion; later records disturb nothing; after ZS it can begin again."""
+    """3.2: a limit ends the motion; later records have no effect; after ZS host mode can begin again."""
     motor.pins["C"].drive(False)
     send(bench, motor, "UCP ZS", 0)
     start_host_mode(bench, motor, "O=0 ", points((0, 0), (1000, 1000)))
@@ -142,7 +142,7 @@ def test_a_limit_in_the_middle_stops_it(bench, motor):
 
 
 def test_host_mode_after_host_mode(bench, motor):
-    """Each begins with its own clock; the first pair is where it starts."""
+    """Each host mode has its own clock and begins at its first pair."""
     start_host_mode(bench, motor, "O=0 MV V=65536 A=100 ", points((0, 0), (10, 10)) + clock(10))
     assert positions(bench, motor, 20)[-1] == 20
     start_host_mode(bench, motor, "", points((20, 5000), (40, 5010), (60, 5020), (70, 5030)) + clock(5030))

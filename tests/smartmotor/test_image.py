@@ -24,7 +24,7 @@ WITH_JUMPS = "a=1\nC5\n$W001CLE a<3\na=a+1\n$L0007P\n$I0030 a==3\nRETURN\n$E003A
 
 
 def decode(data):
-    """The text of what has been loaded, and whether it is intact by its header."""
+    """Return the loaded text, and True if the sums of its header are right."""
     decoder = Decoder()
     decoder.feed(data)
     return decoder.result()
@@ -43,8 +43,8 @@ def test_what_stands_on_one_line_stays_on_one_line():
     assert strip("ZS  MP\tA=100\raw[0]  1 2  3.\n") == "ZS MP A=100\naw[0] 1 2 3.\n"
 
 
-def test_the_words_of_program_flow_carry_where_the_program_goes_on():
-    """WHILE leads past its LOOP, LOOP back to it, IF past ELSE, ELSE past ENDIF; places count the text."""
+def test_the_words_of_program_flow_contain_their_jumps():
+    """WHILE jumps past LOOP, LOOP back to WHILE, IF past ELSE, ELSE past ENDIF; places count characters of the text."""
     assert encode(TEXT).decode()[35:] == WITH_JUMPS
 
 

@@ -22,7 +22,7 @@ def wire(motor: Controller, word: int) -> None:
 
 
 def flag(bench: Bench, motor: Controller, text: str) -> bool:
-    """Is that a syntax error?  Nothing is returned then."""
+    """True if a command is a syntax error, which returns nothing."""
     send(bench, motor, "ZS", 0)
     assert send(bench, motor, text) == b""
     return ask(bench, motor, "RBs") == "1"
@@ -64,7 +64,7 @@ def test_u_is_stored_into_variables_and_arrays(bench, motor):
     assert send(bench, motor, "Ra Rzz Rab[3] Raw[5] Ral[9] RU") == b"90\r90\r90\r90\r90\r0\r"
 
 
-def test_u_tells_pins_whatever_their_role(bench):
+def test_u_reports_pins_in_any_role(bench):
     """6.1: "state of all 7 I/O pins", limits and the go input included."""
     motor = bare(bench)
     motor.pins["C"].drive(False)
@@ -72,7 +72,7 @@ def test_u_tells_pins_whatever_their_role(bench):
     assert send(bench, motor, "RU RUC RUD RUG") == f"{127 - 4 - 64}\r0\r1\r0\r".encode()
 
 
-def test_u_tells_outputs_too(bench, motor):
+def test_u_reports_outputs_too(bench, motor):
     """1.2, RU{pin}: "input or output"."""
     for word in (0, 127, 0b1001100):
         send(bench, motor, " ".join(f"U{name}={word >> bit & 1} U{name}O" for bit, name in enumerate(PINS)))
@@ -96,7 +96,7 @@ def test_print1_u_goes_to_channel_1(bench, motor):
     assert port.read() == b"7\r"
 
 
-def test_channel_1_is_heard_without_being_looked_at_first(bench, motor):
+def test_channel_1_receives_before_its_first_read(bench, motor):
     """`read()` gives everything the host has received."""
     send(bench, motor, OPEN)
     send(bench, motor, 'PRINT1("abc")', 0.1)
@@ -126,7 +126,7 @@ def test_u_in_a_program(bench, motor):
 
 
 @pytest.mark.parametrize("text", ["U=5", "RUH", "RUU", "RUAB", "RU1", "UHI", "UAX", "UAA=5", "UAI=1", "Rua", "U"])
-def test_what_is_no_command(bench, motor, text):
+def test_read_only_values_and_missing_pins_are_not_commands(bench, motor, text):
     """U and the analog values are read only; there are seven pins."""
     assert flag(bench, motor, text)
 
@@ -144,7 +144,7 @@ def test_thresholds(bench, motor, name, volts, level):
 
 
 def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, motor):
-    """6.2 leaves it open: no third value."""
+    """6.2 does not define the level; all reports agree on 0 or 1."""
     for tenths in range(9, 20):
         motor.pins["A"].drive(tenths / 10)
         first, second, word = send(bench, motor, "RUA a=UAI Ra a=U&1 Ra").split()
@@ -152,7 +152,7 @@ def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, moto
         assert first in {b"0", b"1"}
 
 
-def test_a_pin_let_go_is_pulled_up(bench, motor):
+def test_a_released_pin_is_pulled_up(bench, motor):
     """12 of the base language: 5 kΩ to +5 V."""
     for name in PINS:
         motor.pins[name].drive(False)
@@ -174,8 +174,8 @@ def test_analog_values_are_proportional(bench, motor, millivolts, name):
 
 
 @pytest.mark.parametrize("volts", [-3.0, 12.0, float("nan"), float("inf")])
-def test_what_would_destroy_a_pin_is_refused(bench, motor, volts):
-    """6.3: 0 to 5 V; the user gets an error, and the pin stays as it was."""
+def test_a_voltage_beyond_the_range_is_refused(bench, motor, volts):
+    """6.3: 0 to 5 V; another voltage is an error of the user, and the pin does not change."""
     motor.pins["B"].drive(2.5)
     with pytest.raises(AxistwinError):
         motor.pins["B"].drive(volts)
@@ -183,7 +183,7 @@ def test_what_would_destroy_a_pin_is_refused(bench, motor, volts):
 
 
 def test_analog_values_of_outputs(bench, motor):
-    """6.3, on a pin that is driven by the motor itself: its own 0 or 5 V."""
+    """6.3: an output reads its own 0 or 5 V."""
     for name in PINS:
         assert send(bench, motor, f"U{name}=0 U{name}O RU{name}A U{name}=1 RU{name}A") == b"0\r1023\r"
 
@@ -225,8 +225,8 @@ def test_outputs_are_independent(bench, motor):
         assert [motor.pins[name].level for name in PINS] == [bool(level) for level in levels]
 
 
-def test_an_output_is_set_in_the_moment_of_its_command(bench, motor):
-    """Host commands are carried out when they arrive (ruling 14)."""
+def test_an_output_is_set_at_the_time_of_its_command(bench, motor):
+    """Host commands are executed on arrival (ruling 14)."""
     send(bench, motor, "UBO")
     found: list[tuple[int, bool]] = []
     motor.pins["B"].subscribe(lambda pin: found.append((bench.now, pin.level)))
@@ -250,7 +250,7 @@ def test_a_program_makes_pulses_of_whole_samples(bench, motor):
 
 @pytest.mark.parametrize(("name", "role", "flags"), [("C", "UCP", "RBp RBr"), ("D", "UDM", "RBm RBl")])
 def test_limit_roles(bench, motor, name, role, flags):
-    """3.1: active high; inputs have no such effect."""
+    """3.1: limits are active high; ordinary inputs have no effect on motion."""
     motor.pins[name].drive(False)
     send(bench, motor, role, 0.01)
     assert send(bench, motor, flags) == b"0\r0\r"
@@ -277,7 +277,7 @@ def test_the_index_input_is_bx(bench, motor, level):
     assert send(bench, motor, "RBx RU") == f"{int(level)}\r127\r".encode()
 
 
-def test_counting_goes_on_whatever_the_direction_of_a_and_b(bench, motor):
+def test_counting_continues_in_any_direction_of_a_and_b(bench, motor):
     """5 of the base language: "UAI/UAO/UBI/UBO do not stop the counter from counting"."""
     send(bench, motor, "MF0")
     motor.master.move(100, 0.05)
@@ -304,8 +304,8 @@ WORDS += [f"RU{pin}{rest}" for pin in ["", *PINS] for rest in ("", "A", "I")] + 
 
 @settings(deadline=None, max_examples=60)
 @given(words=st.lists(st.sampled_from(WORDS) | st.text("UABCGIO=R01()\x00\x7f ", max_size=8), max_size=25))
-def test_any_words_about_pins_are_survived(words):
-    """After any words the motor obeys the next command, and twice the same gives the same answers."""
+def test_any_pin_commands_leave_the_motor_operable(words):
+    """After any commands the motor executes the next one, and a repeated run gives the same answers."""
 
     def answer() -> bytes:
         bench = Bench()

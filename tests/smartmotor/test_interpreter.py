@@ -59,7 +59,7 @@ SWITCH = "SWITCH a CASE 1 b=1 BREAK CASE -2 b=2 CASE 3 c=3 BREAK DEFAULT b=9 END
     ("a", "expected"),
     [
         (1, ["SWITCH a", "CASE 1", "b=1", "BREAK"]),
-        (-2, ["SWITCH a", "CASE 1", "CASE -2", "b=2", "c=3", "BREAK"]),  # no BREAK: it falls through, for nothing
+        (-2, ["SWITCH a", "CASE 1", "CASE -2", "b=2", "c=3", "BREAK"]),  # no BREAK: falls through in no time
         (3, ["SWITCH a", "CASE 1", "CASE -2", "CASE 3", "c=3", "BREAK"]),
         (7, ["SWITCH a", "CASE 1", "CASE -2", "CASE 3", "b=9"]),
     ],
@@ -113,8 +113,8 @@ def test_an_unknown_label_sets_bs_and_the_program_goes_on():
     assert program["a"] == 1
 
 
-def test_ten_returns_can_wait():
-    """An eleventh GOSUB sets Bs and is passed over."""
+def test_ten_return_addresses_fit():
+    """An eleventh GOSUB sets Bs and has no effect."""
     labels = "".join(f" C{n} a={n} GOSUB{n + 1} RETURN" for n in range(1, 12))
     program = run(f"GOSUB1 b=a END{labels} C12 a=12 RETURN")
     assert (program["a"], program.i[state.BS]) == (10, 1)
@@ -128,26 +128,18 @@ def test_a_return_without_a_call_sets_bs_and_ends_the_program(word):
     assert (program["a"], program.i[state.BS], program.i[state.PROGRAM]) == (1, 1, state.STOPPED)
 
 
-def test_stack_forgets_the_returns():
+def test_stack_discards_the_return_addresses():
     """7, F=64: STACK should immediately be followed by GOTO."""
     program = run("GOSUB1 a=1 END C1 STACK GOTO2 C2 b=1 RETURN")
     assert (program["a"], program["b"], program.i[state.BS]) == (0, 1, 1)
 
 
-@pytest.mark.parametrize("word", ["RETURNI", "STACK", "END"])
-def test_what_lets_c2_be_called_again(word):
+@pytest.mark.parametrize(("word", "called"), [("RETURNI", 0), ("STACK", 0), ("END", 0), ("RETURN", 1), ("RETURNF", 1)])
+def test_what_lets_c2_be_called_again(word, called):
     program = Processor(f"{word} a=1")
     program.i[state.C2_CALLED] = 1
     program.run(1)
-    assert program.i[state.C2_CALLED] == 0
-
-
-@pytest.mark.parametrize("word", ["RETURN", "RETURNF"])
-def test_what_does_not(word):
-    program = Processor(f"{word} a=1")
-    program.i[state.C2_CALLED] = 1
-    program.run(1)
-    assert program.i[state.C2_CALLED] == 1
+    assert program.i[state.C2_CALLED] == called
 
 
 def test_wait():
@@ -177,7 +169,7 @@ def test_a_condition_that_has_no_value_does_not_hold():
     assert (program.i[state.BD], program.i[state.BU]) == (1, 1)
 
 
-def test_what_is_stored_in_an_array_is_cut_to_its_size():
+def test_values_in_an_array_are_truncated():
     """ab[] 8 bits, aw[] 16 bits, signed (8.2)."""
     program = run("ab[0]=200 ab[1]=-1 aw[1]=40000 al[1]=-5 b=ab[0] c=aw[1] d=al[0] e=ab[7] ab[204]=1 aw[-1]=1")
     assert [program[letter] for letter in "bcde"] == [200 - 256, 40000 - 65536, -0x38000000 + 0x00FF9C40, -5]
@@ -244,7 +236,7 @@ def test_compiled_and_plain_are_the_same(text):
     [
         ("IF n=3 a=1 ELSE a=2 ENDIF", [2, 0, 0]),
         ("IF n=3 a=1 ELSEIF n=4 a=2 ELSEIF 1 a=3 ELSE a=4 ENDIF", [3, 0, 0]),
-        ("IF a=1 ENDIF b=1", [0, 1, 0]),  # what follows IF is "a=1", which is no expression
+        ("IF a=1 ENDIF b=1", [0, 1, 0]),  # "a=1" after IF is not an expression
         ("IF 0 a=1 ELSEIF n= a=2 ENDIF b=1", [0, 1, 0]),
         ("WHILE n=3 a=1 LOOP b=1", [0, 1, 0]),
         ("SWITCH n=3 CASE 0 a=1 BREAK DEFAULT a=2 ENDS b=1", [2, 1, 0]),
@@ -257,8 +249,8 @@ def test_compiled_and_plain_are_the_same(text):
     "compiled",
     [False, pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed"))],
 )
-def test_a_condition_that_is_no_expression_sets_bs_and_does_not_hold(text, values, compiled):
-    """Base 8: `IF n=3` is no comparison; the blocks keep their structure, in IF, ELSEIF, WHILE, SWITCH and CASE."""
+def test_a_condition_that_is_not_an_expression_sets_bs_and_is_false(text, values, compiled):
+    """Base 8: `IF n=3` is not a comparison; IF, ELSEIF, WHILE, SWITCH and CASE keep their block structure."""
     program = run(text, compiled=compiled)
     assert [program[letter] for letter in "abc"] == values
     assert program.i[state.BS] == 1

@@ -12,7 +12,7 @@ from .talking import advance, ask, load, ready, run, send, values, wired
 
 
 def moment_of_both(bench: Bench, motor: Controller, offset: int, **options) -> None:
-    """Edges such that C1 alone would begin `offset` samples after C2 alone."""
+    """Return the times of edges with which C1 alone would begin `offset` samples after C2 alone."""
     to_c1, to_c2 = delays(**options)
     first, second, apart = ("G", "C", to_c2 - to_c1 + offset)
     if apart < 0:
@@ -130,7 +130,7 @@ def test_wait_is_cut_short_by_c2(bench, motor):
 
 
 def test_a_motor_fault_without_f_32_ends_a_program_that_waits(bench, motor):
-    """4.1: "End program execution"; the statement after the WAIT is never reached."""
+    """4.1: "End program execution"; the statement after the WAIT is not executed."""
     run(bench, motor, "E=20\nA=65536\nV=65536\nMV\nG\na=1\nWAIT=1000\na=2\nEND\n")
     motor.axes["shaft"].jam(True)
     advance(bench, 50)

@@ -1,4 +1,4 @@
-"""Chapter 7: how C1 and C2 are left, and when C2 is called again."""
+"""Chapter 7: returns from C1 and C2, and further calls of C2."""
 
 import pytest
 
@@ -34,7 +34,7 @@ def test_return_instead_of_returni_leaves_c2_closed(bench, motor):
 
 
 def test_stack_and_goto_complete_c2(bench, motor):
-    """7.1: "STACK (which should immediately be followed by GOTO)"; more often than any stack is deep."""
+    """7.1: "STACK (which should immediately be followed by GOTO)", more often than the stack has places."""
     run(bench, motor, main_with("STACK\nGOTO9"))
     for count in range(1, 31):
         trigger(bench, motor)
@@ -43,7 +43,7 @@ def test_stack_and_goto_complete_c2(bench, motor):
 
 
 def test_stack_in_the_main_program_after_a_plain_return(bench, motor):
-    """7.1: STACK completes it wherever it stands."""
+    """7.1: STACK completes C2 anywhere in the program."""
     program = "UGI\nF=64\nC5\nIF s==1\ns=0\nSTACK\nGOTO5\nENDIF\nGOTO5\nEND\nC2\nj=j+1\nRETURN\n"
     run(bench, motor, program)
     trigger(bench, motor)
@@ -88,7 +88,7 @@ def test_a_thousand_calls_do_not_overflow_the_stack(bench, motor):
 
 
 def test_subroutines_within_subroutines_within_c2(bench):
-    """7.1 with GOSUB: the way back is kept in order."""
+    """7.1 with GOSUB: the returns are in the right order."""
     program = """
 UGI
 F=64
@@ -123,7 +123,7 @@ RETURN
 
 @pytest.mark.parametrize("word", ["RETURNF", "RETURNI", "RETURN"])
 def test_a_return_with_nothing_to_return_to(bench, motor, word):
-    """Neither an interrupt nor a GOSUB: nothing breaks, and the motor still answers."""
+    """After neither an interrupt nor a GOSUB the motor still answers."""
     run(bench, motor, f"a=1\n{word}\nb=1\nEND\n")
     assert value(bench, motor, "a") == 1
     assert ask(bench, motor, "RP", 0) == "0"
@@ -152,7 +152,7 @@ def test_an_end_in_c1_ends_the_program(bench, motor):
     assert (value(bench, motor, "i"), value(bench, motor, "m")) == (1, before)
 
 
-def test_without_a_label_the_motor_keeps_its_wits(bench, motor):
+def test_without_a_label_the_motor_still_works(bench, motor):
     """F=96 without C1 and C2: no program counter is lost, commands are answered."""
     motor.pins["C"].drive(False)
     send(bench, motor, "UCP ZS", 0.01)
@@ -168,7 +168,7 @@ def test_without_a_label_the_motor_keeps_its_wits(bench, motor):
 
 @pytest.mark.parametrize("again", ["power_cycle", "Z", "LOAD"])
 def test_c2_is_open_again_after_a_new_start_in_its_middle(bench, again):
-    """7.1: what was not completed is forgotten with the power, by a total reset and by a new program."""
+    """7.1: a power cut, a total reset or a new program ends an uncompleted C2."""
     program = main_with("WHILE 1\nLOOP\nRETURNI")
     motor = ready(bench)
     run(bench, motor, program)
@@ -186,8 +186,8 @@ def test_c2_is_open_again_after_a_new_start_in_its_middle(bench, again):
     assert value(bench, motor, "j") == 1
 
 
-def test_a_full_stack_costs_one_call_and_no_more(bench):
-    """8 of the base language: ten returns; GOSUB within GOSUB, ten deep, leaves no room for C2 until one is left."""
+def test_a_full_stack_prevents_only_one_call(bench):
+    """8 of the base language: ten returns; ten nested GOSUBs prevent a call of C2 until the first RETURN."""
     deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nWHILE 1\nLOOP\nRETURN\n" for n in range(9))
     last = "C19\nWHILE p==0\nm=m+1\nLOOP\nRETURN\n"
     motor = ready(bench)

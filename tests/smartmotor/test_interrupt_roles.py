@@ -55,7 +55,7 @@ def test_f_64_and_ugo_calls_c2_when_the_latch_goes_low(bench, motor):
 
 
 def test_a_program_triggers_itself(bench, motor):
-    """7.1, F=64 3: UG=0 in the program; C2 is called in the WAIT after it, which it cuts short."""
+    """7.1, F=64 3: after UG=0 in the program C2 is called in the WAIT and ends it early."""
     run(bench, motor, "UG=1\nUGO\nF=64\nWAIT=20\nUG=0\nWAIT=9000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
     assert 0 < value(bench, motor, "g") < value(bench, motor, "b")
 
@@ -84,7 +84,7 @@ def test_a_motor_fault_calls_c1_while_g_is_a_motor_fault_output(bench, motor):
     assert (value(bench, motor, "i"), motor.pins["G"].level) == (1, True)
 
 
-# Anything at all
+# Any order of events
 
 
 ACTS = """
@@ -121,7 +121,7 @@ RETURNI
 
 
 def played(acts: list[tuple[str, int]], pieces: int) -> tuple[bytes, int, int]:
-    """Return the end of a run: each act and the nanoseconds after it, at once or in pieces."""
+    """Return the result of a run of actions with the nanoseconds after each, at once or in pieces."""
     bench = Bench()
     motor = ready(bench)
     motor.pins["C"].drive(False)
@@ -147,8 +147,8 @@ GAPS = st.sampled_from([0, 1, SAMPLE_NS - 1, SAMPLE_NS, SAMPLE_NS + 1, 2 * SAMPL
 
 @settings(deadline=None, max_examples=80)
 @given(acts=st.lists(st.tuples(st.sampled_from(ACTS.split()), GAPS), max_size=30))
-def test_any_order_of_edges_faults_and_words_is_survived_and_repeatable(acts):
-    """Played twice, and in pieces: the same bytes, the same counts, at the same time."""
+def test_any_order_of_edges_faults_and_commands_is_repeatable(acts):
+    """Executed twice, and in pieces: the same bytes, the same counts, at the same time."""
     first = played(acts, 1)
     assert first[0].count(b"\r") == 6
     assert played(acts, 1) == first

@@ -1,11 +1,11 @@
-"""Chapter 7: what F=32 (C1, at a fault) and F=64 (C2, at a falling edge of pin G) do to a program."""
+"""Chapter 7: F=32 calls C1 at a fault, F=64 calls C2 at a falling edge of pin G."""
 
 import pytest
 
 from .scenarios import COUNTING, trigger
 from .talking import advance, ask, load, ready, run, send, values, wired
 
-# How they are called, and how they return
+# Calls of C1 and C2, and returns from C1 and C2
 
 
 def test_each_falling_edge_of_g_calls_c2_once(bench, motor):
@@ -77,7 +77,7 @@ def test_a_pulse_between_two_polls_is_not_seen(bench):
 def test_a_bouncing_switch_calls_c2_once(bench):
     """7.1: "is de-bounced": 15 changes, 100 µs each, before it stays low, and as many before it stays high.
 
-    The switch has come to rest within seven samples; eight in a row are asked for.
+    The switch bounces for less than seven samples; eight equal samples are required.
     """
     motor = ready(bench, debounce_samples=8)
     run(bench, motor, "F=64" + COUNTING)
@@ -177,7 +177,7 @@ def test_a_jammed_motor_overheats_and_calls_c1(bench):
 
 
 def test_a_fault_in_c1_calls_c1_again_when_it_has_returned(bench):
-    """1.2: "a new occurrence": a limit opens while C1 deals with a position error; no call is lost, none is nested."""
+    """1.2: "a new occurrence": a limit opens while C1 handles a position error; no call is lost or nested."""
     motor = wired(bench)
     program = "F=32\nE=20\nA=65536\nV=65536\nMV\nG\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nWAIT=60\nj=j+1\nRETURNF\n"
     run(bench, motor, program)

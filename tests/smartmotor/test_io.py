@@ -16,7 +16,7 @@ def test_analog_values_are_1023_for_5_volts(bench, motor, name, volts, value):
 
 
 def test_the_latch_survives_a_change_of_direction(bench, motor):
-    """12: written first, it avoids a glitch."""
+    """12: a latch written before UxO avoids a glitch."""
     levels: list[bool] = []
     motor.pins["A"].subscribe(lambda pin: levels.append(pin.level))
     send(bench, motor, "UA=1 UAO UAI UAO RUA")
@@ -67,7 +67,7 @@ def test_a_falling_edge_at_pin_g_is_a_go_while_it_has_that_role(bench, motor, co
 
 
 def test_pins_e_and_f_are_channel_1_or_inputs_and_outputs(bench, motor):
-    """12: UEO takes its wire away from channel 1."""
+    """12: UEO ends the role of pin E for channel 1."""
     port = motor.rs485
     send(bench, motor, "UEO OCHN(RS4,1,N,9600,1,8,C)")
     assert motor.pins["E"].level is True

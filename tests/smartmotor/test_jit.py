@@ -1,4 +1,4 @@
-"""Compiling the sampled functions: when, from where, and that it never meets an older version of itself."""
+"""Compilation of the sampled functions: conditions, the cache, and older versions in the cache."""
 
 import logging
 import os
@@ -16,7 +16,7 @@ needs_numba = pytest.mark.skipif(not jit.available(), reason="Numba is not insta
 
 @pytest.fixture
 def afresh(monkeypatch):
-    """The setting is read again, here and afterwards."""
+    """Forget the setting before and after the test."""
     forget()
     yield monkeypatch
     forget()
@@ -47,7 +47,7 @@ def test_without_numba_it_is_slow_and_programs_can_say_so(afresh, caplog):
         assert not jit.available()
     assert jit.note().startswith('SmartMotors run in plain Python, many times slower: pip install "numba')
     assert jit.note().endswith(', or in a clone pip install ".[fast]"')
-    assert not caplog.records  # or it would be told twice
+    assert not caplog.records  # a record would repeat the note
 
 
 def test_on_without_numba_is_an_error(afresh):
@@ -103,7 +103,7 @@ def test_the_fingerprint_changes_with_any_function(monkeypatch):
 
 @pytest.fixture
 def only_these(monkeypatch, tmp_path):
-    """A world in which `inner` and `outer` are all that is sampled, and the cache is empty."""
+    """Make `inner` and `outer` the only sampled functions, with an empty cache."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(jit, "_sampled", {})

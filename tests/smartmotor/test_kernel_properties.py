@@ -24,7 +24,7 @@ MOST = 400
 
 
 def moving(mode, velocity, **values):
-    """The kernel of an ideal motor in the middle of a move, at 0."""
+    """Return the kernel of an ideal motor in the middle of a move, at position 0."""
     motor = ReferenceMotor(Program("END"), values={"OBSERVE_INDEX": 0}, error_limit=2**31)
     motor.runner.state = "stopped"
     motor.trajectory = Trajectory(mode, 0, velocity, **values)
@@ -33,7 +33,7 @@ def moving(mode, velocity, **values):
 
 
 def course(kernel, most=MOST):
-    """Place, and velocity at which it came there, of each sample until the move ends, in 1/65536 count."""
+    """Return position and velocity in each sample until the move ends, in 1/65536 count."""
     i, done = kernel.i, [(0, kernel.i[state.VELOCITY])]
     while i[state.BT] and len(done) < most:
         before = i[state.COMMANDED]
@@ -50,7 +50,7 @@ def check_rate(places, rate):
 @settings(max_examples=60, deadline=None)
 @given(velocity=SPEEDS, top=st.integers(1, 2**24), rate=RATES, target=TARGETS)
 def test_a_position_move_keeps_to_a_and_v_in_every_sample(velocity, top, rate, target):
-    """4 of the base language: at most A from one sample to the next, at most V once it is there, to a stop at P."""
+    """4 of the base language: at most A from sample to sample, at most V once reached, and a stop at P."""
     kernel = moving("position", velocity, target=target, top=top, rate=rate)
     places = course(kernel)
     check_rate(places, rate)
@@ -125,8 +125,8 @@ def test_both_give_up_where_they_should(text, flag):
 
 
 @pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
-def test_there_is_room_for_the_longest_expression():
-    """Numba does not check the ends of arrays; the reader does."""
+def test_the_stack_fits_the_longest_expression():
+    """Numba does not check array bounds, so the parser limits the length."""
     from axistwin.controllers.smartmotor.language.expressions import Malformed, Reader
 
     deep = "a+(" * 20 + "a" + ")" * 20

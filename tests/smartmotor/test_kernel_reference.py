@@ -1,6 +1,6 @@
-"""The kernel against a plain reference, to the bit: random motors and programs, in plain Python and compiled.
+"""The kernel against a reference, bit by bit: random motors and programs, in plain Python and compiled.
 
-Both kernels run beside one reference: it is as slow as both of them together.
+Both kernels are compared with one run of the reference, which is as slow as both kernels together.
 """
 
 from dataclasses import replace
@@ -33,7 +33,7 @@ PARAMETERS = ["A", "V", "P", "MFMUL", "MFDIV", "BASE", "SIZE", "KP", "KI", "KD",
 
 
 def invented(random, text="END"):
-    """A motor and its surroundings."""
+    """Return a random motor and its wiring."""
     data = random.choice([None, *SERVO_MOTORS.values()])
     if data:
         inductance = random.choice([0.0, 0.0, 7e-4])
@@ -57,7 +57,7 @@ def invented(random, text="END"):
     return motor
 
 
-# What happens from outside
+# External influences
 
 
 def somebody_sets_flags(random, motor):
@@ -102,7 +102,7 @@ def the_servo_is_tuned(random, motor):
 
 
 def coordinates_change(random, motor):
-    """F=2 turns the shaft's direction round, O= moves the origin; sometimes close to where positions wrap."""
+    """Reverse the shaft's direction by F=2, or move the origin by O=, sometimes close to the wrap of positions."""
     motor.direction = random.choice([1, -1])
     motor.cam.origin = 0
     here = random.choice([0, random.randint(-3000, 3000), 2**31 - random.randint(1, 50), -(2**31) + 5])
@@ -115,13 +115,13 @@ def coordinates_change(random, motor):
 
 def move(random, motor, mode, **values):
     old = motor.trajectory
-    velocity = max(-(2**31), min(2**31, old.velocity))  # that of a jump does not last
+    velocity = max(-(2**31), min(2**31, old.velocity))  # limit the velocity of a jump
     motor.trajectory = Trajectory(mode, old.place, velocity, **values)
     motor.flags["Bt"] = 1
 
 
-def somebody_moves(random, motor):
-    """MP, MV or X with anything that A, V and P can be; often a position that is soon reached."""
+def a_move_starts(random, motor):
+    """Start MP, MV or X with any A, V and P; often with a position that is soon reached."""
     whole = random.randint(1, 20) * 65536
     rate = random.choice([0, 1, whole, whole, random.randint(1, 2**18), random.randint(1, 2**31 - 1)])
     top = random.choice(
@@ -185,7 +185,7 @@ def it_begins_a_cam(random, motor):
 
 
 def cam_parameters_change(random, motor):
-    """D=, BASE=, SIZE=, MCn, F= and then CI."""
+    """Change D, BASE, SIZE, MCn or F, and then give CI."""
     motor.cam.prepared = cam_parameters(random)
     motor.cam.pending = random.random() < 0.8
     the_master_turns(random, motor)
@@ -209,20 +209,20 @@ def the_host_sends_points(random, motor):
 
 HAPPENINGS = [
     somebody_sets_flags, pins_change, limits_are_set, the_machine_changes, the_servo_is_tuned, coordinates_change,
-    somebody_moves, somebody_moves, the_master_turns, it_follows, it_begins_a_cam, cam_parameters_change,
+    a_move_starts, a_move_starts, the_master_turns, it_follows, it_begins_a_cam, cam_parameters_change,
     cam_parameters_change, it_begins_host_mode, the_host_sends_points,
 ]  # fmt: skip
 
 
 class Beside:
-    """The reference, and kernels on the same motor: plain and, where there is Numba, compiled."""
+    """The reference, and kernels on the same motor: in plain Python and, with Numba, compiled."""
 
     def __init__(self, random, text):
         self.random, self.motor = random, invented(random, text)
         self.kernels = [Kernel(self.motor, text, compiled=compiled) for compiled in {False, jit.available()}]
 
     def run(self, most):
-        """Run all of them for up to `most` samples, and compare."""
+        """Run reference and kernels for up to `most` samples, and compare them."""
         motor = self.motor
         why, shafts, commanded = motor.advance(most)
         expected, what = (sum(REASONS[reason] for reason in why), shafts, commanded), shown(motor)
@@ -239,7 +239,7 @@ class Beside:
             kernel.take(self.motor, what)
 
     def _react(self, why):
-        """A little of what Python does; whether anything has been changed."""
+        """Handle the events as Python does, in part; return True if the state has changed."""
         motor, runner = self.motor, self.motor.runner
         leaves = "host" in motor.trajectory.mode and "exit" in why
         if "value" in why:
@@ -287,7 +287,7 @@ def test_a_motor_is_that_of_the_reference_whatever_happens_to_it(random):
 @pytest.mark.parametrize(
     "happenings",
     [
-        (somebody_moves, somebody_moves),
+        (a_move_starts, a_move_starts),
         (it_follows, the_master_turns),
         (it_begins_a_cam, cam_parameters_change, cam_parameters_change),
         (it_begins_host_mode, the_host_sends_points),
@@ -314,4 +314,4 @@ def test_a_program_is_carried_out_as_the_reference_does(random):
         if random.random() < 0.1:
             all_of_them.interrupt()
         elif not why and random.random() < 0.5:
-            all_of_them.happen(random.choice([somebody_moves, pins_change, somebody_sets_flags]))
+            all_of_them.happen(random.choice([a_move_starts, pins_change, somebody_sets_flags]))

@@ -1,4 +1,4 @@
-"""The command language: one command, and where it ends (3 of the base language; 1.1, 1.3, 8.1 of the manual)."""
+"""The command language: single commands and their ends (3 of the base language; 1.1, 1.3, 8.1 of the manual)."""
 
 import pytest
 from hypothesis import given
@@ -12,7 +12,7 @@ from axistwin.controllers.smartmotor.language.language import command, read
 
 
 def told(text):
-    """Place and message of what is wrong with a statement."""
+    """Return place and message of the error in a statement."""
     problem = read(text).problem
     return None if problem is None else (problem.position, problem.message)
 
@@ -106,7 +106,7 @@ def test_what_is_no_command(text):
         ("a=(1+2", (6, ") is missing")),
         ("GOSUB1000", (5, "1000 is out of range: label 0…999")),
         ("endif", (0, "unknown command endif: commands are upper case")),
-        ("=5", (0, "=5: no blanks stand around =")),
+        ("=5", (0, "=5: blanks around = are not allowed")),
         ("aw[0] 1 2", (9, "these values do not end with a period")),
         ("CASE a", (5, "CASE takes a constant")),
         ("Bt", (0, "Bt is a value, not a command: RBt reports it")),

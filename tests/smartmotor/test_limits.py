@@ -17,7 +17,7 @@ ACTS = [
 
 
 def wired(bench: Bench, **options) -> Controller:
-    """Closed limit switches on C and D, no fault, half a second after it was switched on."""
+    """Return a motor with closed limit switches on C and D, without faults, half a second after power-up."""
     motor = bench.add("smartmotor", line="instant", **options)
     motor.pins["C"].drive(0.0)
     motor.pins["D"].drive(0.0)
@@ -27,7 +27,7 @@ def wired(bench: Bench, **options) -> Controller:
 
 
 def run_into(bench: Bench, motor: Controller, pin: str) -> int:
-    """At one count per sample towards the switch on this pin, which opens; where it stopped."""
+    """Move at one count per sample towards the switch on this pin, which opens; return the final position."""
     send(bench, motor, f"A={UNIT} V={PINS[pin][2] * UNIT} MV G", 0.01)
     motor.pins[pin].release()
     advance(bench, 2)
@@ -42,7 +42,7 @@ def motor(bench: Bench) -> Controller:
 @pytest.mark.parametrize("pin", "CD")
 @pytest.mark.parametrize("level", ["open", True, 5.0, 2.0])
 def test_loss_of_ground_is_a_limit_fault(bench, motor, pin, level):
-    """3.1: "active high asserted … Loss of ground potential results in limit fault", standing still too."""
+    """3.1: "active high asserted … Loss of ground potential results in limit fault", also at rest."""
     if level == "open":
         motor.pins[pin].release()
     else:
@@ -78,7 +78,7 @@ def test_a_limit_pin_that_is_an_input_is_no_limit(bench, motor, pin):
 
 
 def test_ucp_and_udm_make_them_limits_again(bench):
-    """Reference 12: UCP, UDM; nothing is wired, so the fault is back at the next sample."""
+    """Reference 12: UCP, UDM; nothing is wired, so the next sample sets the fault again."""
     motor = ready(bench)
     send(bench, motor, "UCP")
     assert status_word(bench, motor) == BO + BR + BP
@@ -143,7 +143,7 @@ def test_a_move_towards_the_limit_is_refused_and_needs_a_new_acknowledgement(ben
 @pytest.mark.parametrize("pin", "CD")
 @pytest.mark.parametrize("move", ["MV V={v} G", "MP P=@P+{v} G", "MP D={v} G", "V=-1*{v} MV G", "T={s}*500 MT"])
 def test_every_kind_of_move_is_judged_by_its_direction(bench, motor, pin, move):
-    """Acknowledged, one that leads away is accepted, one that leads towards the switch is not."""
+    """After an acknowledgement, moves away from the switch are accepted, moves towards it are refused."""
     _, _, sign, own, _ = PINS[pin]
     away = motor.axes["shaft"]
     stood = run_into(bench, motor, pin)
@@ -157,7 +157,7 @@ def test_every_kind_of_move_is_judged_by_its_direction(bench, motor, pin, move):
 
 @pytest.mark.parametrize("pin", "CD")
 @pytest.mark.parametrize("before", ["MT", "T=-1*{s}*500 MT"])
-def test_torque_that_turns_round_is_a_new_fault(bench, motor, pin, before):
+def test_reversed_torque_is_a_new_fault(bench, motor, pin, before):
     """RULINGS 15: a move towards the limit is not accepted, and needs a new acknowledgement."""
     latched, now, sign, own, _ = PINS[pin]
     run_into(bench, motor, pin)
@@ -167,8 +167,8 @@ def test_torque_that_turns_round_is_a_new_fault(bench, motor, pin, before):
 
 
 @pytest.mark.parametrize("pin", "CD")
-def test_a_master_that_turns_round_is_a_new_fault(bench, motor, pin):
-    """The same while following: away is followed, back is a new fault within a few counts."""
+def test_a_reversed_master_is_a_new_fault(bench, motor, pin):
+    """The same while following: away is followed, back is a new fault after a few counts."""
     latched, now, sign, own, _ = PINS[pin]
     stood = run_into(bench, motor, pin)
     send(bench, motor, f"{own} MF4")
@@ -183,8 +183,8 @@ def test_a_master_that_turns_round_is_a_new_fault(bench, motor, pin):
 
 @pytest.mark.parametrize("pin", "CD")
 @pytest.mark.parametrize("limit", ["hard", "soft"])
-def test_a_trajectory_that_turns_round_stops_at_the_limit(bench, motor, pin, limit):
-    """From 10 counts per sample away to 10 towards; meanwhile the switch opens, or SLE finds it beyond."""
+def test_a_reversed_trajectory_stops_at_the_limit(bench, motor, pin, limit):
+    """From 10 counts per sample away to 10 towards; meanwhile the switch opens, or SLE enables an exceeded limit."""
     latched, now, sign, *_ = PINS[pin]
     shaft = motor.axes["shaft"]
     send(bench, motor, f"A=6553 V={-10 * sign * UNIT} MV G", 0.1)
@@ -203,7 +203,7 @@ def test_a_trajectory_that_turns_round_stops_at_the_limit(bench, motor, pin, lim
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_limit_is_directional(bench, motor, pin):
-    """1.1, 3.1: "directional only": it opens while the motor leaves it, is flagged, and the move continues."""
+    """1.1, 3.1: "directional only": a switch that opens behind the motion is flagged, and the move continues."""
     latched, now, sign, *_ = PINS[pin]
     send(bench, motor, f"A={UNIT} V={UNIT} P={-200 * sign} MP G", 0.01)
     motor.pins[pin].release()
@@ -222,7 +222,7 @@ def test_the_other_flag_is_no_acknowledgement(bench, motor, pin):
         assert motor.axes["shaft"].position == stood
 
 
-def test_with_both_limits_there_is_no_way_out_but_wiring(bench, motor):
+def test_with_both_limits_only_wiring_or_input_roles_help(bench, motor):
     """RULINGS 15: "With both limits asserted there is no way out but wiring or UCI/UDI"."""
     run_into(bench, motor, "C")
     motor.pins["D"].release()
@@ -237,7 +237,7 @@ def test_with_both_limits_there_is_no_way_out_but_wiring(bench, motor):
 
 
 def test_limits_at_the_ends_of_the_travel(bench):
-    """Axis option limits=(minus, plus): a switch opens beyond; to one, off it, to the other."""
+    """Axis option limits=(minus, plus): a switch opens beyond; moves to both and away from them."""
     motor = bare(bench, shaft={"limits": (-100, 100)})
     send(bench, motor, f"A={UNIT} V={UNIT} MV G", 0.1)
     shaft = motor.axes["shaft"]
@@ -265,8 +265,8 @@ def test_the_program_runs_on(bench, motor):
 
 @settings(deadline=None, max_examples=50)
 @given(st.lists(st.sampled_from(ACTS), max_size=20), st.sampled_from([UNIT, 6553, 655]), st.sampled_from([0, 1]))
-def test_whatever_is_done_the_shaft_never_moves_into_an_open_switch(acts, rate, f):
-    """A safety property: once it has had the time to stop (V/A samples, F=1), nothing moves towards an open switch."""
+def test_after_any_commands_the_shaft_never_moves_into_an_open_switch(acts, rate, f):
+    """A safety property: after the time for a stop (V/A samples, F=1) no motion towards an open switch."""
     bench = Bench()
     motor = wired(bench)
     send(bench, motor, f"A={rate} V={UNIT} F={f} MV")
@@ -291,8 +291,8 @@ def test_whatever_is_done_the_shaft_never_moves_into_an_open_switch(acts, rate, 
 
 
 @pytest.mark.parametrize("pin", "CD")
-def test_an_acknowledged_move_that_comes_back_is_stopped_where_it_turns(bench, motor, pin):
-    """RULINGS 15: A is lowered on the way, the target is overshot, and the way back leads towards the open switch."""
+def test_an_acknowledged_move_that_returns_is_stopped_at_its_reversal(bench, motor, pin):
+    """RULINGS 15: A is lowered during the move, the shaft overshoots, and the return leads to the open switch."""
     latched, now, sign, own, _ = PINS[pin]
     shaft = motor.axes["shaft"]
     motor.pins[pin].release()
@@ -311,7 +311,7 @@ def test_an_acknowledged_move_that_comes_back_is_stopped_where_it_turns(bench, m
 
 @pytest.mark.parametrize("stop", ["OFF", "MTB"])
 def test_what_always_stops_the_motor(bench, motor, stop):
-    """3.2 note 1 inhibits G, MT, MF1, MF4, MS, S and X; OFF and MTB are not among them."""
+    """3.2 note 1 inhibits G, MT, MF1, MF4, MS, S and X; OFF and MTB are allowed."""
     send(bench, motor, f"A={UNIT} V=-{UNIT} MV G", 0.01)
     motor.pins["C"].release()
     advance(bench, 2)

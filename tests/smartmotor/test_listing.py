@@ -1,4 +1,4 @@
-"""The stored program as lines, the line that is being carried out, and the sample in which each begins."""
+"""The stored program as lines, the running line, and the sample in which each line begins."""
 
 import json
 from pathlib import Path
@@ -19,13 +19,13 @@ def listing(motor: Controller):
 
 
 def running(motor: Controller) -> int | None:
-    """The line that is being carried out, from 1."""
+    """Return the running line, from 1."""
     index = listing(motor).running
     return None if index is None else index + 1
 
 
 def motor_with(bench: Bench, program: str, **options: object) -> Controller:
-    """Without faults, at a whole sample; the program has not been started."""
+    """Return a motor without faults, at a whole sample, with this program, not started."""
     motor = ready(bench, **options)
     load(bench, motor, program)
     advance(bench, 1)
@@ -33,7 +33,7 @@ def motor_with(bench: Bench, program: str, **options: object) -> Controller:
 
 
 def watched(bench: Bench, motor: Controller) -> list[tuple[int, int]]:
-    """A list that grows with each line: after how many samples from now it begins, and which it is, from 1."""
+    """Return a list that receives, for each line that begins, the samples from now and the line number."""
     found: list[tuple[int, int]] = []
     zero_ns = bench.now
 
@@ -68,7 +68,7 @@ def test_a_motor_that_was_never_programmed_has_an_empty_program(bench):
 
 
 def test_the_lines_are_those_that_were_loaded_without_comments_and_blank_ones(bench):
-    """3 and 15: comments and needless blanks are not kept, so lines are counted as the motor has them."""
+    """3 and 15: comments and needless blanks are not stored, and the stored lines are counted."""
     motor = motor_with(bench, "' a table\r\nA=100   V=200 ' slowly\r\n\r\n  C5\r\na=a+1\rGOTO5\n")
     assert listing(motor).lines == ("A=100 V=200", "C5", "a=a+1", "GOTO5")
 
@@ -79,15 +79,15 @@ def test_a_program_in_one_line_has_a_line_for_each_statement(bench):
 
 
 def test_lines_that_take_no_time_are_marked(bench):
-    """Labels, ENDIF, ENDS and DEFAULT; CASE, ELSE, LOOP and BREAK take a sample where they are reached."""
+    """Labels, ENDIF, ENDS and DEFAULT; a CASE, ELSE, LOOP or BREAK that is reached takes a sample."""
     text = "C1\nIF a\nELSE\nENDIF\nSWITCH a\nCASE 1\nBREAK\nDEFAULT\nENDS\nWHILE 0\nLOOP\nC2 END\n"
     motor = motor_with(bench, text)
     lines = listing(motor).lines
     assert [lines[n] for n in sorted(listing(motor).silent)] == ["C1", "ENDIF", "DEFAULT", "ENDS"]
 
 
-def test_a_locked_program_is_listed_and_told_to_be_locked(bench):
-    """LOCKP keeps a host from uploading it; the listing of the memory shows it all the same."""
+def test_a_locked_program_is_listed_and_marked(bench):
+    """LOCKP prevents uploads; the listing still shows the program."""
     motor = motor_with(bench, "a=1\nEND\n")
     send(bench, motor, "LOCKP")
     assert (listing(motor).title, listing(motor).lines) == ("stored program, locked", ("a=1", "END"))
@@ -158,19 +158,19 @@ def test_two_statements_a_sample(bench):
 
 
 def test_a_line_begins_once_for_all_its_statements(bench):
-    """Coming from another line, also in its middle, or going back in it."""
+    """A line begins when it is entered from another line, also in its middle, or at a jump back within it."""
     motor = motor_with(bench, "a=1 GOSUB5 b=2\nc=3 END\nC5 d=4 RETURN\n")
     assert started(bench, motor, 20) == [(1, 1), (3, 3), (5, 1), (6, 2)]
 
 
 def test_a_loop_in_one_line_begins_it_again(bench):
-    """WHILE, a=a+1, LOOP: three samples a round."""
+    """WHILE, a=a+1, LOOP: three samples per pass."""
     motor = motor_with(bench, "a=0\nWHILE a<3 a=a+1 LOOP\nEND\n")
     assert started(bench, motor, 20) == [(1, 1), (2, 2), (5, 2), (8, 2), (11, 2), (12, 3)]
 
 
 def test_wait_runs_as_long_as_it_waits(bench):
-    """WAIT=40 in sample 2: the next statement is carried out in sample 42."""
+    """WAIT=40 in sample 2: the next statement is executed in sample 42."""
     motor = motor_with(bench, "a=1\nWAIT=40\nb=1\nEND\n")
     found = started(bench, motor, 3)
     for _ in range(38):
@@ -183,9 +183,9 @@ def test_wait_runs_as_long_as_it_waits(bench):
 
 
 def test_twait_runs_as_long_as_the_motor_moves(bench):
-    """One count a sample (V=65536, A as large), the first in the sample of G, whose statements come first: 30 of them.
+    """One count per sample (A and V 65536), the first in the sample of G, because statements come first: 30 counts.
 
-    Bt falls in the sample in which the target is commanded; the next one has the statement behind TWAIT.
+    Bt becomes 0 in the sample that commands the target; the next sample executes the statement after TWAIT.
     """
     motor = motor_with(bench, "A=65536 V=65536 P=30 MP\nG\nTWAIT\nb=1\nEND\n")
     found = started(bench, motor, 6)
@@ -197,7 +197,7 @@ def test_twait_runs_as_long_as_the_motor_moves(bench):
 
 
 def test_a_report_holds_the_program_in_its_line(bench):
-    """A statement that waits for room in the transmitter is still being carried out: 100 characters at 9600 baud."""
+    """A report that waits for the transmitter, 100 characters at 9600 baud, is still running."""
     motor = motor_with(bench, f'a=1\nPRINT("{"x" * 100}")\nPRINT("y")\nEND\n')
     found = started(bench, motor, 0)
     motor.serial.instant = False
@@ -218,7 +218,7 @@ def test_a_pause_holds_the_program_until_a_character_comes(bench):
 
 
 def test_run_question_mark_ends_what_power_up_has_started(bench):
-    """4.3: the program stands before RUN? until RUN starts it from the top."""
+    """4.3: RUN? ends the program until RUN starts it from the top."""
     motor = motor_with(bench, "a=a+1\nRUN?\nb=1\nEND\n")
     motor.power_cycle()
     found = watched(bench, motor)
@@ -230,7 +230,7 @@ def test_run_question_mark_ends_what_power_up_has_started(bench):
 
 
 def test_the_first_statement_is_the_next_one_until_it_begins(bench):
-    """Between RUN and the sample that follows."""
+    """Between RUN and the next sample the line is the first one."""
     motor = motor_with(bench, "a=1\nb=1\nEND\n")
     send(bench, motor, "RUN", 0.01)
     advance(bench, 1)
@@ -241,7 +241,7 @@ def test_the_first_statement_is_the_next_one_until_it_begins(bench):
 
 
 def test_host_calls_run_their_lines_only(bench):
-    """8: a GOSUB into a motor that stands still ends at its RETURN."""
+    """8: a GOSUB without a running program ends at its RETURN."""
     motor = motor_with(bench, "a=1\nEND\nC5\nb=1\nRETURN\n")
     assert started(bench, motor, 10, "GOSUB5") == [(1, 4), (2, 5)]
     assert running(motor) is None
@@ -313,8 +313,8 @@ def test_a_protection_fault_ends_the_program_in_its_line(bench):
     assert ask(bench, motor, "RBe") == "1"
 
 
-def test_a_statement_that_is_no_command_begins_too(bench):
-    """It sets Bs when it is reached."""
+def test_an_invalid_statement_begins_too(bench):
+    """An invalid statement sets Bs when reached."""
     motor = motor_with(bench, "a=1\nNONSENSE\nb=GETCHR\nEND\n")
     assert started(bench, motor, 10) == [(1, 1), (2, 2), (3, 3), (4, 4)]
     assert ask(bench, motor, "RBs") == "1"
@@ -323,8 +323,8 @@ def test_a_statement_that_is_no_command_begins_too(bench):
 # At any time
 
 
-def test_the_line_is_right_at_any_moment_of_what_is_computed_ahead(bench):
-    """Without a subscriber: 13 lines of which one waits; the moments come from another motor, which has one."""
+def test_the_line_is_right_at_any_time_of_a_block_computed_ahead(bench):
+    """Without a subscriber: 13 lines, one with a WAIT; the expected times are those of a motor with a subscriber."""
     text = "a=0\nWHILE a<40\na=a+1\nIF a==20\nWAIT=25\nELSE\nb=b+a\nENDIF\nLOOP\nEND\n"
     motor = motor_with(bench, text)
     twin = Bench()
@@ -343,7 +343,7 @@ def test_the_line_is_right_at_any_moment_of_what_is_computed_ahead(bench):
 
 
 def arrays(motor: Controller) -> tuple[object, ...]:
-    """All that the processor knows; without return addresses that are no more, and the place where it stopped."""
+    """Return the processor's state without obsolete return addresses and without the PC of a stopped program."""
     processor = motor._device._motor
     processor.catch_up()
     i = list(processor.i)
@@ -387,13 +387,13 @@ def session(seed: int, *, watch: bool) -> list[object]:
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_whether_somebody_watches_makes_no_difference(seed):
-    """Watching may begin and end at any time; every number in the processor is the same at the end."""
+def test_subscribers_make_no_difference(seed):
+    """Subscriptions may begin and end at any time; the processor's final state is the same."""
     assert session(seed, watch=True) == session(seed, watch=False)
 
 
-def test_a_watcher_may_leave_when_it_is_told(bench):
-    """And then the program runs on as if it had not been watched."""
+def test_a_subscriber_may_unsubscribe_in_its_callback(bench):
+    """The program then continues as without a subscriber."""
     motor = motor_with(bench, "a=0\nWHILE a<9\na=a+1\nGOSUB5\nLOOP\nEND\nC5\nb=b+1\nRETURN\n")
     found = []
 
@@ -416,7 +416,7 @@ def test_a_second_watcher_sees_the_same(bench):
 
 
 @pytest.mark.parametrize("line", range(1, 11))
-def test_one_line_is_watched_as_it_is_when_all_are(bench, line):
+def test_one_followed_line_is_reported_as_among_all_lines(bench, line):
     """Lines 3, 5 and 8 have several statements, 7 takes no time."""
     text = "a=0\nWHILE a<4\na=a+1 GOSUB5 c=c+1\nLOOP\nd=0 WHILE d<3 d=d+1 LOOP\nEND\nC5\nb=b+1 RETURN\nc=9\nd=9\n"
     motor = motor_with(bench, text)
@@ -445,8 +445,8 @@ def test_the_next_program_is_watched_at_the_line_of_that_number(bench):
     assert found == [2, 2]
 
 
-def test_nobody_watches_so_nothing_is_announced(bench):
-    """The code in the memory is the same as if there were no watchers."""
+def test_without_subscribers_nothing_is_announced(bench):
+    """After the last unsubscribe the code in the memory has no announcements."""
     motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
     plain = list(motor._device._motor.core.code)
     unsubscribe = motor.subscribe_lines(lambda *_: None)
@@ -476,7 +476,7 @@ def test_a_trace_of_everything_is_the_same_byte_for_byte(tmp_path):
 
 
 def test_the_line_is_followed_in_its_samples(bench):
-    """Also with other numbers; 0 when the program has ended, and without power."""
+    """The line number is followed with other numbers; 0 after the program's end, and without power."""
     motor = motor_with(bench, "a=1\nC5\nWAIT=3\na=a+1\nIF a<3\nGOTO5\nENDIF\nEND\n")
     changes = []
     zero = bench.now // SAMPLE_NS

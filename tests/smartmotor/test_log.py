@@ -14,7 +14,7 @@ PROGRAM = b"C1 a=a+1 P=a*90 E=900+a ab[3]=a G TWAIT IF a&1 WAIT=2 ENDIF GOSUB5 G
 
 
 def at_work() -> Bench:
-    """A motor that runs a program, and has done a sample just now."""
+    """Return a motor that runs a program, at a whole sample."""
     bench = Bench()
     motor = bench.add("smartmotor", "motor", shaft={"motor": "frame23"})
     bench.run(5000 * SAMPLE_NS / 1e9)
@@ -63,8 +63,8 @@ def test_what_is_told_is_what_one_finds_after_each_sample():
     assert found.keys() > {"Ra", "Rbbb", "Raa", "P", "RE", "RP", "RV", "RBt", "RW"}
 
 
-def test_a_sample_without_statements_leaves_alone_what_is_not_looked_at_then():
-    """No function but the interpreter's stores a variable or a buffered parameter."""
+def test_a_sample_without_statements_changes_no_number_that_is_not_compared():
+    """Only functions of the interpreter store a variable or a buffered parameter."""
     stored = set()
     for function in jit._sampled.values():
         if not function.__module__.endswith((".interpreter", ".log")):
@@ -76,7 +76,7 @@ def test_a_sample_without_statements_leaves_alone_what_is_not_looked_at_then():
 
 
 def stores(function) -> set[tuple[str, str]]:
-    """Into which array it stores, and the first name of the index, an attribute of a module."""
+    """Return the array of each store, and the name of the index."""
     found = set()
     for node in ast.walk(ast.parse(inspect.getsource(function))):
         if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):

@@ -1,4 +1,4 @@
-"""The servo motor: what its data sheet says by formula, the simulation does."""
+"""The servo motor: the simulation agrees with formulas from the data sheet."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -17,7 +17,7 @@ FRAMES = sorted(SERVO_MOTORS)
 
 
 def driven(motor, pwm, load=None, drive=state.DRIVE_ON):
-    """With this PWM, whatever the shaft does."""
+    """Return a rig with this PWM in torque mode."""
     rig = Rig(motor, load)
     rig.i[state.DRIVE], rig.i[state.PWM] = drive, pwm
     return rig
@@ -38,7 +38,7 @@ def test_no_load_speed(frame, pwm):
 
 
 def test_stall_current():
-    """A jammed shaft: U/R; the amplifier lets no more through than its peak, and that is an over-current."""
+    """A jammed shaft: U/R, limited to the amplifier's peak, which is an over-current."""
     rig = driven(FRAME17, 100)
     machine.set_jam(rig.f, True)
     rig.seconds(0.1)
@@ -92,7 +92,7 @@ def test_open_windings_coast_by_friction_alone():
 
 
 def test_friction_holds_the_shaft_exactly_at_rest():
-    """12 mN·m and 8 more of the load: a torque of 0.0199 N·m does nothing for ever, 0.0201 turns it."""
+    """12 mN·m and 8 more of the load: a torque of 0.0199 N·m never moves the shaft, 0.0201 N·m does."""
     load = ServoLoad(coulomb_friction_nm=0.008)
     rig = driven(FRAME23, 0, load, state.DRIVE_OPEN)
     machine.set_torque(rig.f, -0.0199)
@@ -150,22 +150,22 @@ def test_the_shaft_counts_downwards_below_the_first_count():
 
 
 def test_heat_goes_from_the_winding_to_the_housing_to_the_air():
-    """1.98 A in 2.5 Ω: 9.8 W.  After 100 s the winding leads by 14.7 K, the housing is on its way to 39.2 K."""
+    """1.98 A in 2.5 Ω: 9.8 W.  After 100 s the winding is 14.7 K above the housing, which approaches 39.2 K."""
     rig = driven(FRAME17, 212)
     machine.set_jam(rig.f, True)
     elapsed = rig.seconds(60)
     square = (int(100 * 24 * 212 / 1023 / 2.5) / 100) ** 2
     lead = rig.f[machine.WINDING_C] - rig.f[machine.HOUSING_C]
     assert lead == pytest.approx(square * 2.5 * 1.5 * (1 - exp(-elapsed / 20)), rel=0.06)
-    # What the winding has kept has not reached the housing: 20 s of 1.5 K/W are 13.3 J/K, 900 s of 4 K/W are 225 J/K.
+    # The winding's heat has not reached the housing: 20 s at 1.5 K/W are 13.3 J/K, 900 s at 4 K/W are 225 J/K.
     joules = square * 2.5 * elapsed - 20 / 1.5 * (rig.f[machine.WINDING_C] - 25)
     assert rig.f[machine.HOUSING_C] - 25 == pytest.approx(joules / 225, rel=0.03)
 
 
 @pytest.mark.parametrize("load", [1e-9, 1.0, 1e4])
 @pytest.mark.parametrize("drive", [state.DRIVE_OPEN, state.DRIVE_SHORTED, state.DRIVE_ON])
-def test_no_figures_make_it_unstable(load, drive):
-    """A tiny winding resistance, a huge friction, a torque beyond reason: no ringing."""
+def test_extreme_data_are_stable(load, drive):
+    """A tiny winding resistance, a huge friction and an extreme torque cause no oscillation."""
     motor = replace(FRAME23, winding_resistance_ohm=1e-4, rotor_inertia_kg_m2=1e-8, viscous_friction_nm_s=10.0)
     rig = driven(motor, 700, ServoLoad(inertia_kg_m2=load), drive)
     machine.set_torque(rig.f, 1000.0)
@@ -177,7 +177,7 @@ def test_no_figures_make_it_unstable(load, drive):
     assert speeds[-1] < inf
 
 
-def test_what_the_processor_is_told_of_the_machine():
+def test_the_processor_reads_voltage_and_temperature():
     """UJA is in 0.1 V, TEMP in °C."""
     i = Rig(replace(FRAME34, supply_voltage_v=36.54)).i
     assert (i[state.BUS_VOLTAGE], i[state.COUNTS_PER_REV], i[state.TEMP], i[state.IDEAL]) == (365, 4000, 25, 0)

@@ -1,4 +1,4 @@
-"""An external encoder that sits on the axis of another controller: counted sample by sample, exactly."""
+"""An external encoder on another controller's axis: counted exactly, sample by sample."""
 
 from fractions import Fraction
 
@@ -12,7 +12,7 @@ RATIOS = (Fraction(1), Fraction(5), Fraction(-7, 3))
 
 
 def line(ratio: Fraction, **axis):
-    """An IF1 that feeds, and a SmartMotor that follows its X axis one to one; both ready."""
+    """Return an IF1 and a SmartMotor that follows its X axis one to one, both ready."""
     bench = Bench()
     feeder, knife = bench.add("if1", X=axis), bench.add("smartmotor", line="instant")
     bench.run(1.5)
@@ -28,7 +28,7 @@ def line(ratio: Fraction, **axis):
 
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_each_sample_sees_the_axis_as_it_is_then(ratio):
-    """The shaft of an ideal motor in MF4 stands at the whole part of ratio times position, in every sample."""
+    """In every sample the shaft of an ideal motor in MF4 is at the whole part of ratio times position."""
     bench, feeder, knife = line(ratio)
     feeder.serial.write(b"X400@3000$\r")
     for _ in range(3000):
@@ -37,8 +37,8 @@ def test_each_sample_sees_the_axis_as_it_is_then(ratio):
     assert feeder.axes["X"].position == 400
 
 
-def test_how_the_run_is_cut_makes_no_difference():
-    """In one piece, in small ones, and with the host asking in between."""
+def test_the_division_of_the_run_makes_no_difference():
+    """In one piece, in small pieces, and with reports between them."""
 
     def positions(piece_s, ask):
         bench, feeder, knife = line(Fraction(5))
@@ -59,7 +59,7 @@ def test_how_the_run_is_cut_makes_no_difference():
 
 
 def test_an_axis_that_is_stopped_by_hand_is_followed_no_further():
-    """A jam in the middle of the move: what had been foretold is void."""
+    """A jam in the middle of the move invalidates the predicted edges."""
     bench, feeder, knife = line(Fraction(5))
     feeder.serial.write(b"X400@1000$\r")
     bench.run(0.2)
@@ -72,7 +72,7 @@ def test_an_axis_that_is_stopped_by_hand_is_followed_no_further():
 
 
 def test_an_axis_that_loses_steps_is_followed_too():
-    """Too weak a motor: whole teeth are lost; the external encoder sits on the shaft, not on the pulses."""
+    """Too weak a motor loses whole teeth; the external encoder counts the shaft, not the pulses."""
     bench, feeder, knife = line(Fraction(2), motor={"torque": [[0, 0.1], [5000, 0.01]]}, load={"torque": 0.05})
     feeder.serial.write(b"X2000@6000$\r")
     bench.run(3)
@@ -80,8 +80,8 @@ def test_an_axis_that_loses_steps_is_followed_too():
     assert knife.axes["shaft"].position == 2 * feeder.axes["X"].position
 
 
-def test_masters_do_not_sit_on_one_another_in_a_circle():
-    """No axis would move first, so this is an error."""
+def test_a_circle_of_masters_is_an_error():
+    """In a circle no axis would move first."""
     bench = Bench()
     first, second, third = (bench.add("smartmotor") for _ in range(3))
     with pytest.raises(UsageError, match="that is its motor's own: expected another axis"):
@@ -92,4 +92,4 @@ def test_masters_do_not_sit_on_one_another_in_a_circle():
         first.master.follow(third.axes["shaft"])
     assert first.master.followed is None
     second.master.stop()
-    first.master.follow(third.axes["shaft"])  # now it goes no further than there
+    first.master.follow(third.axes["shaft"])  # now the chain ends here

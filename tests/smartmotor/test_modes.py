@@ -15,7 +15,7 @@ SLOW = "A=65536 V=10*65536 "
 
 
 def cruise(bench, motor, mode):
-    """At 10 counts per sample, at 255 counts, after 30 samples: 55 counts in the first 10."""
+    """Return a motor at 10 counts per sample and 255 counts after 30 samples: 55 counts in the first 10."""
     send(bench, motor, SLOW + mode + " G", 0)
     assert positions(bench, motor, 30)[-1] == 255
 
@@ -34,8 +34,8 @@ def cruise(bench, motor, mode):
         ("MD G ", "H"),
     ],
 )  # fmt: skip
-def test_rmode_tells_the_mode_in_force(bench, motor, words, letter):
-    """5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE reports the one that runs."""
+def test_rmode_reports_the_mode_in_force(bench, motor, words, letter):
+    """5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE reports the mode in force."""
     assert send(bench, motor, words + "RMODE RBs", 0) == letter.encode() + b"\r0\r"
 
 
@@ -48,7 +48,7 @@ def test_off_with_the_dynamic_brake_disabled_is_o(bench, motor):
     "word", ["MF3", "MF8", "MS1", "MC3", "MC1", "MF", "MFRATIO", "MD50", "MP=1", "PID3", "PID=2", "PID0"]
 )
 def test_modes_that_do_not_exist(bench, motor, word):
-    """3, 1.3: a syntax error, and nothing happens."""
+    """3, 1.3: a syntax error without further effect."""
     assert send(bench, motor, word + " RBs RMODE RBo", 0) == b"1\rB\r1\r"
 
 
@@ -78,7 +78,7 @@ def test_the_one_assigned_last_decides(bench, motor, words, letter, first, secon
 
 
 def test_a_relative_step_starts_from_the_commanded_position(bench, motor):
-    """4: "Relative target at G = current trajectory position + D": G on the way adds to where it is then."""
+    """4: "Relative target at G = current trajectory position + D": G during a move adds to the position then."""
     cruise(bench, motor, "MP D=500")
     send(bench, motor, "G", 0)
     assert positions(bench, motor, 120)[-1] == 755
@@ -101,7 +101,7 @@ def test_a_motor_turned_by_hand_while_off_starts_from_where_it_is(bench, motor):
 
 
 def test_a_target_across_the_whole_range(bench, motor):
-    """4: positions have 32 bits, signed."""
+    """4: positions are signed, 32 bits."""
     send(bench, motor, "O=-2147483648 A=2147483647 V=2147483647 P=2147483647 G", 0)
     assert bench.run_until(lambda: motor.axes["shaft"].position == 2**32 - 1, 60)
     assert send(bench, motor, "RP", 0) == b"2147483647\r"
@@ -130,8 +130,8 @@ def test_from_position_to_velocity_mode(bench, motor):
     assert send(bench, motor, "RV RMODE", 0) == b"-131072\rV\r"
 
 
-def test_from_velocity_to_position_mode_with_a_target_behind(bench, motor):
-    """4: decelerate to zero at A, reverse, and come back: 45 counts further, at 300, then back to 255."""
+def test_from_velocity_to_position_mode_with_a_passed_target(bench, motor):
+    """4: decelerate to zero at A and return: 45 counts further, at 300, then back to 255."""
     cruise(bench, motor, "MV")
     send(bench, motor, "MP P=255 G", 0)
     found = positions(bench, motor, 60)
@@ -169,7 +169,7 @@ def test_stopping(bench, motor, mode, word, after, report):
 
 
 def test_stopping_a_motor_at_rest(bench, motor):
-    """Repeated S and X do nothing more; G afterwards moves again."""
+    """Repeated S and X have no further effect; a later G moves again."""
     send(bench, motor, FAST + "MV G", 0)
     positions(bench, motor, 3)
     here = motor.axes["shaft"].position
@@ -180,7 +180,7 @@ def test_stopping_a_motor_at_rest(bench, motor):
 
 
 def test_x_and_then_g_resumes(bench, motor):
-    """X decelerates; MV G on the way takes the velocity up again."""
+    """X decelerates; MV G during the deceleration accelerates again."""
     cruise(bench, motor, "MV")
     send(bench, motor, "X", 0)
     assert positions(bench, motor, 3) == [264, 272, 279]
@@ -189,7 +189,7 @@ def test_x_and_then_g_resumes(bench, motor):
 
 
 def test_s_at_the_very_end_of_a_move(bench, motor):
-    """In the sample in which the target is reached there is nothing left to stop."""
+    """In the sample that reaches the target, S has nothing to stop."""
     send(bench, motor, SLOW + "P=500 G", 0)
     while motor.axes["shaft"].position < 500:
         positions(bench, motor, 1)
@@ -197,7 +197,7 @@ def test_s_at_the_very_end_of_a_move(bench, motor):
 
 
 def test_o_while_moving_shifts_the_numbers_only(bench, motor):
-    """4: actual and commanded position together; an absolute target already under way stays where it was physically."""
+    """4: actual and commanded position together; the physical target of a move in progress stays."""
     cruise(bench, motor, "MP P=1000")
     assert send(bench, motor, "O=0 RP RPE RV", 0) == b"0\r0\r655360\r"
     assert positions(bench, motor, 1) == [265]
@@ -305,8 +305,8 @@ A=65536 A=0 A=1 V=0 V=-65536 V=655360 P=0 P=500 D=-30 D=0 O=5 T=100 T=-1023 BASE
 
 @settings(deadline=None, max_examples=50)
 @given(words=st.lists(st.sampled_from(WORDS.split()), max_size=20))
-def test_in_any_order_they_do_not_upset_the_motor(words):
-    """The same twice, in one piece and in many; the motor answers afterwards."""
+def test_any_order_of_commands_leaves_the_motor_operable(words):
+    """The result is the same in one piece and in many; the motor answers afterwards."""
     assert told(words, pieces=1) == told(words, pieces=5)
 
 
@@ -327,7 +327,7 @@ def told(words, pieces):
     return found
 
 
-# What S and X leave for the next G
+# The mode of the next G after S and X
 
 
 @pytest.mark.parametrize("stop", ["S", "X"])
@@ -338,7 +338,7 @@ def told(words, pieces):
 def test_a_real_host_moves_after_a_jog_without_mp(bench, motor, stop, move, letter, way):
     """The EPICS driver motorSmartMotor jogs with `MV V= G`, stops with S, moves with `D=n G` or `P=n G`, without MP.
 
-    RMODE after the stop reports the letter of what the next G starts, and the same letter when it has begun.
+    After the stop RMODE reports the mode that the next G starts, and the same mode during its move.
     """
     cruise(bench, motor, "MV")
     send(bench, motor, f"{stop}", 0)
@@ -373,11 +373,11 @@ def test_with_same_a_jog_resumes(bench):
 
 @pytest.mark.parametrize("stop", ["S", "X"])
 def test_s_and_x_without_effect_leave_the_buffered_mode(bench, motor, stop):
-    """4.1: while the motor is off S and X do nothing, and so they buffer nothing."""
+    """4.1: while the motor is off, S and X do not change the buffered mode."""
     assert send(bench, motor, SLOW + f"MV {stop} G RMODE", 0) == b"V\r"
 
 
-def test_s_forgets_host_mode_that_has_not_begun(bench, motor):
+def test_s_cancels_host_mode_that_has_not_begun(bench, motor):
     """10.1: MD is buffered until G; after S the next G is a position move."""
     assert send(bench, motor, SLOW + "MV G MD S D=1 RMODE G RMODE", 0) == b"R\rR\r"
 
@@ -399,8 +399,8 @@ def test_velocity_is_that_of_the_motion_with_any_pid(bench, rate, shaft):
         assert motor.axes["shaft"].velocity == pytest.approx(expected, rel=1e-9 if not shaft else 0.1)
 
 
-def test_velocity_does_not_take_a_push_for_motion(bench, motor):
-    """The shaft is turned by hand between two samples."""
+def test_velocity_ignores_a_push(bench, motor):
+    """A displacement between two samples is not a velocity."""
     send(bench, motor, "PID4 A=65536*4 V=4*65536 MV G", 0)
     advance(bench, 30)
     motor.axes["shaft"].encoder.displace(1000)
@@ -417,7 +417,7 @@ def test_a_brake_actuator_changes_from_torque_to_position_and_adds_distances(ben
     bench.run(0.2)
     send(bench, motor, "MP D=0 G", 0)
     bench.run(0.5)
-    begin = value(bench, motor, "@P+@PE")  # where the trajectory is
+    begin = value(bench, motor, "@P+@PE")  # commanded position
     assert send(bench, motor, "RBe RBo RMODE", 0) == b"0\r0\rR\r"
     for number in range(1, 21):
         word = int(send(bench, motor, "D=100 RW G", 0))
@@ -430,7 +430,7 @@ def test_a_brake_actuator_changes_from_torque_to_position_and_adds_distances(ben
 
 
 def test_a_displaced_shaft_comes_back_to_where_the_servo_holds_it(bench, motor):
-    """13: the servo holds the position: a push within E lasts a sample of a motor that follows without error."""
+    """13: the servo holds the position: an ideal motor corrects a push within E in one sample."""
     send(bench, motor, "MP A=65536 V=655360 P=500 G", 1.0)
     motor.axes["shaft"].encoder.displace(100)
     bench.run(0.001)

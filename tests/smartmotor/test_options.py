@@ -1,4 +1,4 @@
-"""The options of a SmartMotor: both ends of each range are taken, what is beyond is refused with its name."""
+"""The options of a SmartMotor: both ends of each range are accepted, other values are refused by name."""
 
 import pytest
 

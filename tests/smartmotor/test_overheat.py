@@ -1,5 +1,6 @@
 """The fault Bh: a controller too hot (TH, THD), or a current too large for too long; sections 2, 4 and 5.2."""
 
+from functools import partial
 from itertools import pairwise
 
 import pytest
@@ -7,9 +8,11 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .bits import BE, BH, BO, BT
-from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send, status_word
+from . import talking
+from .bits import BA, BE, BH, BI, BO, BT, BX
+from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send
 
+status_word = partial(talking.status_word, ignored=BI | BX | BA)
 MOVE = f"A={UNIT} V={10 * UNIT} MV G"
 
 
@@ -18,7 +21,7 @@ def temperature(bench: Bench, motor: Controller) -> int:
 
 
 def heat(bench: Bench, motor: Controller, celsius: float = 71) -> None:
-    """The air around an ideal motor, whose controller is as warm as that; THD=12000 samples are 2.95 s."""
+    """Set the air around an ideal motor, which takes its temperature, for more than THD=12000 samples (2.95 s)."""
     motor.ambient = celsius
     bench.run(3.1)
 
@@ -32,7 +35,7 @@ def test_it_trips_above_th(bench, motor, celsius, trips):
 
 
 def test_it_must_last_for_thd_samples(bench, motor):
-    """THD=12000 by default: 12000 samples are 2.949 s; a shorter heat is forgiven."""
+    """THD=12000 by default: 12000 samples are 2.949 s; a shorter overheat has no effect."""
     motor.ambient = 75
     advance(bench, 11_950)
     motor.ambient = 25
@@ -58,7 +61,7 @@ def test_another_thd(bench, motor, thd):
 
 
 def test_the_sequence_of_an_overheat(bench, motor):
-    """4.1: amplifier off, MTB, static brake; nothing moves and nothing is obeyed, RUN and LOAD neither."""
+    """4.1: amplifier off, MTB, static brake; moves, RUN and LOAD are refused."""
     load(bench, motor, "WHILE 1\na=a+1\nLOOP\n")
     send(bench, motor, f"{MOVE} RUN", 0.1)
     heat(bench, motor)
@@ -103,7 +106,7 @@ def test_f_1_decelerates(bench, motor):
 
 @pytest.mark.parametrize("clear", ["Zh", "ZS"])
 def test_it_is_cleared_when_it_has_cooled_by_5_degrees(bench, motor, clear):
-    """Reference 10: "Motion refused until cooled 5 °C below TH": 66 is too warm; it never clears by itself."""
+    """Reference 10: "Motion refused until cooled 5 °C below TH": 66 is too warm; the flag does not clear by itself."""
     heat(bench, motor)
     send(bench, motor, "P=50 A=65536 V=65536 MP")
     for celsius in (71, 70, 66):
@@ -123,9 +126,9 @@ def test_it_is_cleared_when_it_has_cooled_by_5_degrees(bench, motor, clear):
 
 
 def test_a_winding_warms_slowly(bench):
-    """A frame 23 in hot air: not at once, in the end; and a power cycle forgets the flag but not the heat.
+    """A frame 23 in hot air trips after a while; a power cycle clears the flag but does not cool the motor.
 
-    Its housing is as warm as the air after minutes instead of hours.
+    The housing reaches the air's temperature after minutes instead of hours.
     """
     motor = ready(bench, shaft={"motor": {"model": "frame23", "housing_time_constant_s": 60.0}})
     motor.ambient = 100
@@ -145,7 +148,7 @@ def test_a_winding_warms_slowly(bench):
 def test_too_much_current_for_too_long(bench):
     """Table 4.1: "RMS current exceeded limit": a jammed motor that pushes, while its controller is still cool.
 
-    The position error is allowed to be 32000.  Then Zh is refused for a while; afterwards the motor moves again.
+    E allows a position error of 32000.  Zh is refused until the current is low; then the motor moves again.
     """
     motor = ready(bench, shaft={"motor": "frame23"})
     motor.axes["shaft"].jam(True)
@@ -164,7 +167,7 @@ def test_too_much_current_for_too_long(bench):
     assert (status_word(bench, motor), ask(bench, motor, "RP")) == (0, "500")
 
 
-def test_a_held_load_that_the_motor_can_bear_never_trips(bench):
+def test_a_held_load_within_the_rated_torque_never_trips(bench):
     """An hour at a tenth of a newton metre."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "P=0 A=200 V=20000 G")
@@ -175,7 +178,7 @@ def test_a_held_load_that_the_motor_can_bear_never_trips(bench):
 
 
 def test_overheat_and_position_error_together(bench, motor):
-    """Two flags, each with its own Z; one is not enough."""
+    """Two flags, each cleared by its own Z; both must be cleared."""
     heat(bench, motor, 69)
     send(bench, motor, MOVE, 0.1)
     motor.axes["shaft"].jam(True)

@@ -1,4 +1,4 @@
-"""The numbers of the manual's examples, each with what comes out: expected and obtained go into the fidelity report."""
+"""The numbers of the manual's examples: expected and obtained values go into the fidelity report."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""The stored program as a whole: what is broken, labels, places, the manual's examples (4.3, 9)."""
+"""The stored program as a whole: invalid statements, labels, places, the manual's examples (4.3, 9)."""
 
 import pytest
 
@@ -34,7 +34,7 @@ RETURN
 
 
 def broken(text):
-    """Texts and messages of the statements that set Bs."""
+    """Return texts and messages of the statements that set Bs."""
     program = Program.compile(text)
     return [(s.text, s.problem.message) for s in program.statements if s.problem is not None]
 
@@ -59,7 +59,7 @@ def test_its_fault_routine():
 
 
 def test_rules_between_parts_of_a_program_set_bs_when_they_are_reached():
-    """The sample's lines of dashes and stars are in the way of nothing; unknown text sets Bs when it is its turn."""
+    """Lines of dashes and stars, as in the sample, have no effect before they are reached; then they set Bs."""
     assert [text for text, _ in broken(FAULT_HANDLING)] == ["-----", "*****", "*****"]
     assert Processor("***** a=1").run().performed == ["*****"]
 
@@ -125,7 +125,7 @@ def test_an_empty_program():
 
 
 def test_the_largest_program():
-    """32 KiB of nested blocks are compiled."""
+    """A program of 32 KiB in nested blocks can be compiled."""
     text = "IF a\n" * 3000 + "b=1\n" + "ENDIF\n" * 3000
     program = Processor("a=1\n" + text).run(5000)
     assert (program["b"], broken(text)) == (1, [])

@@ -36,7 +36,7 @@ def test_a_program_of_whole_blocks_ends_without_another_answer(bench, motor):
 
 
 def test_an_ff_that_ends_a_block_may_be_the_end(bench, motor):
-    """The 06 waits for 50 ms; a second FF makes it needless."""
+    """The 06 is delayed by 50 ms, and omitted after a second FF."""
     send(bench, motor, b"LOAD ")
     assert send(bench, motor, b"a=1\nEND\xff", 0.04) == b""
     assert send(bench, motor, b"\xff", 1) == b""
@@ -79,16 +79,16 @@ def test_program_bytes_are_neither_commands_nor_addresses(bench, motor):
 
 
 def test_the_echo_goes_on_during_a_download(bench, motor):
-    """2: every byte that comes in."""
+    """2: every received byte is echoed."""
     assert send(bench, motor, b"ECHO LOAD ") == b"LOAD " + ACKNOWLEDGE
     assert send(bench, motor, b"a=1 END\n" + END) == b"a=1 END\n" + ACKNOWLEDGE + END
 
 
-# What prevents it
+# Refused downloads
 
 
 def test_a_motor_in_fault_takes_no_program(bench):
-    """2.0 item 6: no 06 comes, and Bs is set.  With nothing wired it is in fault at power-up (2.0 item 1)."""
+    """2.0 item 6: no 06 comes, and Bs is set.  With nothing wired the motor is in fault at power-up (2.0 item 1)."""
     motor = bare(bench)
     assert send(bench, motor, "LOAD") == b""
     assert send(bench, motor, "RBs RBr RBl") == b"1\r1\r1\r"
@@ -101,11 +101,11 @@ def test_a_program_cannot_load(bench, motor):
     assert send(bench, motor, "Ra RBs") == b"1\r1\r"
 
 
-# What breaks it
+# Incomplete downloads
 
 
-def test_a_host_that_falls_silent_leaves_a_broken_program(bench, motor):
-    """10: Bk; it is not run, and RCKS says F."""
+def test_a_silent_host_leaves_an_invalid_program(bench, motor):
+    """10: Bk is set, the program is not run, and RCKS reports F."""
     load(bench, motor, COUNTING)
     send(bench, motor, b"LOAD ")
     assert send(bench, motor, b"a=9 b=9 ", 4.9) == ACKNOWLEDGE
@@ -119,7 +119,7 @@ def test_a_host_that_falls_silent_leaves_a_broken_program(bench, motor):
 
 
 def test_one_ff_and_silence_end_a_download_too(bench, motor):
-    """A user of class 4 motors appends a single FF."""
+    """Some hosts of class 4 motors append a single FF."""
     send(bench, motor, b"LOAD ")
     send(bench, motor, b"a=1\n\xff", 5.1)
     assert send(bench, motor, "RBk RUN", 0.1) == b"0\r"
@@ -127,7 +127,7 @@ def test_one_ff_and_silence_end_a_download_too(bench, motor):
 
 
 def test_a_power_cut_leaves_a_broken_program(bench, motor):
-    """10: Bk is set at start-up; no program runs by itself."""
+    """10: Bk is set at power-up, and no program starts."""
     load(bench, motor, "PRINT(1,#13)\n")
     send(bench, motor, b"LOAD ")
     send(bench, motor, b"PRINT(2,#13)")
@@ -138,7 +138,7 @@ def test_a_power_cut_leaves_a_broken_program(bench, motor):
 
 
 def test_a_program_that_is_too_long_is_broken(bench):
-    """Option program_bytes; what does not fit is ignored."""
+    """Option program_bytes; excess characters are ignored, and the program is invalid."""
     motor = ready(bench, program_bytes=256)
     load(bench, motor, "a=1\n" * 64)
     send(bench, motor, b"LOAD ")
@@ -192,7 +192,7 @@ def test_the_echo_applies_to_an_upload(bench, motor):
 
 
 def test_a_locked_program_is_not_uploaded(bench, motor):
-    """LOCKP, until another one is loaded."""
+    """LOCKP holds until another program is loaded."""
     load(bench, motor, COUNTING)
     assert send(bench, motor, "LOCKP UPLOAD UP RBs") == b"1\r"
     motor.power_cycle()
@@ -247,7 +247,7 @@ def test_any_character_in_the_first_200_ms_prevents_it(bench, motor, traffic):
 
 
 def test_run_question_mark_waits_for_run(bench, motor):
-    """8: RUN? stops a program that was started by power-up; RUN passes over it."""
+    """8: RUN? ends a program that was started by power-up, and is skipped after RUN."""
     load(bench, motor, 'PRINT("a")\nRUN?\nPRINT("b")\nEND\n')
     motor.power_cycle()
     bench.run(1)
@@ -275,7 +275,7 @@ def test_the_program_is_kept_in_the_state_directory(bench, tmp_path):
 
 
 def test_between_load_and_its_end_the_kept_program_is_not_valid(bench, tmp_path):
-    """At any loss of power the kept program is sound or marked as broken."""
+    """After a power cut at any time the stored program is valid, or marked as invalid."""
     motor = ready(bench, state=tmp_path)
     load(bench, motor, COUNTING)
     for part in (b"LOAD ", b"a=1\n", b"END\n", b"\xff"):
@@ -307,7 +307,7 @@ LONG = "".join(f"a=a+{number}\n" for number in range(3600))
 
 
 def _most_in_one_step(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> int:
-    """Statements that are read in the step with the most of them, until nothing more happens for a second."""
+    """Return the largest number of statements read in one step of the clock."""
     count, most, quiet_ns = 0, 0, bench.now + S
 
     def counted(text: str) -> Statement:

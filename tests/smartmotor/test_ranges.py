@@ -1,4 +1,4 @@
-"""The ranges of the parameters and the places where a command is taken, from the base language and the 4.76 manual."""
+"""The ranges of parameters and the sources of commands, from the base language and the 4.76 manual."""
 
 import pytest
 
@@ -29,8 +29,8 @@ LARGEST = 2**31 - 1
         ("SIZE", 0, 101),  # 8.2: aw[0] to aw[101]
     ],
 )
-def test_the_ends_of_a_range_are_taken_and_what_is_beyond_is_not(bench, motor, name, low, high):
-    """Base 4 and 13: a value out of its range changes nothing and sets Bs; one beyond 32 bits sets Bd."""
+def test_only_values_in_the_range_are_accepted(bench, motor, name, low, high):
+    """Base 4 and 13: a value out of range changes nothing and sets Bs; a value beyond 32 bits sets Bd."""
     for number, beyond in ((low, low - 1), (high, high + 1)):
         send(bench, motor, f"ZS {name}={number}", 0)
         assert value(bench, motor, name) == number
@@ -49,8 +49,8 @@ REMOVED = {"ES400", "ES1000", "KGON", "KGOFF", "LIMH", "LIML", "LIMN", "MFRATIO"
 
 
 @pytest.mark.parametrize("command", list(product("smartmotor").commands), ids=lambda command: str(command.code))
-def test_where_a_command_is_taken(command):
-    """Base 8: blocks, labels and waits belong to programs; base 15: downloads to hosts; 1.3: removed; others both."""
+def test_the_sources_of_a_command(command):
+    """Base 8: blocks, labels and waits belong to programs; base 15: downloads to hosts; 1.3: some are removed."""
     if command.code in HOST_ONLY:
         wanted = Accept.HOST
     elif command.code in PROGRAM_ONLY:

@@ -1,4 +1,4 @@
-"""Followers of numbers: each follows its own, independent of the others."""
+"""Followers of registers, each with its own registers, independent of other followers."""
 
 from itertools import groupby
 
@@ -17,7 +17,7 @@ SAYINGS = (
 
 
 class Follower:
-    """The values that one follower has received of each of its names, each with its time."""
+    """The changes that one follower has received: times and values of each register."""
 
     def __init__(self, motor, names):
         self.names = names

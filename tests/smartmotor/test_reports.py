@@ -21,7 +21,7 @@ from .talking import ask, load, send
         ("RBb", "0"), ("RBc", "0"), ("RBf", "0"),
     ],
 )  # fmt: skip
-def test_reports_of_a_motor_that_has_done_nothing(bench, motor, command, answer):
+def test_reports_after_power_up(bench, motor, command, answer):
     """9: text and CR, nothing else; no leading blank, no padding."""
     assert send(bench, motor, command) == answer.encode() + b"\r"
     assert ask(bench, motor, "RBs") == "0"
@@ -50,13 +50,13 @@ def test_clk_counts_samples(bench, motor):
 
 
 @pytest.mark.parametrize(("rate", "period"), [(1, 24576), (2, 49152), (4, 98304), (8, 196608)])
-def test_rsp_tells_the_period_of_the_servo_and_the_firmware(bench, motor, rate, period):
-    """Page 1: 24576/476; PIDn multiplies the period."""
+def test_rsp_reports_the_period_of_the_servo_and_the_firmware(bench, motor, rate, period):
+    """Page 1: RSP reports 24576/476; PIDn multiplies the period."""
     assert send(bench, motor, f"PID{rate} RSP") == f"{period}/476\r".encode()
 
 
 def test_ri_clears_bi(bench, motor):
-    """10: Bi is cleared by RI.  The index mark is 500 counts from where the shaft stood."""
+    """10: Bi is cleared by RI.  The index mark is 500 counts from the shaft's first position."""
     send(bench, motor, "MP P=600 V=100000 A=1000 G", 1)
     assert send(bench, motor, "RBi RI RBi") == b"1\r500\r0\r"
 
@@ -72,7 +72,7 @@ def test_what_is_no_report_sets_bs(bench, motor, command):
 
 
 def test_print_adds_nothing(bench, motor):
-    """9: text, values in decimal, #n one byte."""
+    """9: texts, decimal values, one byte for #n; no CR."""
     assert send(bench, motor, 'a=-5 PRINT("a=",a,"  ",a*a,#13,#10,#0,#255)') == b"a=-5  25\r\n\0\xff"
 
 

@@ -1,4 +1,4 @@
-"""Section 2 of the base language, chapters 6 and 10: what the motor makes of the characters that come in."""
+"""Section 2 of the base language, chapters 6 and 10: received characters, channels and replies."""
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -12,6 +12,65 @@ from .talking import clear, load, ready, send
 CHARACTER_S = 10 / 9600
 
 
+CONVERSATIONS: dict[str, list[tuple[str | bytes, bytes]]] = {
+    # 2: hosts send lines such as `z=V Rz`.
+    "several commands on one line": [("V=-5 z=V Rz a=3 Ra", b"-5\r3\r")],
+    "empty commands mean nothing": [(b" \r\n\0\r\r  RBs\r\n", b"0\r")],
+    # 2: quotes protect spaces.
+    "quotes keep the space in a command": [('PRINT("a b  c",#13)', b"a b  c\r")],
+    # 3: ignored, Bs.
+    "an unknown command sets bs and nothing is returned": [("HELLO", b""), ("RBs", b"1\r")],
+    # 1.1: `aw[0] 0 100 500 700.`: consecutive elements; the list ends with its period.
+    "a list of array values comes as words": [
+        ("aw[0] 0 100 -500 700. Raw[1] Raw[2] Raw[3] RBs", b"100\r-500\r700\r0\r")
+    ],
+    "a list is cut short by a word that is too long": [(f"aw[0] 1 {'2' * 65} 3. RBc RBs Raw[0]", b"1\r1\r0\r")],
+    # 2: address bytes and terminators included.
+    "echo sends every byte back before the answer": [
+        (b"ECHO ", b""),
+        (b"\x80RP\r\n", b"\x80RP\r0\r\n"),
+        (b"ECHO_OFF ", b"ECHO_OFF "),
+        (b"RP\r", b"0\r"),
+    ],
+    # 2: the byte is 80h + address; 80h addresses all motors.
+    "an address byte holds until the next one": [
+        ("SADDR5 RADDR", b"5\r"),
+        (b"\x86RP RP ", b""),
+        (b"RP ", b""),
+        (b"\x85RP RP ", b"0\r0\r"),
+        (b"\x86RP \x80RP ", b"0\r"),
+    ],
+    # 2: a daisy chain needs this echo.
+    "echo includes the commands of others": [(b"SADDR1 ECHO \x82RP ", b"\x82RP ")],
+    # 2: the echo continues.
+    "sleep executes only wake": [
+        ("SLEEP a=1 Ra HELLO WAKE Ra RBs", b"0\r0\r"),
+        (b"ECHO SLEEP Ra WAKE ", b"SLEEP Ra WAKE "),
+    ],
+    # 10.1: 0xFA, four bytes, CR.
+    "the bytes of a record are neither addresses nor terminators": [
+        (b"SADDR1 \x81MD \xfa\x82\x0d\x20\x83\r\xfb\x00\x00\x0d\x00\r", b""),
+        (b"RADDR RBs ", b"1\r0\r"),
+    ],
+    "getchr of nothing is 0": [("a=5 a=GETCHR Ra a=GETCHR1 Ra RBs", b"0\r0\r0\r")],
+    # `FE 00 00 53 20`: 53h 20h would be the command S.
+    "the data of a direct binary command are not commands": [
+        (b"A=65536 V=65536 MV G ", b""),
+        (b"\xfe\x00\x00\x53\x20z=P Rz RBt RMODE ", b"%d\r1\rV\r" % 0x5320),
+    ],
+    "a sleeping motor takes no direct binary command": [(b"P=7 SLEEP \xfe\x00\x00\x00\x64WAKE z=P Rz ", b"7\r")],
+    # An incomplete command is dropped, as by an address: Bs.
+    "a direct binary command drops an incomplete command": [(b"a=1\xfe\x00\x00\x00\x64Ra z=P Rz RBs ", b"0\r100\r1\r")],
+}
+"""Lines of the host and the motor's answers."""
+
+
+@pytest.mark.parametrize("lines", CONVERSATIONS.values(), ids=CONVERSATIONS)
+def test_a_conversation(bench, motor, lines):
+    for sent, received in lines:
+        assert send(bench, motor, sent) == received
+
+
 # Terminators
 
 
@@ -21,23 +80,9 @@ def test_a_space_cr_lf_or_nul_ends_a_command(bench, motor, terminator):
     assert send(bench, motor, b"P=12 z=P Rz" + terminator.encode()) == b"12\r"
 
 
-def test_several_commands_stand_on_one_line(bench, motor):
-    """2: `z=V Rz` and the like are what hosts send."""
-    assert send(bench, motor, "V=-5 z=V Rz a=3 Ra") == b"-5\r3\r"
-
-
-def test_empty_commands_mean_nothing(bench, motor):
-    assert send(bench, motor, b" \r\n\0\r\r  RBs\r\n") == b"0\r"
-
-
 def test_a_command_without_its_terminator_is_not_obeyed_yet(bench, motor):
     assert send(bench, motor, b"a=1 Ra", 0.1) == b""
     assert send(bench, motor, b"\r") == b"1\r"
-
-
-def test_quotes_keep_the_space_in_a_command(bench, motor):
-    """2: quotes protect spaces."""
-    assert send(bench, motor, 'PRINT("a b  c",#13)') == b"a b  c\r"
 
 
 @pytest.mark.parametrize("end", ["\r", "\n", "\0"])
@@ -46,18 +91,7 @@ def test_a_quote_that_is_not_closed_ends_with_the_line(bench, motor, end):
     assert send(bench, motor, "RBs") == b"1\r"
 
 
-def test_an_unknown_command_sets_bs_and_nothing_is_returned(bench, motor):
-    """3: ignored, Bs."""
-    assert send(bench, motor, "HELLO") == b""
-    assert send(bench, motor, "RBs") == b"1\r"
-
-
 # Lists of array values
-
-
-def test_a_list_of_array_values_comes_as_words(bench, motor):
-    """1.1: `aw[0] 0 100 500 700.`: consecutive elements; the list ends with its period."""
-    assert send(bench, motor, "aw[0] 0 100 -500 700. Raw[1] Raw[2] Raw[3] RBs") == b"100\r-500\r700\r0\r"
 
 
 def test_a_list_may_have_more_characters_than_a_command(bench, motor):
@@ -66,7 +100,7 @@ def test_a_list_may_have_more_characters_than_a_command(bench, motor):
 
 
 def test_a_list_without_its_period_is_no_list(bench, motor):
-    """The line's end and a word that is not a number end it; nothing is stored, and nothing after it is lost."""
+    """A line end, or a word that is not a number, ends the list without effect; later commands are executed."""
     assert send(bench, motor, "aw[0] 1 2\rRaw[0] RBs") == b"0\r1\r"
     assert send(bench, motor, "ZS aw[0] 1 2 a=7 Ra Raw[0] RBs") == b"7\r0\r1\r"
 
@@ -80,38 +114,17 @@ def test_a_list_with_too_many_values_sets_a_flag_and_does_no_harm(bench, motor):
 
 
 def test_a_command_has_64_characters_at_most(bench, motor):
-    """2: a longer one is dropped up to its terminator, flag Bc; nothing after it is lost."""
+    """2: a longer command is dropped up to its terminator, flag Bc; later commands are executed."""
     longest = 'PRINT("' + "x" * 55 + '")'
     assert len(longest) == 64
     assert send(bench, motor, longest) == b"x" * 55
     assert send(bench, motor, 'PRINT("' + "x x" * 20 + '",#13) a=1 Ra RBc RCHN RCHN0') == b"1\r1\r1\r1\r"
 
 
-def test_a_list_is_cut_short_by_a_word_that_is_too_long(bench, motor):
-    assert send(bench, motor, f"aw[0] 1 {'2' * 65} 3. RBc RBs Raw[0]") == b"1\r1\r0\r"
-
-
 # Echo
 
 
-def test_echo_sends_every_byte_back_before_the_answer(bench, motor):
-    """2: address bytes and terminators included."""
-    assert send(bench, motor, b"ECHO ") == b""
-    assert send(bench, motor, b"\x80RP\r\n") == b"\x80RP\r0\r\n"
-    assert send(bench, motor, b"ECHO_OFF ") == b"ECHO_OFF "
-    assert send(bench, motor, b"RP\r") == b"0\r"
-
-
 # Addresses
-
-
-def test_an_address_byte_holds_until_the_next_one(bench, motor):
-    """2: 80h + address; 80h is for all."""
-    assert send(bench, motor, "SADDR5 RADDR") == b"5\r"
-    assert send(bench, motor, b"\x86RP RP ") == b""
-    assert send(bench, motor, b"RP ") == b""
-    assert send(bench, motor, b"\x85RP RP ") == b"0\r0\r"
-    assert send(bench, motor, b"\x86RP \x80RP ") == b"0\r"
 
 
 @pytest.mark.parametrize("number", [1, 120])
@@ -125,17 +138,6 @@ def test_there_is_no_address_121(bench, motor):
 
 def test_an_address_byte_ends_what_had_been_begun(bench, motor):
     assert send(bench, motor, b"SADDR1 G\x81RP RBs ") == b"0\r1\r"
-
-
-def test_echo_goes_on_for_the_commands_of_others(bench, motor):
-    """2: a daisy chain lives by it."""
-    assert send(bench, motor, b"SADDR1 ECHO \x82RP ") == b"\x82RP "
-
-
-def test_sleep_obeys_nothing_but_wake(bench, motor):
-    """2: the echo continues."""
-    assert send(bench, motor, "SLEEP a=1 Ra HELLO WAKE Ra RBs") == b"0\r0\r"
-    assert send(bench, motor, b"ECHO SLEEP Ra WAKE ") == b"SLEEP Ra WAKE "
 
 
 def test_a_chain_is_addressed_from_power_up(bench):
@@ -203,23 +205,17 @@ def test_one_damaged_character_spoils_one_command(bench):
 # Host mode records and what is binary
 
 
-def test_the_bytes_of_a_record_are_no_addresses_and_no_terminators(bench, motor):
-    """10.1: 0xFA, four bytes, CR."""
-    assert send(bench, motor, b"SADDR1 \x81MD \xfa\x82\x0d\x20\x83\r\xfb\x00\x00\x0d\x00\r") == b""
-    assert send(bench, motor, b"RADDR RBs ") == b"1\r0\r"
-
-
 def test_a_record_for_others_is_passed_over_as_a_whole(bench, motor):
     assert send(bench, motor, b"SADDR1 \x82\xfa\x81\x81\x81\x81\rRP \x81RBs ") == b"0\r"
 
 
 def test_a_record_without_its_cr_is_dropped(bench, motor):
-    """Bs; all up to the next terminator belongs to it, except records and addresses."""
+    """Bs; the dropped record extends to the next terminator, record or address."""
     assert send(bench, motor, b"MD \xfa\x00\x00\x00\x00XX a=1 Ra RBs Zs ") == b"1\r1\r"
     assert send(bench, motor, b"\xfa\x00\x00\x00\x00\xfa\x00\x00\x00\x00\rRBs ") == b"1\r"
 
 
-def test_host_mode_tells_its_status(bench, motor):
+def test_host_mode_reports_its_status(bench, motor):
     """11: 0xF9 or Q: status byte, free places, clock.  128: the motor is off."""
     assert send(bench, motor, b"MD \xf9") == bytes([128, 32, 0, 0, 0, 0])
     records = b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\r\xfa\x00\x00\x04\x00\r\xfb\x00\x00\x01\x00\r"
@@ -257,7 +253,7 @@ def test_a_reply_begins_when_the_terminator_has_been_received(bench):
 
 
 def test_a_reply_waits_while_another_one_is_being_sent(bench):
-    """2: the second report is asked for while the first one is on the wire; nothing is lost."""
+    """2: the second report is requested while the first one is being sent; no character is lost."""
     motor = clear(bench, bench.add("smartmotor"))
     assert send(bench, motor, "RSP RP RP", 0.1) == b"24576/476\r0\r0\r"
 
@@ -316,10 +312,6 @@ def test_data_mode_keeps_sixteen_bytes(bench, motor):
     assert send(bench, motor, "a=LEN1 Ra RBc RCHN1 RCHN0") == b"16\r1\r1\r0\r"
 
 
-def test_getchr_of_nothing_is_0(bench, motor):
-    assert send(bench, motor, "a=5 a=GETCHR Ra a=GETCHR1 Ra RBs") == b"0\r0\r0\r"
-
-
 def test_a_channel_sleeps_by_itself(bench, motor):
     port = motor.rs485
     send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) SLEEP1 ECHO1")
@@ -346,7 +338,7 @@ def test_rs4_takes_pin_g_as_its_direction_line(bench):
 
 
 def test_a_program_waits_when_more_than_16_characters_are_to_be_sent(bench):
-    """26 characters take 27.08 ms; the first is on the wire, 25 wait, so the program continues when all have left."""
+    """26 characters take 27.08 ms; the first is being sent, 25 wait, so the program continues after the last one."""
     motor = clear(bench, bench.add("smartmotor"))
     load_slowly(bench, motor, 'UAO UA=0\nPRINT("abcdefghijklmnopqrstuvwxyz")\nUA=1\nEND\n')
     motor.serial.write(b"RUN ")
@@ -365,20 +357,20 @@ def load_slowly(bench: Bench, motor: Controller, program: str) -> None:
 
 
 def test_silent_keeps_the_program_quiet_and_talk_ends_it(bench, motor):
-    """2: SILENT; a host that asks is answered all the same."""
+    """2: SILENT; reports that a host requests are still answered."""
     load(bench, motor, 'PRINT("x")\nRa\nEND\n')
     assert send(bench, motor, "SILENT RUN Ra", 0.1) == b"0\r"
     assert send(bench, motor, "TALK RUN", 0.1) == b"x0\r"
 
 
-# Whatever comes
+# Any bytes
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.one_of(st.binary(max_size=12), st.sampled_from(
     [b"\x80", b"\xfa", b"\r", b" ", b'"', b"aw[0] ", b"1 ", b"2.", b"LOAD ", b"\xff\xff", b"MD G ", b"RW ", b"ECHO "]
 )), max_size=20).map(b"".join))  # fmt: skip
-def test_no_bytes_do_any_harm_and_pieces_make_no_difference(data):
+def test_any_bytes_are_handled_and_pieces_make_no_difference(data):
     """Fed whole or byte by byte, the answers are the same."""
     heard = []
     for size in (len(data) or 1, 1):
@@ -412,20 +404,14 @@ def test_a_direct_binary_command_sets_a_parameter(bench, motor, record, report, 
     assert send(bench, motor, record + after + report + b" Rz RBs ") == b"%d\r0\r" % value
 
 
-def test_the_data_of_a_direct_binary_command_are_no_commands(bench, motor):
-    """`FE 00 00 53` and 20: in motion it was S."""
-    send(bench, motor, b"A=65536 V=65536 MV G ")
-    assert send(bench, motor, b"\xfe\x00\x00\x53\x20z=P Rz RBt RMODE ") == b"%d\r1\rV\r" % 0x5320
-
-
 def test_a_direct_binary_command_makes_the_next_move_absolute(bench, motor):
     """As P= does."""
     send(bench, motor, b"A=65536*8 V=65536*8 D=5 \xfe\x00\x00\x00\x64G ", 0.1)
     assert send(bench, motor, b"RP RMODE ") == b"100\rP\r"
 
 
-def test_a_direct_binary_command_for_others_is_passed_over_as_a_whole(bench, motor):
-    """Addresses, terminators and letters among its data mean nothing to a motor that is not addressed."""
+def test_a_direct_binary_command_for_others_is_ignored_as_a_whole(bench, motor):
+    """A motor that is not addressed ignores addresses, terminators and letters in the data."""
     send(bench, motor, b"SADDR1 P=7 V=65536 A=65536 MV G ")
     assert send(bench, motor, b"\x82\xfe\x81\x20\x53\x20RP \x81z=P Rz RBt RBs ") == b"7\r1\r0\r"
 
@@ -435,17 +421,8 @@ def test_a_negative_acceleration_sets_bs_and_changes_nothing(bench, motor):
     assert send(bench, motor, b"A=5 \xfc\xff\xff\xff\xffRA RBs ") == b"5\r1\r"
 
 
-def test_a_sleeping_motor_takes_no_direct_binary_command(bench, motor):
-    assert send(bench, motor, b"P=7 SLEEP \xfe\x00\x00\x00\x64WAKE z=P Rz ") == b"7\r"
-
-
-def test_a_direct_binary_command_ends_what_had_been_begun(bench, motor):
-    """As an address does: Bs."""
-    assert send(bench, motor, b"a=1\xfe\x00\x00\x00\x64Ra z=P Rz RBs ") == b"0\r100\r1\r"
-
-
 def test_a_damaged_direct_binary_command_changes_nothing(bench):
-    """A parity error in its third byte, flag Bb; its five bytes are counted all the same."""
+    """A parity error in the third byte, flag Bb; the five bytes still belong to the command."""
     motor = clear(bench, bench.add("smartmotor"))
     send(bench, motor, "P=7 OCHN(RS2,0,E,9600,1,8,C)", 0.1)
     motor.serial.host.parity = "E"
@@ -477,7 +454,7 @@ def test_a_command_must_end_within_the_time_out_of_ochn(bench, motor, timeout, p
 
 
 def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor):
-    """A space between commands begins none, and each command has its own time."""
+    """A space does not start the time-out, and each command has its own."""
     open_with(bench, motor, ",100")
     for part in (b"a=1 ", b"b=2 ", b" ", b"c", b"=3 "):
         send(bench, motor, part, 0.06)
@@ -488,7 +465,7 @@ def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor)
 
 
 def test_the_time_out_of_ochn_is_relevant_in_command_mode_only(bench, motor):
-    """Later guides say so; in data mode nothing is dropped."""
+    """Later guides: command mode only; in data mode no characters are dropped."""
     send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D,100)")
     motor.rs485.write(b"ab")
     bench.run(0.5)
@@ -505,7 +482,7 @@ def test_a_time_out_that_ends_without_power_does_nothing(bench, motor):
 
 
 def test_the_first_motors_program_addresses_the_chain(bench):
-    """Later guides: `PRINT(#128,"SADDR2",#13)`, then #130 ECHO and SLEEP; what it prints goes to the next motor."""
+    """Later guides: `PRINT(#128,"SADDR2",#13)`, then #130 ECHO and SLEEP; its output goes to the next motor."""
     motors = [bench.add("smartmotor", line="instant") for _ in range(2)]
     program = 'SADDR1 ECHO PRINT(#128,"SADDR2",#13) WAIT=400 PRINT(#130,"ECHO",#13) WAIT=400 END '
     clear(bench, motors[0])
@@ -521,8 +498,8 @@ def test_the_first_motors_program_addresses_the_chain(bench):
         assert chain.read() == b"%cRADDR %d\r" % (0x80 + number, number)
 
 
-def test_a_command_that_comes_too_late_is_a_scan_error(bench, motor):
-    """OCHN's last parameter; RCHN: "4 scan/syntax".  Half a command is dropped and Bs is set; Zs clears both."""
+def test_an_expired_command_is_a_scan_error(bench, motor):
+    """OCHN's last parameter; RCHN: "4 scan/syntax".  An incomplete command is dropped, Bs; Zs clears both."""
     send(bench, motor, "OCHN(RS2,0,N,9600,1,8,C,100) ZS", 0)
     assert send(bench, motor, "RBs RCHN", 0) == b"0\r0\r"
     send(bench, motor, "a=", 0)

@@ -18,7 +18,7 @@ QUICK = replace(FRAME17, winding_time_constant_s=1.0, housing_time_constant_s=20
 
 
 def tuned(**tuning):
-    """A motor with this tuning and nothing else, its drive on, its shaft jammed."""
+    """Return a rig with this tuning only, the drive on, and a jammed shaft."""
     rig = Rig(FRAME23)
     names = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"
     tune(rig.i, [tuning.get(name, 1 if name == "ks" else 0) for name in names])
@@ -27,7 +27,7 @@ def tuned(**tuning):
 
 
 def pwm_of(rig, *errors):
-    """PWM for these following errors, one a sample."""
+    """Return the PWM for these following errors, one per sample."""
     found = []
     for error in errors:
         rig.i[state.COMMANDED] = error << 16
@@ -36,7 +36,7 @@ def pwm_of(rig, *errors):
     return found
 
 
-# The law, worked out by hand
+# The servo law, with calculated values
 
 
 def test_kp_is_in_sixteenths_of_a_pwm_unit_per_count():
@@ -45,7 +45,7 @@ def test_kp_is_in_sixteenths_of_a_pwm_unit_per_count():
 
 
 def test_ki_adds_the_error_up_within_kl():
-    """28 × 10 / 2048 = 0.1367 PWM units a sample: 1, then 2 after 11 samples; KL = 1 is 4 units."""
+    """28 × 10 / 2048 = 0.1367 PWM units per sample: 1, then 2 after 11 samples; KL = 1 is 4 units."""
     pwm = pwm_of(tuned(ki=28, kl=1), *[10] * 100)
     assert (pwm[2], pwm[3], pwm[10], pwm[-1]) == (0, 1, 2, 4)
     assert pwm_of(tuned(ki=28), *[10] * 100)[-1] == 0
@@ -57,7 +57,7 @@ def test_kd_takes_the_difference_of_two_errors():
 
 
 def test_ks_is_the_number_of_samples_between_the_two_errors():
-    """With KS = 3 the difference of samples 0, 3, 6 and 9 is taken, and holds in between: 550 × 3 / 16 = 103.125."""
+    """With KS = 3 the differences are those of samples 0, 3, 6 and 9, constant in between: 550 × 3 / 16 = 103.125."""
     assert pwm_of(tuned(kd=550, ks=3), 0, 1, 2, 3, 4, 5, 6, 6, 6, 6) == [0, 0, 0, 103, 103, 103, 103, 103, 103, 0]
 
 
@@ -125,7 +125,7 @@ def test_the_integral_can_be_cleared():
     assert pwm_of(rig, 0) == [0]
 
 
-# The tuning as it leaves the factory
+# The factory tuning
 
 
 @pytest.mark.parametrize("gravity", [0.0, 0.3])
@@ -145,7 +145,7 @@ def test_a_trapezoid_settles_and_the_error_stays_small(frame, inertia, gravity):
 @pytest.mark.parametrize("inertia", [0, 1, 5])
 @pytest.mark.parametrize("frame", FRAMES)
 def test_a_step_settles(frame, inertia):
-    """100 counts at once; within 0.2 s it is there."""
+    """A step of 100 counts settles within 0.2 s."""
     motor = SERVO_MOTORS[frame]
     rig = Rig(motor, ServoLoad(inertia_kg_m2=inertia * motor.rotor_inertia_kg_m2))
     rig.i[state.COMMANDED] = 100 << 16
@@ -161,7 +161,7 @@ def test_a_step_settles(frame, inertia):
 
 
 def test_rms_current_beyond_the_rated_one_for_thd_samples_is_too_much():
-    """4 A with 2 A rated: the mean square over 1 s reaches 4 A² after ln(4/3) s, and 12,000 samples on it trips."""
+    """4 A with 2 A rated: the mean square over 1 s reaches 4 A² after ln(4/3) s, and trips 12,000 samples later."""
     rig = Rig(FRAME17)
     machine.set_jam(rig.f, True)
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 427  # 24 V × 427/1023 / 2.5 Ω = 4.007 A
@@ -172,7 +172,7 @@ def test_rms_current_beyond_the_rated_one_for_thd_samples_is_too_much():
 def test_a_hot_motor_is_not_ready_before_it_is_5_degrees_below_th():
     """From 25 °C in air of 50: 1.98 A are 9.8 W, in the end 39.2 K over it.  More than 70 °C is 71; ready again at 65.
 
-    The housing's 5 J/K have to be warmed, and the winding's 0.67 with them.
+    The housing has 5 J/K, the winding 0.67 J/K.
     """
     rig = Rig(QUICK)
     machine.set_ambient(rig.i, rig.f, 50.0)
@@ -189,7 +189,7 @@ def test_a_hot_motor_is_not_ready_before_it_is_5_degrees_below_th():
 
 
 def test_the_rated_current_at_25_degrees_never_is_too_much():
-    """10 W through 4 K/W: 65 °C.  Jammed, it can be left alone for days."""
+    """10 W through 4 K/W: 65 °C, even when jammed for days."""
     rig = Rig(FRAME17)
     machine.set_jam(rig.f, True)
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 212
@@ -207,8 +207,8 @@ def test_the_rated_current_at_25_degrees_never_is_too_much():
 
 
 @pytest.mark.parametrize("samples", [1, 255, 256, 257, 5000])
-def test_a_motor_that_holds_can_be_left_alone(samples):
-    """Behind a move, with a weight: all is as if it had been done sample by sample."""
+def test_a_holding_motor_can_rest(samples):
+    """After a move, with a weight: the result is the same as sample by sample."""
     rigs = []
     for _ in range(2):
         rig = Rig(FRAME23, ServoLoad(gravity_torque_nm=-0.1))
@@ -223,8 +223,8 @@ def test_a_motor_that_holds_can_be_left_alone(samples):
     assert one.i[state.PWM] != 0
 
 
-def test_rest_takes_no_time_once_nothing_changes_any_more():
-    """A motor that cools down: temperatures end exactly where they end sample by sample."""
+def test_rest_takes_no_time_in_a_steady_state():
+    """A motor cools down: the final temperatures are exactly those of a calculation sample by sample."""
     cold = Rig(replace(QUICK, winding_time_constant_s=0.05, housing_time_constant_s=1.0))
     cold.i[state.DRIVE] = state.DRIVE_SHORTED
     machine.set_ambient(cold.i, cold.f, -20.0)
@@ -238,8 +238,8 @@ def test_rest_takes_no_time_once_nothing_changes_any_more():
     assert once.i[state.TEMP] == -20
 
 
-def test_an_overheated_motor_can_be_left_alone_while_it_cools_down():
-    """Once its fault has been reported and its winding is below TH."""
+def test_an_overheated_motor_can_rest_while_it_cools():
+    """It can rest after the fault has been reported and the winding is below TH."""
     rigs = []
     for _ in range(2):
         rig = Rig(replace(QUICK, winding_time_constant_s=0.5))
@@ -266,7 +266,7 @@ def test_an_overheated_motor_can_be_left_alone_while_it_cools_down():
      (state.OVERLOAD, 1), (state.HOT, 1), (state.PWM, 700), (state.INTEGRAL, 5000), (state.TH, 20)],
 )  # fmt: skip
 def test_no_rest_while_something_changes(slot, value):
-    """With its weight the motor holds; without its drive it would fall."""
+    """The drive holds the weight; without the drive the weight falls."""
     rig = Rig(FRAME23, ServoLoad(gravity_torque_nm=-0.1))
     rig.trapezoid(3000, 30, 300)
     assert rig.resting
@@ -363,7 +363,7 @@ def test_without_inductance_the_current_is_there_at_once():
 
 @pytest.mark.parametrize("samples", [1, 2, 5, 20])
 def test_current_rises_with_the_time_constant_of_the_windings(samples):
-    """2.5 mH at 2.5 Ω: 1 ms.  I(t) = U/R · (1 - exp(-t/1 ms)) while the shaft is held; shorted it falls alike."""
+    """2.5 mH at 2.5 Ω: 1 ms.  I(t) = U/R · (1 - exp(-t/1 ms)) with a held shaft; shorted, it falls so."""
     rig = Rig(inductive())
     machine.set_jam(rig.f, True)
     settled = 24 * 427 / 1023 / 2.5
@@ -403,7 +403,7 @@ def test_inductance_is_no_way_round_the_limit_of_the_amplifier():
 
 
 def highest(rig, counts):
-    """Step the trajectory by some counts; return the furthest and the final place of the shaft."""
+    """Step the trajectory by some counts; return the shaft's highest and final position."""
     rig.i[state.COMMANDED], most = counts << 16, 0
     for _ in range(3000):
         rig.sample()
@@ -419,14 +419,14 @@ def highest(rig, counts):
     ],
 )  # fmt: skip
 def test_inductance_matters_where_damping_is_small(kd, millihenry, fine):
-    """A step of 200 counts, frame 23: an integration of the machine in steps of 1.2 µs, within 2 counts."""
+    """A step of 200 counts, frame 23: within 2 counts of an integration in steps of 1.2 µs."""
     most, end = highest(Rig(replace(FRAME23, kd=kd, winding_inductance_h=millihenry / 1000)), 200)
     assert abs(most - fine) <= 2
     assert end == 200
 
 
 def test_a_motor_with_inductance_comes_to_rest():
-    """At its target, and with shorted windings: the current reaches an end, from which rest is exact."""
+    """At its target, and with shorted windings, the current becomes constant, and rest is exact."""
     rig = Rig(replace(FRAME23, winding_inductance_h=7e-4))
     highest(rig, 200)
     assert rig.resting

@@ -1,4 +1,4 @@
-"""Motor and servo law against the plain reference, to the bit: in plain Python and compiled."""
+"""Motor and servo law against the reference, bit by bit: in plain Python and compiled."""
 
 from dataclasses import replace
 from random import Random
@@ -40,7 +40,7 @@ class Pair:
         self.drive, self.mode = ON, state.M_POSITION
 
     def change(self):
-        """Change the inputs by chance."""
+        """Change random inputs."""
         i, f, random = self.rig.i, self.rig.f, self.random
         self.drive = i[state.DRIVE] = random.choice((OPEN, SHORTED, ON, ON, ON, ON))
         self.mode = i[state.MODE] = random.choice((state.M_TORQUE, state.M_POSITION, state.M_VELOCITY))
@@ -61,7 +61,7 @@ class Pair:
             tune(i, self.law.tuning)
 
     def sample(self):
-        """Do one sample of both, with the trajectory in motion; return their overloads."""
+        """Compute one sample of both, with a moving trajectory; return their overloads."""
         i, law, reference = self.rig.i, self.law, self.machine
         i[state.COMMANDED] += i[state.VELOCITY]
         protests = self.rig.sample()
@@ -76,7 +76,7 @@ class Pair:
         return protests, reference.temperatures.overloaded(int(i[state.TH]), int(i[state.THD]))
 
     def compare(self):
-        """Everything that can be seen."""
+        """Compare all results."""
         i, f, reference, heat = self.rig.i, self.rig.f, self.machine, self.machine.temperatures
         assert f[machine.AMPS_NOW] == reference.amps
         ours = [f[slot] for slot in (machine.SPEED, machine.FRACTION, machine.WINDING_C, machine.HOUSING_C)]

@@ -15,7 +15,7 @@ def test_soft_limits_are_disabled_and_zero_at_power_up(bench, motor):
 @pytest.mark.parametrize(("sign", "name"), [(1, "SLP"), (-1, "SLN")])
 @pytest.mark.parametrize(("value", "reached"), [(21, 21), (22, 28), (28, 28), (300, 301), (1, 1), (2, 3)])
 def test_a_soft_limit_trips_at_or_beyond_its_value(bench, motor, sign, name, value, reached):
-    """RULINGS 13.  A=1, V=7: 1 3 6 10 15 21 28 35 …: the first of them at or beyond the value is where it stops."""
+    """RULINGS 13.  A=1, V=7: 1 3 6 10 15 21 28 35 …: the motor stops at the first of these at or beyond the value."""
     latched, now = (BR, BP) if sign > 0 else (BL, BM)
     send(bench, motor, f"SLP=10000 SLN=-10000 {name}={sign * value} SLE A={UNIT} V={sign * 7 * UNIT} MV G", 0.05)
     assert status_word(bench, motor) == BO + latched + now
@@ -35,7 +35,7 @@ def test_a_target_just_short_of_the_soft_limit_is_reached(bench, motor):
 
 
 def test_moving_off_a_soft_limit(bench, motor):
-    """3.2 note 2, as with a switch: the flag comes back while the shaft is beyond, and goes when it is inside."""
+    """3.2 note 2: while the shaft is beyond the limit the flag is set again; inside, the flag can be cleared."""
     send(bench, motor, f"SLP=100 SLN=-100 SLE A={UNIT} V={UNIT} P=150 G", 0.1)
     assert (status_word(bench, motor), ask(bench, motor, "RP")) == (BO + BR + BP, "100")
     send(bench, motor, "P=50 G", 0.1)
@@ -72,7 +72,7 @@ def test_o_moves_the_measured_position_and_not_the_values(bench, motor):
 
 
 def test_sle_with_both_values_zero_at_position_zero_trips_both(bench, motor):
-    """RULINGS 13: at the value is at the limit; SLD takes the conditions away, ZS the flags."""
+    """RULINGS 13: a position equal to the value is at the limit; SLD ends both conditions, ZS clears the flags."""
     send(bench, motor, "SLE")
     assert status_word(bench, motor) == BO + BR + BL + BP + BM
     send(bench, motor, "SLD")
@@ -84,13 +84,13 @@ def test_sle_with_both_values_zero_at_position_zero_trips_both(bench, motor):
 @pytest.mark.parametrize("name", ["SLP", "SLN"])
 @pytest.mark.parametrize("value", [-(2**31), -1, 0, 1, 2**31 - 1])
 def test_the_whole_range_of_a_soft_limit(bench, motor, name, value):
-    """1.2: "Values must be between -2,147,483,648 to 2,147,483,647"; beyond them the old value stays."""
+    """1.2: "Values must be between -2,147,483,648 to 2,147,483,647"; other values are refused."""
     assert send(bench, motor, f"{name}={value} PRINT({name},#13)") == f"{value}\r".encode()
     send(bench, motor, f"{name}=2147483648 {name}=-2147483649 {name}={2**31 - 1}+1")
     assert ask(bench, motor, f"PRINT({name},#13)") == str(value)
 
 
-def test_a_hand_that_pushes_the_shaft_reaches_the_limit_too(bench, motor):
+def test_a_pushed_shaft_reaches_the_limit_too(bench, motor):
     """3.2: "the CPU continuously monitors shaft position", also with the servo off."""
     send(bench, motor, "SLP=100 SLN=-100 SLE")
     motor.axes["shaft"].encoder.displace(100)

@@ -20,7 +20,7 @@ MISTAKES = [
 
 
 def bits(bench: Bench, motor: Controller) -> str:
-    """The letters of the bits of RW that are 1, least significant first; each RBx and RS say the same."""
+    """Return the letters of the bits of RW that are 1, least significant first; RBx and RS must agree."""
     word = int(ask(bench, motor, "RW"))
     assert int(ask(bench, motor, "RS")) == word & 0xFF
     assert ask(bench, motor, "RPW").split(",")[1] == str(word)
@@ -48,7 +48,7 @@ def test_values_and_reports_agree(bench, motor):
 
 @pytest.mark.parametrize("letter", "trliwehoxpmdusakbcf")
 def test_a_status_bit_cannot_be_assigned(bench, motor, letter):
-    """Read only: a syntax error and no effect."""
+    """Status bits are read only: a syntax error without effect."""
     before = bits(bench, motor)
     send(bench, motor, f"B{letter}=1")
     assert bits(bench, motor) == before + "s"
@@ -119,7 +119,7 @@ def test_bw_is_a_wrap_of_the_position(bench, motor, start, speed):
 
 
 def test_bi_is_cleared_by_ri_and_by_i(bench):
-    """Reference 10: an index captured; "cleared by RI or by using I"; the next one counts again."""
+    """Reference 10: an index captured; "cleared by RI or by using I"; then the next index is captured."""
     motor = ready(bench, index_at=300)
     send(bench, motor, f"A={UNIT} V={UNIT} P=400 G", 0.2)
     assert bits(bench, motor) == "i"
@@ -149,7 +149,7 @@ def test_the_pin_index_and_bx_agree(bench):
 
 
 def test_ba_is_an_over_current_that_occurred(bench):
-    """A frame 23 that pushes against a jam needs all the current there is; Za, ZS."""
+    """A frame 23 that drives against a jam needs the amplifier's full current; Za, ZS."""
     motor = ready(bench, shaft={"motor": "frame23"})
     motor.axes["shaft"].jam(True)
     send(bench, motor, "E=32000 A=1000 V=400000 P=2000 G", 0.5)
@@ -202,7 +202,7 @@ def test_a_z_is_silent_and_harmless(bench, motor, command):
 
 
 @pytest.mark.parametrize("command", ["Zt", "Zo", "Zx", "Zp", "Zm", "ZI", "Zz"])
-def test_what_is_real_time_has_no_z(bench, motor, command):
+def test_real_time_bits_have_no_z(bench, motor, command):
     """There is no such command; RULINGS 11: ZI is a typing error for Zl."""
     send(bench, motor, command)
     assert bits(bench, motor) == "os"
@@ -210,8 +210,8 @@ def test_what_is_real_time_has_no_z(bench, motor, command):
 
 @settings(deadline=None, max_examples=40)
 @given(st.lists(st.binary(max_size=30).map(lambda data: bytes(b & 0x7F for b in data)), max_size=8))
-def test_any_bytes_leave_it_able_to_answer(chunks):
-    """It never raises, hangs, or swallows what comes next; and the same bytes one by one have the same end."""
+def test_after_any_bytes_the_motor_answers(chunks):
+    """No exception, no endless loop, no lost command; the same bytes one by one give the same result."""
     ends = []
     for whole in (True, False):
         bench = Bench()

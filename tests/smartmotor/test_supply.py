@@ -1,4 +1,4 @@
-"""A supply that sags: UJA, and the reset of the processor when there is too little of it (base 6; 2.0)."""
+"""A low supply voltage: UJA, and the reset of the processor (base 6; 2.0)."""
 
 import pytest
 
@@ -26,7 +26,7 @@ def test_a_dip_that_leaves_18_v_resets_nothing(bench, left, volts):
 
 
 def test_a_deeper_dip_resets_the_processor(bench):
-    """48 V times 0.37 are 17.76 V: silence while it lasts, then everything as at power-up (2.0): MTB, variables 0."""
+    """48 V times 0.37 are 17.76 V: no answers during the dip, then the state of power-up (2.0): MTB, variables 0."""
     motor = ready(bench, shaft=FRAME23)
     send(bench, motor, "a=7 A=1000 V=200000 MV G", 0.3)
     assert motor.axes["shaft"].moving
@@ -39,7 +39,7 @@ def test_a_deeper_dip_resets_the_processor(bench):
 
 
 def test_the_shaft_coasts_while_the_processor_is_in_reset(bench):
-    """The windings are open; the position begins at 0 wherever the shaft stands."""
+    """The windings are open; the position begins at 0 wherever the shaft is."""
     motor = ready(bench, shaft=FRAME23)
     send(bench, motor, "A=1000 V=200000 MV G", 0.3)
     before = motor.axes["shaft"].position

@@ -23,7 +23,7 @@ def test_a_trapezoid_of_whole_counts(bench, motor):
 
 
 def test_a_triangle(bench, motor):
-    """Too short a way to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples."""
+    """Too short a distance to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples."""
     send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
     assert positions(bench, motor, 9) == [1, 3, 6, 10, 14, 17, 19, 20, 20]
 
@@ -53,7 +53,7 @@ def test_a_relative_move_is_repeated_by_g(bench, motor):
     assert motor.axes["shaft"].position == 200
 
 
-def test_a_target_behind_the_motor(bench, motor):
+def test_a_target_in_the_other_direction(bench, motor):
     """At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then comes back.
 
     Back: 1, 2, 3 counts; 4 are left.  The largest steps that end there are 7/3, 4/3 and 1/3: 21 2/3, 20 1/3, 20.
@@ -110,7 +110,7 @@ def test_g_without_a_way_to_move_turns_the_servo_on_and_holds(bench, motor, word
 
 
 def test_o_changes_the_numbers_and_nothing_else(bench, motor):
-    """O= while moving: the shaft's course stays the same."""
+    """O= while moving: the shaft's motion stays the same."""
     send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
     path = positions(bench, motor, 4)
     send(bench, motor, b"O=1000 ", 0)
@@ -125,7 +125,7 @@ RATES = st.integers(1, 300_000)
 
 @given(speed=SPEEDS, rate=RATES)
 def test_stopping_distance_is_the_sum_of_the_samples(speed, rate):
-    """Found here by adding up."""
+    """Compared with a sum over all samples."""
     count = -(-speed // rate)
     if count > 5000:
         rate = speed // 1000 + 1
@@ -137,7 +137,7 @@ def test_stopping_distance_is_the_sum_of_the_samples(speed, rate):
 
 @given(distance=st.integers(1, 1 << 48), rate=st.integers(1, (1 << 31) - 1))
 def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
-    """Its way to a stop fits, and that of the next larger speed does not."""
+    """Its stopping distance fits, and that of the next larger speed does not."""
     speed = max_stoppable_speed(distance, rate)
     assert stopping_distance(speed, rate) <= distance < stopping_distance(speed + 1, rate)
 
@@ -150,7 +150,7 @@ def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
     speed=st.integers(-(10**6), 10**6),
 )
 def test_every_sample_respects_a_and_v_and_the_last_lands_exactly(target, top, rate, speed):
-    """From any velocity: it changes by at most A per sample, stays within V once below it, and ends at rest there."""
+    """From any velocity: it changes by at most A per sample, stays within V once below it, and is 0 at the target."""
     position, velocity, target = 0, speed, target << 16
     for _ in range(10_000):
         before, velocity = velocity, next_velocity(velocity, target - position, top, rate)
@@ -183,7 +183,7 @@ def test_a_relative_move_goes_through_the_end_of_the_scale_the_short_way(bench, 
 
 
 def test_a_move_that_cannot_stop_before_the_end_of_the_scale_comes_back(bench, motor):
-    """At 4 counts/sample, 3 counts before 2^31: it stops 10 counts further at least, and returns through the end."""
+    """At 4 counts/sample, 3 counts before 2^31: the motor stops at least 10 counts further, and returns."""
     send(bench, motor, b"A=65536 V=4*65536 MV O=2147483600 G ", 0)
     while int(send(bench, motor, b"RP ", 0)) not in range(2147483640, 2147483648):
         positions(bench, motor, 1)
@@ -194,7 +194,7 @@ def test_a_move_that_cannot_stop_before_the_end_of_the_scale_comes_back(bench, m
 
 
 def test_an_absolute_move_never_goes_through_the_end_of_the_scale(bench, motor):
-    """Base 4: targets of MP do not cross the wrap: from -2000000000 to 2000000000 the way is positive."""
+    """Base 4: moves of MP do not cross the wrap: from -2000000000 to 2000000000 the direction is positive."""
     send(bench, motor, b"A=65536 V=4*65536 O=-2000000000 P=2000000000 G ", 0)
     zero = motor.axes["shaft"].position
     positions(bench, motor, 20)

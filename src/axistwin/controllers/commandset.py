@@ -25,7 +25,7 @@ class Field:
 
     @property
     def form(self) -> str:
-        """The parameter in a syntax line."""
+        """Notation of the parameter in a syntax line, in brackets if it is optional."""
         return f"[{self.name}]" if self.optional else self.name
 
     def __str__(self) -> str:
@@ -42,7 +42,8 @@ def _or_blank(value: int | None) -> str:
 class Command:
     """One line of a command table.
 
-    `accepted`: the states in which it is valid, a Flag of the family's own; `handler` None: not implemented.
+    `accepted`: the controller states in which the command is valid, a `Flag` defined by each family.
+    `handler` is None for a command that is not implemented.
     """
 
     code: Code
@@ -54,16 +55,16 @@ class Command:
 
     @property
     def implemented(self) -> bool:
-        """True if there is a handler."""
+        """True if the command has a handler."""
         return self.handler is not None
 
     @property
     def syntax(self) -> str:
-        """The command's notation, for people."""
+        """Syntax line for users: the code, then the parameters."""
         return " ".join((str(self.code), *(part.form for part in self.parameters)))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the entry for `--json`."""
+        """Return the command as `axistwin commands --json` prints it."""
         return {
             "code": self.code,
             "name": self.name,
@@ -83,7 +84,7 @@ class CommandSet:
 
     def __init__(self, *commands: Command) -> None:
         self._by_code = {command.code: command for command in commands}
-        assert len(self._by_code) == len(commands), "a code stands twice in the table"
+        assert len(self._by_code) == len(commands), "a code occurs twice in the table"
 
     def __iter__(self) -> Iterator[Command]:
         return iter(self._by_code.values())
@@ -92,7 +93,7 @@ class CommandSet:
         return len(self._by_code)
 
     def get(self, code: Code) -> Command | None:
-        """Return the command of this code, if there is one."""
+        """Return the command with this code, or None."""
         return self._by_code.get(code)
 
     def with_(self, *commands: Command) -> "CommandSet":

@@ -1,7 +1,7 @@
-"""Input and output of checkers, for all families.
+"""Data types that the checkers of all families read and return.
 
-A `Rule` is a line in a family's table of codes; a `Diagnostic` is one violation of a rule, with its place and perhaps a
-`Fix`.
+A `Rule` is a line in a family's table of codes.  A `Diagnostic` is one violation of a rule, with its place in the
+user's file and perhaps a `Fix`.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -15,20 +15,20 @@ from axistwin.errors import one_line
 class Severity(StrEnum):
     """Severity of a diagnostic."""
 
-    ERROR = "error"  # the controller refuses it
-    WARNING = "warning"  # the controller accepts or ignores it, but the effect is probably not intended
+    ERROR = "error"  # the controller refuses the command
+    WARNING = "warning"  # the command is accepted or ignored, but its effect is probably not intended
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule for checkers: a line in a table of codes."""
+    """One kind of problem that a checker reports, with its code and explanation."""
 
     code: str
-    """Such as `DP101`: two letters for the family, a digit for the subject, two for the rule; never reused."""
+    """For example `DP101`: two letters for the family, one digit for the subject, two digits for the rule."""
     title: str
     severity: Severity
     chapter: str
-    """Chapter of the manual, unless the command names its own."""
+    """Chapter of the manual, used if the command does not name a chapter."""
     explanation: str
     """The controller's reaction, and the remedy."""
     example: str
@@ -37,17 +37,20 @@ class Rule:
 
 
 class Sent(NamedTuple):
-    """A character from a host, and its place in the user's file."""
+    """A byte that a host sends, with its place in the user's file."""
 
     byte: int
     line: int
     column: int
     width: int = 1
-    """Its width in columns: 4 for `\x30`, 0 for the end of a line."""
+    """Width of its text in columns: 4 for `\x30`, 0 for the end of a line."""
 
 
 class Edit(NamedTuple):
-    """A replacement of the text from the first place up to, not including, the second.  Lines and columns from 1."""
+    """A text edit: `text` replaces the characters from the first place up to the second, which is excluded.
+
+    Lines and columns are counted from 1.
+    """
 
     line: int
     column: int
@@ -58,7 +61,7 @@ class Edit(NamedTuple):
 
 @dataclass(frozen=True)
 class Fix:
-    """A correction.  `sure`: no other correction is possible; otherwise the user must choose."""
+    """A suggested correction of the user's file.  `sure` is True if no other correction is possible."""
 
     title: str
     edits: tuple[Edit, ...]
@@ -82,14 +85,14 @@ class Diagnostic:
 
     @property
     def end(self) -> tuple[int, int]:
-        """Line and column after the text concerned."""
+        """Line and column just after the diagnosed text."""
         return (self.end_line, self.end_column) if self.end_line else (self.line, self.column + 1)
 
 
 def diagnose(
     rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
 ) -> Diagnostic:
-    """Return a violation of `rule`, from the first of these characters to the last one on the same line."""
+    """Return a diagnostic for `rule` that marks these characters, as far as they are on one line."""
     first = characters[0]
     last = [sent for sent in characters if sent.line == first.line][-1]
     end = max(last.column + last.width, first.column + 1)
@@ -107,7 +110,7 @@ def diagnose(
 
 
 def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
-    """Return the edit that replaces these characters, or None if they are not all on one line."""
+    """Return the edit that replaces these characters by `text`; empty if they are on several lines."""
     first, last = characters[0], characters[-1]
     if first.line != last.line:
         return ()
@@ -133,14 +136,14 @@ def fixing(title: str, edits: Iterable[Edit], sure: bool = True) -> Fix | None:
 
 @dataclass(frozen=True)
 class Session:
-    """Data from a host between power-on and power-off of the controller."""
+    """Data that a host sends between power-on and power-off of the controller."""
 
     characters: tuple[Sent, ...]
     initialised: bool = False
     """True if the controller has been initialised before the first character."""
     stored: bool = False
-    """True if the characters are a program stored in the controller, instead of data from a host."""
+    """True if the characters are a program stored in the controller, not data from a host."""
 
 
 Checker = Callable[[Sequence[Session]], list[Diagnostic]]
-"""Finds problems in a host's data for one controller, without running it."""
+"""Function that returns the problems in a host's data, without running a controller."""

@@ -19,10 +19,10 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class _Item:
-    """What a display shows of one source."""
+    """An item of the front panel that shows one terminal or register."""
 
     label: str
-    """The label: a letter or number of the manual."""
+    """Letter or number that the manual gives the item."""
     name: str
     """A short description."""
     source: str
@@ -50,7 +50,7 @@ class Lamp(_Item):
 
 @dataclass(frozen=True)
 class Word(_Item):
-    """A register shown in words."""
+    """A register whose values are shown as words."""
 
     words: Mapping[Any, str] = field(default_factory=dict)
     """Words by value; other values are shown as numbers."""
@@ -83,7 +83,7 @@ Item = Lamp | Word | Reading
 
 @dataclass(frozen=True)
 class Group:
-    """A group of items, with the manual's chapter about them."""
+    """Items shown together, with the chapter of the manual that describes them."""
 
     title: str
     chapter: str

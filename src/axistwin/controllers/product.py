@@ -1,4 +1,4 @@
-"""The interface between a bench and a product, for all families."""
+"""Types by which a bench builds and uses controllers of all families."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,22 +20,23 @@ from axistwin.sim.serial import Uart
 
 
 class Store(Protocol):
-    """Memory that persists without power."""
+    """Non-volatile memory of a controller."""
 
     def load(self) -> bytes | None:
-        """Return the contents of the last `save`; None: there was none."""
+        """Return the contents that were saved last, or None if nothing has been saved."""
 
     def save(self, contents: bytes) -> None:
-        """Save the contents; never fails.  After a crash the memory holds the new or the previous
-        contents, complete.
+        """Save the contents without raising an error.
+
+        After a crash of the host computer the memory holds either the new or the previous contents.
         """
 
 
 @dataclass(frozen=True)
 class Register:
-    """A readable number or text inside a controller.  Reading it changes nothing.
+    """A number or text inside a controller that can be read without side effects.
 
-    Its value changes only at events, unless it is `restless` or the device reports its changes (`Abilities.follow`).
+    The value changes only at events, unless the register is `restless` or `Abilities.follow` reports the changes.
     """
 
     read: Callable[[], int | str]
@@ -44,13 +45,13 @@ class Register:
     text: bool = False
     """True for a text, False for a number."""
     costly: bool = False
-    """True for a register that is expensive to record, and is recorded only by its full name."""
+    """True if the register is slow to record, and is therefore recorded only if its full name is given."""
     restless: bool = False
-    """True for a register that changes between events, and can be read but not followed."""
+    """True if the value changes between events, so that it can be read but not followed."""
 
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
-"""Callback with changes in order of time: the times, the indexes of the registers, and the new values."""
+"""Callback for changes in order of time.  Its arguments are the times, the register indexes and the new values."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +64,12 @@ class Listing:
     running: int | None = None
     """Index of the line that is running; None: no line is running."""
     silent: frozenset[int] = frozenset()
-    """Lines that take no time and never run: labels, ends of blocks."""
+    """Indexes of lines that take no time and never run: labels, ends of blocks."""
 
 
 @dataclass(frozen=True)
 class ControlLines:
-    """The four control lines of a plug."""
+    """The four control lines of a serial connector."""
 
     dtr: Pin
     rts: Pin
@@ -78,59 +79,59 @@ class ControlLines:
 
 @dataclass(frozen=True)
 class Handshake:
-    """Control lines of a serial plug."""
+    """Control lines of a serial connector, at the connector and inside the device."""
 
     plug: ControlLines
     inside: ControlLines
-    """The lines inside the device; they depend on the wiring of the plug."""
+    """The lines inside the device, which depend on the wiring of the connector."""
 
 
 @dataclass(frozen=True)
 class Abilities:
-    """The optional parts of a device, with defaults for a device without them."""
+    """Optional abilities of a device.  Each default stands for a device without this ability."""
 
     uart: Uart | None = None
-    """The UART of its serial plug."""
+    """UART of the serial connector."""
     handshake: Handshake | None = None
-    """The control lines of its serial plug."""
+    """Control lines of the serial connector."""
     rs485: Uart | None = None
-    """A second serial channel, on a pair of wires."""
+    """Second serial channel, on a pair of wires."""
     bus: RegisterPort | None = None
     """The two registers of a board on a bus."""
     alarms: Alarms | None = None
-    """Subscriptions to its fault flags."""
+    """Fault flags of the device, to which observers can subscribe."""
     registers: Callable[[], Mapping[str, Register]] = dict
-    """Returns its readable registers by name."""
+    """Returns the readable registers by name."""
     follow: Callable[[Sequence[str], Follower], Callable[[], None]] | None = None
     """Calls a follower with every change of these registers, with delay; unchanged values may be included.
 
     Returns an unsubscribe function.  For a device that computes ahead of the clock.
     """
     programs: Callable[[], Mapping[str, Listing]] = dict
-    """Returns its stored programs, with their running lines, by the product's names."""
+    """Returns the stored programs by name (see `Product.programs`), each with its running line."""
     subscribe_lines: Callable[[LineWatcher, Line | None], Callable[[], None]] = lambda watcher, only: lambda: None
-    """Calls `watcher(program, index)` when a line begins, or only when the line `only` begins.
+    """Calls `watcher(program, index)` each time a line begins; with `only`, each time that line begins.
 
     The callback may read the bench but must not change it.  Returns an unsubscribe function.
     """
     hint: Callable[[], str] = lambda: ""
     """Returns a status hint in one line: why the device does not move, and the remedy; empty if the device can move."""
     subscribe_hint: Callable[[Callable[[str], None]], Callable[[], None]] = lambda watcher: lambda: None
-    """Calls `watcher(line)` when there is a new hint.  Returns an unsubscribe function."""
+    """Calls `watcher(hint)` when the status hint changes.  Returns an unsubscribe function."""
     assign: Callable[[str, int], None] | None = None
-    """Sets a variable or gain by name, in no time and without its host.  Raises UsageError if there is none."""
+    """Sets a variable or gain by name, at once and without a host.  Raises UsageError for an unknown name."""
     busy: Callable[[], bool] = lambda: False
-    """Returns True while the device works on a host's request; new requests may have to wait."""
+    """Returns True while the device works on a host's request, so that another request may have to wait."""
     procedures: Callable[[], Sequence[Process]] = tuple
-    """Returns the procedures in progress: the power cannot go off within a step of a procedure."""
+    """Returns the running procedures.  The power can go off only between two steps of a procedure."""
 
 
 class Device(Protocol):
-    """The hardware of one controller, which exists with or without power."""
+    """The hardware of one controller, with or without power."""
 
     @property
     def pins(self) -> dict[str, Pin]:
-        """Terminals of the controller, by name."""
+        """Terminals of the controller by name."""
 
     @property
     def abilities(self) -> Abilities:
@@ -141,42 +142,42 @@ class Device(Protocol):
 
 
 class Placed(NamedTuple):
-    """A byte, and the column, from 0, of its text."""
+    """A byte of a command, and the column of its text, counted from 0."""
 
     byte: int
     column: int
     width: int = 2
-    """The length of the word that contains the byte."""
+    """Length of the word that contains the byte."""
 
 
 class Language(Protocol):
-    """The text form of binary commands and messages, for people."""
+    """Converter between binary commands or messages and text for users."""
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a command.  Raises ProgramError with the column, from 1."""
+        """Return the bytes of a command.  Raises ProgramError with the column, counted from 1."""
 
     def placed(self, text: str) -> Sequence[Placed]:
-        """Return the bytes of a command with their places.  Raises ProgramError with the column, from 1."""
+        """Return the bytes of a command with their places.  Raises ProgramError with the column, counted from 1."""
 
     def message(self, text: str) -> bytes:
-        """Return the bytes of a whole message."""
+        """Return the bytes of a message, padded to its full length."""
 
     def explain(self, command: bytes) -> str:
-        """Return a command in words."""
+        """Return the meaning of a command, in words."""
 
     def explain_message(self, message: bytes) -> str:
-        """Return a message in words."""
+        """Return the meaning of a message, in words."""
 
 
 class BusHost(Protocol):
-    """Host program of a board: sends commands, receives messages, and does all handshakes."""
+    """Host program for a board on a bus: it sends commands and receives messages, with all handshakes."""
 
     @property
     def pending(self) -> int:
-        """Number of commands that the board has not taken yet."""
+        """Number of commands that wait to be sent."""
 
     def write(self, command: bytes) -> None:
-        """Send a command as soon as the board takes it."""
+        """Send a command as soon as the board is ready."""
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback` with each message.  Return an unsubscribe function."""
@@ -187,17 +188,17 @@ class BusHost(Protocol):
 
 @dataclass(frozen=True)
 class Order:
-    """A request of a host, and its effect."""
+    """A request that a host sends, e.g. to run a stored program, and its effect."""
 
     label: str
     says: bytes
-    """The characters with their terminator; for a board on a bus, a whole command."""
+    """Characters with their terminator, or one command of a board on a bus."""
     doc: str
 
 
 @dataclass(frozen=True)
 class Product:
-    """One model: its construction and its command set."""
+    """A controller model: all that a bench needs to build and use a controller of this model."""
 
     model: str
     title: str
@@ -206,41 +207,44 @@ class Product:
     options: type[Any]
     """A dataclass: the keywords of `Bench.add` for this model, with the manual's figures as defaults."""
     build: Callable[[Clock, Mapping[str, Any], Any, Store], Device]
-    """Makes the hardware from its axes (each made by `make_axis`), its options and its memory."""
+    """Builds the hardware from the clock, its axes (made by `make_axis`), its options and its memory."""
     make_axis: MakeAxis = stepper_axis
-    """Makes an axis from its options.  The bench fits the switches in the options later."""
+    """Makes an axis from its options.  The bench connects the limit and home switches later."""
     check: Checker | None = None
     rules: tuple[Rule, ...] = ()
     """The rules of `check`, in the order of the codes."""
     line: UartFormat | None = None
-    """The host's default format; None: no serial port."""
+    """Default character format of the host; None: no serial port."""
     limit_pins: tuple[str, str] | None = None
-    """Pins that the minus and plus limit switches of all axes hold closed."""
+    """Pins of the minus and the plus limit input, which the limit switches of all axes share."""
     closed_level: bool = True
-    """Level of those pins while their switches are closed."""
+    """Level of the `limit_pins` while their switches are closed."""
     drive_fault_pins: Mapping[str, str] = field(default_factory=dict)
-    """By axis, the pin that is low while its drive has a fault."""
+    """Pins that are low while a drive has a fault, by the name of its axis."""
     home_pin: str | None = None
     brake_pin: str | None = None
     """The pin that is high while the static brake must hold the shaft."""
     language: Language | None = None
-    """Text form of commands, if the device does not use characters on a line."""
+    """Text form of the commands of a device on a bus; None: the commands are text."""
     note: Callable[[], str] = lambda: ""
     """Returns a hint about this installation in one line; usually empty."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
-    """Prepares a number of controllers for a speed (None: maximum speed), so that no host has to wait later."""
+    """Does slow preparations for a number of controllers before a host is connected.
+
+    Its arguments are the speed (None: maximum) and the number of controllers.
+    """
     orders: Callable[[str], tuple[Order, ...]] = lambda program: ()
-    """Returns the host's requests that run or stop a stored program; the argument is one of `programs`."""
+    """Returns the requests by which a host runs or stops a stored program, one of `programs`."""
     programs: tuple[str, ...] = ()
     """Names of the programs that the device can store; several names each end in a number."""
     most_lines: int | None = None
     """Maximum number of lines in a program, if the manual specifies it."""
     attend: Callable[[RegisterPort], BusHost] | None = None
-    """Makes a host for the registers of a board on a bus."""
+    """Connects a host program to the registers of a board on a bus."""
     joystick: JoystickInputs | None = None
     front: tuple[Group, ...] = ()
 
     @property
     def indefinite(self) -> str:
-        """The model with its article, in the maker's spelling: an IF1, an 1811, a SmartMotor."""
+        """Model name with its indefinite article: an IF1, an 1811, a SmartMotor."""
         return with_article(self.title.partition(",")[0].split()[1])

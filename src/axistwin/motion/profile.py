@@ -1,4 +1,4 @@
-"""A velocity profile: the pulse rate of a motion as segments of constant rate, exactly.
+"""A velocity profile: the pulse rate of a motion as a list of segments of constant rate, calculated exactly.
 
 Rates and durations are rational numbers, converted to integers over two common denominators.  The phase (pulses since
 the start, with fraction) is therefore exact at any time, and the n-th pulse time is a formula, not a loop.
@@ -7,7 +7,7 @@ the start, with fraction) is therefore exact at any time, and the n-th pulse tim
       │      ┌────────┐            segment: starts[j], phases[j], rates[j]
       │    ┌─┘        └─┐          phase(t) = phases[j] + rates[j] * (t - starts[j])
       │  ┌─┘            └─┐        pulse n happens when the phase reaches n;  n = 1, 2, ...
-      └──┴────────────────┴── t    after the last segment: nothing
+      └──┴────────────────┴── t    after the last segment: no pulses
 """
 
 from bisect import bisect_left, bisect_right
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 BLOCK = 1 << 12  # minimum number of pulses calculated one by one before the pattern is repeated
-MOST_BLOCK = 1 << 16  # and the maximum
+MOST_BLOCK = 1 << 16  # maximum number of pulses calculated one by one
 
 
 class Segment(NamedTuple):
-    """A section of constant rate in pulses/s.  `seconds` None: endless."""
+    """A part of a motion at constant `rate` in pulses/s; `seconds` is None if it never ends."""
 
     rate: Fraction
     seconds: Fraction | None
@@ -43,7 +43,7 @@ class Profile:
     def __init__(
         self, segments: Iterable[Segment], phase: Fraction = Fraction(0), before: Fraction = Fraction(0)
     ) -> None:
-        """Continue an earlier motion at `phase`, the fraction of a pulse it had reached, and at its rate `before`."""
+        """`phase`: fraction of a pulse left over from the motion before; `before`: rate at the end of that motion."""
         self.phase, self.before = phase, before
         self.segments: Sequence[Segment] = tuple(segment for segment in segments if segment.seconds != 0)
         self.ticks = lcm(*(s.seconds.denominator for s in self.segments if s.seconds is not None))
@@ -80,7 +80,7 @@ class Profile:
         return self.phases[j] * S + self.rates[j] * (ticks_s - self.starts[j] * S)
 
     def over(self, elapsed_ns: int) -> bool:
-        """True if all pulses have been issued by this time."""
+        """True if the last segment has ended by this time."""
         return self.end_ns is not None and elapsed_ns >= self.end_ns
 
     def pulses_by(self, elapsed_ns: int) -> int:
@@ -89,7 +89,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # A pulse happens in the nanosecond that holds its exact time, so count those before the next one.
+        # A pulse happens in the nanosecond that contains its exact time: count the pulses before the next nanosecond.
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
@@ -104,7 +104,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def fraction_at(self, elapsed_ns: int) -> Fraction:
-        """Return the fraction of a pulse since the last one, at a time not after the end."""
+        """Return the phase modulo one pulse, at a time not after the end."""
         return Fraction(self._phase_s(elapsed_ns), self.parts * S) % 1
 
     def trend(self, elapsed_ns: int) -> int:
@@ -120,7 +120,7 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """Return this profile up to a time, followed by other segments; the phase is continuous."""
+        """Return this profile up to a time, followed by the segments `then`; the phase is continuous."""
         if self.over(elapsed_ns):
             return self
         j = self._segment_at(elapsed_ns * self.ticks)
@@ -129,7 +129,7 @@ class Profile:
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
-        """Return the first segments followed by others without recalculation; None if the denominators do not fit."""
+        """Return the first `kept` segments followed by `added`; None if the common denominators do not fit."""
         if any(self.per_rate % rate.denominator for rate, _ in added) or any(
             seconds is not None and self.ticks % seconds.denominator for _, seconds in added
         ):
@@ -142,11 +142,11 @@ class Profile:
         return profile
 
     def scaled(self, ratio: Fraction) -> "Profile":
-        """Return the profile with all rates multiplied by `ratio`, as by a rate multiplier; the durations stay."""
+        """Return the profile with all rates multiplied by `ratio`; the durations do not change."""
         return Profile(Segment(segment.rate * ratio, segment.seconds) for segment in self.segments)
 
     def fill_pulse_times(self, first: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Write the times of pulse `first` (from 1) and those after it into `out`, `offset_ns` added to each."""
+        """Fill `out` with the times of consecutive pulses from number `first` (1 or more), plus `offset_ns`."""
         n, last = first, first + len(out) - 1
         for j in range(len(self.rates)):
             segment_last = last if j + 1 >= len(self.phases) else min(last, self.phases[j + 1] // self.parts)
@@ -155,7 +155,7 @@ class Profile:
                 n = segment_last + 1
 
     def _fill(self, j: int, n: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Fill `out` with the times of pulse n and those after it, all in segment j.
+        """Fill `out` with the times of consecutive pulses from number n, which are all in segment j.
 
         The period is a fraction of b nanoseconds, so after b pulses the pattern repeats a whole number of nanoseconds
         later.  One block is calculated, and the others are shifted copies of it.
@@ -181,7 +181,7 @@ class Profile:
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Set out[k] = (start + period * k) // b + offset_ns, in pieces small enough not to overflow 63 bits."""
+        """Set out[k] = (start + period * k) // b + offset_ns, in blocks small enough to avoid overflow of 63 bits."""
         import numpy as np
 
         whole, fraction = divmod(period, b)

@@ -1,4 +1,4 @@
-"""Quantised ramps of hardware with finite resolution: a new level at fixed intervals, a multiple of a unit.
+"""Quantised ramps: at fixed intervals, hardware sets a new rate that is a multiple of its resolution.
 
 rate  top ┐       ┌────────┐          the ideal rate rises by `increment` every `interval`;
           │    ┌──┘        └──┐       the level is the ideal rate rounded to a multiple of `unit`,
@@ -20,9 +20,9 @@ from axistwin.motion.profile import Segment
 def quantised_levels(
     start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction
 ) -> list[Segment]:
-    """Return the levels after `start` and before `end`, rising or falling, without levels of rate 0.
+    """Return the levels between the rates `start` and `end`, without both ends and without levels of rate 0.
 
-    Their number is at most the number of units, and of increments, between the two rates.
+    There are at most as many levels as units, or as increments, between the two rates.
     """
     rising = end > start
     steps = -(-abs(end - start) // increment) - 1
@@ -33,18 +33,18 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield (level, number of intervals) if each increment changes the level."""
+    """Yield (level, number of intervals) of a ramp whose level changes at each increment."""
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield (level, number of intervals) if a level lasts for several increments."""
+    """Yield (level, number of intervals) of a ramp whose levels last for several increments."""
     if steps < 1:
         return
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
     done = 0
     for level in range(first, last + 1) if b > 0 else range(first, last - 1, -1):
-        # the last k with (2(a + kb) + q) // 2q still at this level
+        # the largest k for which (2(a + kb) + q) // 2q equals this level
         edge = 2 * q * (level + 1) - q - 2 * a if b > 0 else 2 * a + q - 2 * q * level
         k = min(steps, -(-edge // (2 * b)) - 1 if b > 0 else edge // (-2 * b))
         yield level, k - done
@@ -55,7 +55,7 @@ def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
 class Trapezoid:
     """The velocity profile of a preset move: acceleration, constant rate, deceleration.
 
-    `whole`: max velocity was reached.
+    `whole` is True if the move reaches max velocity.
     """
 
     up: tuple[Segment, ...]
@@ -78,7 +78,7 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Pulses in the first k levels."""
+        """Total pulses of the first k levels, for k = 0, 1, ..."""
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:

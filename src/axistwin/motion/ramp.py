@@ -26,7 +26,7 @@ class Ramp:
         steps = max(0, -((start - top) // increment))
         self.levels = [start + k * increment for k in range(steps)]
         self.pulses = [Fraction(0), *accumulate(level * interval for level in self.levels)]
-        """Pulses in the first k levels."""
+        """Total pulses of the first k levels, for k = 0, 1, ..."""
         self.index = lru_cache(maxsize=64)(self._index)
 
     def run(self) -> Profile:
@@ -48,7 +48,7 @@ class Ramp:
         return Profile((*up, Segment(plateau, left_over / plateau), *reversed(up)))
 
     def down_from(self, rate: Fraction) -> tuple[Segment, ...]:
-        """Return the levels below `rate` in descending order: a deceleration that begins at once."""
+        """Return a deceleration from `rate`: the levels below `rate`, in descending order."""
         return tuple(Segment(level, self.interval) for level in reversed(self.levels) if level < rate)
 
     def _level_segments(self, count: int) -> tuple[Segment, ...]:

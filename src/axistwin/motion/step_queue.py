@@ -1,7 +1,7 @@
-"""Pulse times as a queue of step commands: `count` pulses, the first `interval` ticks after the last pulse.
+"""Conversion of pulse times into step commands, which a motion board executes in ticks of its own clock.
 
-Each further interval is longer by `add` ticks.  Motion boards execute such commands by themselves, in ticks of their
-own clock.  Pulse k of a command happens at `last + k * interval + add * k * (k - 1) / 2`, with k from 1.
+A command outputs `count` pulses.  The first pulse comes `interval` ticks after the pulse before the command; each
+further interval is longer by `add` ticks.  Pulse k happens at `last + k * interval + add * k * (k - 1) / 2`, k from 1.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ MOST_INTERVAL = (1 << 31) - 1
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """One command of the queue, in ticks."""
+    """One step command; `interval` and `add` are in ticks."""
 
     interval: int
     count: int
@@ -31,7 +31,7 @@ class Steps:
         return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
 
     def times(self, last: int) -> "NDArray[np.int64]":
-        """Return the ticks of the pulses; `last`: tick of the pulse before."""
+        """Return the tick of each pulse; `last` is the tick of the pulse before the command."""
         import numpy as np
 
         k = np.arange(1, self.count + 1, dtype=np.int64)
@@ -40,10 +40,10 @@ class Steps:
 
 
 def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator[Steps]:
-    """Yield commands whose pulses are within `tolerance` ticks of the `wanted` times, which rise.
+    """Yield the longest commands whose pulses are within `tolerance` ticks of the `wanted` times.
 
-    `last`: tick of the pulse before, which is earlier than the first wanted time by more than `tolerance`.  Each
-    command is the longest that is possible.  Raises ValueError if an interval is out of range.
+    The wanted times must rise.  `last` is the tick of the pulse before them, earlier by more than `tolerance`.  Raises
+    ValueError if an interval is out of range.
     """
     import numpy as np
 
@@ -57,11 +57,11 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return the longest command whose pulses are within these bounds, which are relative to the pulse before."""
+    """Return the longest command whose pulses are within these bounds, in ticks after the previous pulse."""
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
-        raise ValueError(f"no pulse after {int(high[0])} ticks: expected 1 to {MOST_INTERVAL}")
+        raise ValueError(f"a pulse {int(high[0])} ticks after the previous one: expected 1 to {MOST_INTERVAL}")
     best, reach = _fit(low[:1], high[:1]), 2
-    assert best is not None, "one pulse is possible"
+    assert best is not None, "a command of one pulse is always possible"
     while reach <= len(low) and (found := _fit(low[:reach], high[:reach])):
         best, reach = found, 2 * reach
     fails = min(reach, len(low) + 1)
@@ -76,7 +76,7 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
 
 
 def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
-    """Return a command with one pulse within each of these bounds; None: there is none."""
+    """Return a command with one pulse between each `low` and `high`, or None if no such command exists."""
     import numpy as np
 
     count = len(low)

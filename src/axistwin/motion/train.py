@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 HISTORY = 10_000
-"""Default number of moves that a train remembers; the limit bounds its memory."""
+"""Default number of moves that a train stores; earlier moves are discarded to limit memory use."""
 
 
 @dataclass(slots=True)
@@ -29,11 +29,11 @@ class Move:
 
     @property
     def end_ns(self) -> int | None:
-        """Time of the end of its last segment; None: endless."""
+        """Time at which the last segment ends; None: endless."""
         return None if self.profile.end_ns is None else self.start_ns + self.profile.end_ns
 
     def position_at(self, time_ns: int) -> int:
-        """Return the net pulse count at a time not before the start."""
+        """Return the net pulse count at a time during or after the move."""
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
@@ -50,7 +50,7 @@ class Train:
     def __init__(self, history: int = HISTORY) -> None:
         self.moves: deque[Move] = deque([Move(0, +1, Profile(()), 0)], maxlen=history)
         self.forgotten = 0
-        """Number of moves that are no longer remembered."""
+        """Number of moves that are no longer stored."""
 
     @property
     def move(self) -> Move:
@@ -58,7 +58,7 @@ class Train:
         return self.moves[-1]
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Move:
-        """Begin a new move; the previous one ends here."""
+        """Begin a new move; a previous move that is still in progress ends now."""
         if self.moving(now_ns):
             self.replace(self.move.profile.cut(now_ns - self.move.start_ns))
         self.forgotten += len(self.moves) == self.moves.maxlen
@@ -67,15 +67,15 @@ class Train:
         return move
 
     def replace(self, profile: Profile) -> None:
-        """Replace the profile of the present move; the part before now must be unchanged."""
+        """Replace the profile of the latest move.  The part before the present time must not change."""
         self.move.profile = profile
 
     def moving(self, now_ns: int) -> bool:
-        """True if more pulses follow."""
+        """True while the latest move is in progress."""
         return not self.move.profile.over(now_ns - self.move.start_ns)
 
     def move_at(self, time_ns: int) -> Move:
-        """Return the latest move begun by this time."""
+        """Return the latest move that began at or before this time."""
         starts = [move.start_ns for move in self.moves]
         first = self.moves[0].start_ns
         if time_ns < first and self.forgotten:
@@ -106,7 +106,7 @@ class Train:
         """Yield direction and pulse times of each move with pulses at start_ns <= time < stop_ns, in order."""
         import numpy as np
 
-        earliest = self.move_at(max(start_ns - 1, 0)).start_ns  # its last pulse may be at start_ns
+        earliest = self.move_at(max(start_ns - 1, 0)).start_ns  # the last pulse of an earlier move may be at start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
                 before = self._pulses_before(move, start_ns)

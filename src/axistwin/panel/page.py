@@ -56,7 +56,7 @@ async def page(enter: Callable[[], Context]) -> None:
     ui.add_css(_text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # returns also if no browser connects
+    await client.connected()  # also returns if the browser does not connect
     if client.is_deleted:
         return
     context = enter()

@@ -171,12 +171,8 @@ class ServoAxis:
         """The position while the source is `AtRest`."""
         self.counts_of, self.counts_out_of = 1, 1
         """The encoder counts `counts_of` for each `counts_out_of` counts: 9 of 10, -1 of 1, 0 of 1."""
-        self._outside = Override(0.0, self._replan, self._catch_up)
-        self._jams = Override(False, self._replan, self._catch_up)
-        self._torque = Override(1.0, self._replan, self._catch_up)
-        self._supply = Override(1.0, self._supply_changed, self._catch_up)
+        self._make_overrides()
         self.on_supply: Signal[[]] = Signal()
-        self._ambient = Override(AMBIENT, self._replan, self._catch_up)
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`, `ambient`."""
         self.master = Master(clock, self)
@@ -192,6 +188,14 @@ class ServoAxis:
         self._history_option = history
         self._counts = CountHistory(history * SAMPLES)
         self._source: Source = AtRest(self)
+
+    def _make_overrides(self) -> None:
+        """Create the settings of the machine that faults override: load, jam, magnets, supply, ambient temperature."""
+        self._outside = Override(0.0, self._replan, self._catch_up)
+        self._jams = Override(False, self._replan, self._catch_up)
+        self._torque = Override(1.0, self._replan, self._catch_up)
+        self._supply = Override(1.0, self._supply_changed, self._catch_up)
+        self._ambient = Override(AMBIENT, self._replan, self._catch_up)
 
     # What the motor's processor does
 

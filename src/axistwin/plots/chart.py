@@ -130,7 +130,7 @@ SHORTEST_NS = 4 * MS
 
 
 def rate(times: "NDArray[np.int64]", values: "NDArray[np.int64]", from_ns: int, to_ns: int) -> Curve:
-    """Return the velocity, per second, that belongs to a position."""
+    """Return the velocity per second, calculated from the positions of an axis."""
     import numpy as np
 
     bins = max(1, min(BINS, (to_ns - from_ns) // SHORTEST_NS))

@@ -196,7 +196,7 @@ class _Tail(io.RawIOBase):
 
 
 def _footer(contents: Any) -> bytes:
-    """Return the end of a file with this table of contents, as bytes."""
+    """Return a table of contents in the binary format in which it ends a Parquet file."""
     file = io.BytesIO()
     contents.write_metadata_file(file)
     data = file.getvalue()

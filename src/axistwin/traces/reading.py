@@ -244,7 +244,7 @@ def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[st
             case [_, *_] if ": " in line:
                 name, _, value = line.strip().partition(": ")
                 about[name] = value.replace("%24", "$")
-    raise TraceError(f"{path}: not a trace: no definitions at the beginning")
+    raise TraceError(f"{path}: not a trace: expected $enddefinitions")
 
 
 def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) -> None:
@@ -264,7 +264,7 @@ def _words(path: Path, text: str) -> str:
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as error:
-        raise TraceError(f"{path}: {shortened(text)}: {error.message}") from None
+        raise TraceError(f"{path}: invalid text {shortened(text)}: {error.message}") from None
 
 
 # Parquet
@@ -326,7 +326,7 @@ def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
     except (ValueError, RecursionError):
         kinds = None
     if not isinstance(kinds, dict) or not all(kind in KINDS for kind in kinds.values()):
-        raise TraceError(f"{path}: not written by axistwin: the metadata contain no list of signals")
+        raise TraceError(f"{path}: not written by axistwin: expected a list of signals in the metadata")
     return kinds
 
 

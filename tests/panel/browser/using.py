@@ -69,7 +69,7 @@ def press(locator, key):
 
 
 def strike(page, key):
-    """Press a key where the focus is, as `click`."""
+    """Press a key on the element with the focus, between two waits as in `click`."""
     ready(page)
     page.keyboard.press(key)
     quiet(page)

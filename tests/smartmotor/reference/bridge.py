@@ -1,4 +1,4 @@
-"""From the reference to the processor's arrays: which slot shows what, and the kernel run on them."""
+"""Convert the reference's state to the processor's arrays, and run the kernel on these arrays."""
 
 from string import ascii_lowercase
 from struct import unpack
@@ -102,7 +102,7 @@ def _follow(motor):
         state.MASTER: master.edges,
         state.MASTER_SEEN: master.seen,
         state.SHOWN: sum(1 << PINS.index(pin) for pin in master.shown),
-        state.BY_HAND: master.by_hand,
+        state.PIN_EDGES: master.by_hand,
         state.STEP_UP: master.up,
         state.STEPS: master.steps,
         state.RESOLUTION: master.resolution,
@@ -180,7 +180,7 @@ def _inputs(motor):
 
 
 def variables(motor):
-    """Return the whole of `v`."""
+    """Return all values of `v`."""
     memory, longs = motor.memory, unpack(">51i", motor.memory.bytes)
     named = [memory.named.get(name, 0) for name in VARIABLES]
     if motor.overlay:  # aa…zz and aaa…yyy are al[0]…al[50]
@@ -245,7 +245,7 @@ class Kernel:
         self.f = np.array(self.f)
 
     def take(self, motor, what):
-        """Take over the state of the reference; `what` is `shown(motor)`."""
+        """Set the kernel's arrays to the state of the reference; `what` is `shown(motor)`."""
         whole, self.v[:], parts = what
         for slot, value in whole.items():
             self.i[slot] = value
@@ -274,7 +274,7 @@ class Kernel:
         return None if place < 0 else (int(self.code[place]), int(self.code[place + 1]))
 
     def compare(self, motor, what):
-        """Compare everything, to the bit."""
+        """Compare the whole state, bit by bit."""
         whole, named, parts = what
         i = list(map(int, self.i))
         differences = {NAMES.get(slot, slot): (i[slot], value) for slot, value in whole.items() if i[slot] != value}

@@ -1,4 +1,4 @@
-"""Mode cam written once more (chapter 9): where in the cycle the external encoder is, and what the table says there."""
+"""Independent reference of mode cam (chapter 9): the place in the cycle, and the table's position there."""
 
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -24,7 +24,7 @@ class Parameters:
 
 @dataclass
 class Cam:
-    """The cycle in force, what MCn has prepared, and the place in the cycle."""
+    """The cycle in force, the parameters that MCn has prepared, and the place in the cycle."""
 
     table_factor: bool = False
     """MCn multiplies the table, not the encoder's counts."""
@@ -54,7 +54,7 @@ class Cam:
             return self.entry(motor, now.size)
         along = Fraction(self.phase * now.size, now.base)
         self.index = n = floor(along)
-        closes = not now.word and n + 1 == now.size  # F=0: the table closes upon itself
+        closes = not now.word and n + 1 == now.size  # F=0: the last point of the table is the first
         here, there = self.entry(motor, n), self.entry(motor, 0 if closes else n + 1)
         return here + floor((there - here) * (along - n))
 
@@ -74,7 +74,7 @@ class Cam:
         return self._begin(motor, old.word, done)
 
     def backwards(self, motor, place):
-        """Enter the end of the cycle before."""
+        """Enter the end of the previous cycle."""
         old = self.now
         if self.pending:
             self._take_over()

@@ -6,7 +6,7 @@ from .program import Abandoned, no_value
 
 
 class Runner:
-    """A program that is running, or not, in a `motor`."""
+    """A program of a `motor`, running or stopped."""
 
     def __init__(self, motor, program, per_sample):
         self.motor, self.program, self.per_sample = motor, program, per_sample
@@ -22,7 +22,7 @@ class Runner:
         self.pending = set()
 
     def sample(self):
-        """Carry out the statements of one sample; return the reason to stop, if any."""
+        """Execute the statements of one sample; return the reason to stop, if any."""
         if self.pending and self.state == "stopped":
             return "call"
         while self.left > 0 and self.state == "running" and self.motor.sample_number + 1 >= self.wait_until:
@@ -39,7 +39,7 @@ class Runner:
         return None
 
     def statement(self):
-        """Carry out one statement."""
+        """Execute one statement."""
         if self.held:
             if self.motor.flags["Bt"]:
                 return "held"
@@ -169,7 +169,7 @@ class Runner:
             return
         self.step, why = self.returns.pop()
         if why == "C1":
-            self._c1_is_over()
+            self._return_from_c1()
         if self.step is None:
             self.step = self.program.enter(self.program.root)
             self.state = "stopped"
@@ -190,10 +190,10 @@ class Runner:
     def _forget(self):
         self.returns.clear()
         self.c2_called = False
-        self._c1_is_over()
+        self._return_from_c1()
 
-    def _c1_is_over(self):
-        """Leave C1; a fault within it calls it again."""
+    def _return_from_c1(self):
+        """Return from C1; a fault within C1 calls C1 again."""
         if self.fault_again:
             self.fault_again = False
             self.pending.add("C1")

@@ -51,7 +51,7 @@ def array_assignment(random):
 
 
 def plain(random):
-    """Return a statement that is no block."""
+    """Return a statement that is not a block."""
     kinds = [
         assignment,
         assignment,
@@ -78,7 +78,7 @@ def block(random, depth, breaks=False):
 
 def condition(random):
     if random.randrange(20) == 0:
-        return f"{random.choice(NAMES)}=3"  # no expression: Bs, and it does not hold
+        return f"{random.choice(NAMES)}=3"  # not an expression: sets Bs, and the condition is false
     return random.choice([f"{random.choice(NAMES)}<{random.randint(1, 9)}", expression(random, 2, fetches=True)])
 
 
@@ -96,7 +96,7 @@ def loop(random, depth, breaks):
 
 
 def switch(random, depth, breaks):
-    cases = [*range(4), "a+3"]  # a CASE that is no constant sets Bs
+    cases = [*range(4), "a+3"]  # a CASE without a constant sets Bs
     parts = [f"CASE {n}" for n in random.sample(cases, random.randint(0, 3))]
     if random.randrange(2):
         parts.insert(random.randint(0, len(parts)), "DEFAULT")
@@ -114,6 +114,6 @@ def program(random):
     for label in 1, 2, 3:
         lines += [f"C{label}", *block(random, 1), random.choice(["RETURN", "RETURN", "RETURNF", "RETURNI"])]
     if random.randrange(2):
-        places = [n for n, line in enumerate(lines) if not line.startswith("SWITCH")]  # nothing stands before the CASEs
+        places = [n for n, line in enumerate(lines) if not line.startswith("SWITCH")]  # none before CASE
         lines.insert(random.choice(places) + 1, "C4")
     return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""A servo motor written once more, as plain as can be: what `servo.py` and `servo_law.py` must agree with to the bit.
+"""Independent reference of a servo motor: `servo.py` and `servo_law.py` must give bit-identical results.
 
 Objects instead of arrays, amperes and torques instead of slots; only the order of the floating point operations is that
 of the original.
@@ -46,7 +46,7 @@ class ReferenceMachine:
         self.temperatures = Temperatures(motor)
 
     def turn(self, drive, pwm):
-        """One sample."""
+        """Compute one sample."""
         before = self.speed
         push = before + (self.torque_nm + self.load.gravity_torque_nm) * self.per_nm
         open_gain = 1 / (1 + self.viscous)

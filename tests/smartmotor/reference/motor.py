@@ -1,6 +1,6 @@
-"""The whole sample written once more: program, shaft, trajectory, servo law, protection, inputs, in that order.
+"""Independent reference of a whole sample: program, shaft, trajectory, servo law, protection, inputs, in that order.
 
-Each part is an object that knows nothing of arrays; `bridge.py` says which slot of the processor's state shows what.
+Each part is an object without arrays; `bridge.py` maps its attributes to slots of the processor's state.
 """
 
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ def signed(value):
 
 @dataclass
 class Index:
-    """Marks of the encoder, one in each turn of the shaft; the first one that is passed is captured."""
+    """Index marks, one per revolution of the shaft; the first mark that the shaft passes is captured."""
 
     at: int = 0
     turn: int = 2000
@@ -45,7 +45,7 @@ class Index:
         return motor.flags["Bx"] != before
 
     def _passed(self, shaft):
-        """Return the nearest mark from the last place of the shaft, excluded, to this one."""
+        """Return the nearest mark between the shaft's last position, excluded, and its present position."""
         up = (self.shaft - self.at) // self.turn * self.turn + self.turn + self.at
         down = (self.shaft - self.at - 1) // self.turn * self.turn + self.at
         return up if shaft >= up else down if shaft <= down else None
@@ -70,7 +70,7 @@ class GoPin:
 
 @dataclass
 class Limit:
-    """The positive or the negative one."""
+    """The positive or the negative limit."""
 
     pin: str
     flags: tuple
@@ -81,7 +81,7 @@ class Limit:
     soft: int = 0
 
     def check(self, motor):
-        """True if there is a fault."""
+        """True if the limit is a new fault."""
         beyond = self.way * motor.position >= self.way * self.soft
         asserted = (self.has_pin and motor.pins[self.pin]) or (motor.soft_limits and beyond)
         real_time, historical = self.flags
@@ -155,7 +155,7 @@ class ReferenceMotor:
         return self.trajectory.place // 65536 - self.position
 
     def advance(self, most):
-        """Do up to `most` samples; return the reasons to stop, and shaft and commanded positions."""
+        """Compute up to `most` samples; return the reasons to stop, and shaft and commanded positions."""
         shafts, commanded, why = [], [], set()
         while not why and len(shafts) < most:
             waits = self.runner.sample()
@@ -167,7 +167,7 @@ class ReferenceMotor:
         return why, shafts, commanded
 
     def sample(self):
-        """Do one sample; return the reasons to stop."""
+        """Compute one sample; return the reasons to stop."""
         self.sample_number += 1
         self.runner.left = self.per_sample
         busy = self.flags["Bt"]

@@ -1,7 +1,6 @@
-"""Programs and expressions written once more (6 to 8 of the base language): a tree that is walked along.
+"""Independent reference of programs and expressions (6 to 8 of the base language): an interpreter of a syntax tree.
 
-Nothing is compiled: a statement knows the block that it stands in, a block the statement that it belongs to, and what
-comes next is found by climbing up.  Arrays are bytes, as table 8.1 shows them.
+Nothing is compiled: statements and blocks refer to each other.  Arrays are bytes, as in table 8.1.
 """
 
 import re
@@ -39,7 +38,7 @@ def power(left, right):
     return left**right
 
 
-OPERATORS = (  # from what binds least on (7)
+OPERATORS = (  # from the lowest precedence to the highest (7)
     {"|": lambda a, b: a | b},
     {"!|": lambda a, b: a ^ b},
     {"&": lambda a, b: a & b},
@@ -148,7 +147,7 @@ class Text:
 
 
 def condition(text):
-    """The condition of IF, ELSEIF, WHILE and SWITCH; text that is no expression has no value, flag Bs."""
+    """The condition of IF, ELSEIF, WHILE and SWITCH; text that is not an expression has no value and sets Bs."""
     if re.search(r"(?<![=!<>])=(?!=)", text):
         return no_value
     return expression(text)
@@ -175,7 +174,7 @@ def expression(text):
 
 @dataclass(eq=False)
 class Node:
-    """A statement; IF, WHILE and SWITCH with everything in them."""
+    """A statement; IF, WHILE and SWITCH include all their parts."""
 
     number: int
     keyword: str
@@ -274,7 +273,7 @@ class Program:
     def _open(self, node, rest):
         node.value = condition(rest)
         if node.keyword == "SWITCH":
-            self._block = Block(node)  # nothing stands before the first CASE
+            self._block = Block(node)  # no statement may precede the first CASE
         else:
             self._part(node, node.value, rest)
 
@@ -296,7 +295,7 @@ class Program:
             node.keyword = "WAIT" if name == "WAIT" else "let"
             node.array, node.value, node.text = name, expression(text), word
 
-    # What comes next
+    # The next statement
 
     def begin(self, node):
         """Return the first step of a statement; labels take no time."""
@@ -314,7 +313,7 @@ class Program:
         return self.begin(row[at]) if at < len(row) else self.over(node.block)
 
     def over(self, block):
-        """Leave a block; ENDIF and ENDS take no time, LOOP and the jump past ELSE do."""
+        """Return the step after a block; ENDIF and ENDS take no time, LOOP and the jump past ELSE do."""
         owner = block.owner
         if owner is None:
             return Step("end of text", None)

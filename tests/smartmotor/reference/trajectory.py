@@ -1,4 +1,4 @@
-"""The trajectory written once more: every move by its definition, in 1/65536 count, without short cuts."""
+"""Independent reference of the trajectory: every move by its definition, in 1/65536 count."""
 
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -8,7 +8,7 @@ COUNT = 65536
 
 
 def braking(speed, rate):
-    """Return the stopping distance, `speed` in this sample and `rate` less in each further one."""
+    """Return the stopping distance from `speed`, which `rate` reduces in each further sample."""
     steps, rest = divmod(speed, rate)
     return steps * (steps + 1) // 2 * rate + (steps + 1) * rest if speed > 0 else 0
 
@@ -32,7 +32,7 @@ def nearer(value, wanted, rate):
 
 @dataclass
 class Run:
-    """The external encoder turns evenly: `ahead + done · rate` edges after `base`; at its end it has made `counts`."""
+    """A run of the external encoder at constant speed: `ahead + done · rate` edges after `base`, at last `counts`."""
 
     base: int = 0
     way: int = 1
@@ -95,7 +95,7 @@ class Master:
 
 @dataclass
 class Trajectory:
-    """Commanded place and velocity; `mode` and what it needs."""
+    """Commanded position and velocity, with `mode` and its parameters."""
 
     mode: str = "off"
     place: int = 0
@@ -110,7 +110,7 @@ class Trajectory:
     """Counts that a ratio has not turned into motion yet."""
 
     def move(self, motor, moved):
-        """Do one sample; return the reason to stop."""
+        """Compute one sample; return the reason to stop."""
         actions = {
             "position": self._position, "velocity": self._velocity, "stop": self._stop, "follow": self._follow,
             "step": self._follow, "ratio": self._ratio, "step ratio": self._ratio, "cam": self._cam,
@@ -167,7 +167,7 @@ class Trajectory:
         return motor.host.sample(self)
 
     def wrap(self, motor):
-        """Continue a position at 2^31 counts at -2^31."""
+        """Continue a position beyond 2^31 counts at -2^31."""
         inside = (self.place + 2**47) % 2**48 - 2**47
         if inside != self.place:
             turn = (inside - self.place) // COUNT
@@ -181,7 +181,7 @@ class Trajectory:
 
 @dataclass
 class Host:
-    """Host mode: (position, clock) points, of which the first is the one that was reached last."""
+    """Host mode: (position, clock) points; the first is the last point reached."""
 
     points: list = field(default_factory=list)
     passed: int = 0

@@ -1,7 +1,7 @@
-"""The dispatcher of a board with its power on: command strings in, commands performed.
+"""The dispatcher of a board with power: it reads command strings from the IDB and performs the commands.
 
-Procedures run side by side: `_take` reads command strings from the IDB into the command queue, `_obey_all` performs
-them in order; a SINGULAR command and a sequence are processes of their own; so is the pulse generator.
+Its procedures run concurrently: `_take` reads command strings from the IDB into the command queue, and `_obey_all`
+performs the commands in order.  A SINGULAR command, a sequence and a stream each have a process of their own.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,17 +23,17 @@ from axistwin.sim.registers import RegisterPort
 from axistwin.units import to_ns
 
 FLOATING = ("output1", "output2", "shutdown", "direction", "remote_acknowledge")
-"""Outputs that keep a level, and are in high impedance when the board has failed."""
+"""Outputs that are in high impedance after a failure of the board."""
 
 
 class Board(State):
-    """An 1810 or 1811 that has power.  A reset makes a new one."""
+    """An 1810 or 1811 with power.  A reset replaces this object by a new one."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
         options: Options, restart: Callable[[], None], *, encoder: bool,
     ) -> None:  # fmt: skip
-        """`encoder`: the board has the encoder interface of an 1811."""
+        """`encoder` is True for an 1811, which has an encoder interface."""
         super().__init__(clock, commands, port, pins, axis, options, encoder=encoder)
         self.handshake.on_reset = port.on_init = restart
         self.pulses.on_phase = self._phase_changed
@@ -49,13 +49,13 @@ class Board(State):
         self._processes = [clock.process(self._obey_all()), clock.process(self._take())]
 
     def power_off(self) -> None:
-        """Stop everything at once and forget it."""
+        """Stop all motion and all procedures at once."""
         self._die()
         self.handshake.close()
 
     @property
     def procedures(self) -> list[Process]:
-        """The procedures in progress."""
+        """Processes that are running on the board."""
         singular = self.host.singular, self.sequence.singular
         stream = self.stream.process, self.stream.marker_process
         possible = (*self._processes, *singular, self.sequencer.process, *stream)
@@ -63,7 +63,7 @@ class Board(State):
 
     @property
     def queued(self) -> int:
-        """Number of commands that have been taken and not yet obeyed."""
+        """Number of commands that have been read from the IDB and not yet performed."""
         return len(self._queue.items)
 
     def fail(self) -> None:
@@ -75,7 +75,7 @@ class Board(State):
         self.handshake.fail()
 
     def begin_test(self) -> None:
-        """Stop everything and begin the test."""
+        """Stop all commands and begin the test function (FFh)."""
         if self.alive:
             self.alive = False
             self.events.armed.clear()
@@ -110,7 +110,7 @@ class Board(State):
             self.handshake.ready()
             data = yield from self.handshake.next_command(drain_ns)
             yield self._queue.put(data)
-            yield self.clock.timeout(0)  # commands that take no time are done before the host finds the IDB ready
+            yield self.clock.timeout(0)  # a command that takes no time ends before the IDB is ready again
 
     def _obey_all(self) -> Procedure:
         while self.alive:
@@ -131,7 +131,7 @@ class Board(State):
             yield from self.carry_out(command, values, self.host)
 
     def accepts(self, command: Opcode) -> bool:
-        """True if a command from the host is performed now: its attributes alone decide."""
+        """True if the attributes of a host's command allow the board to perform it now."""
         needed = Accept.STREAMING if self.in_streaming_mode else Accept.INDEXER
         if self.sequencer.running:
             needed |= Accept.DURING_SEQUENCE
@@ -140,7 +140,7 @@ class Board(State):
         return needed in command.accepted and not self.excludes(command)
 
     def refresh(self) -> None:
-        """Update outputs and supervision after a change of state."""
+        """Update outputs and position tracking after a change of state."""
         tracking.refresh(self)
         self.outputs.refresh()
         self.shutdown.refresh()
@@ -164,7 +164,7 @@ class Board(State):
         self.events.happened(Happening.PLUS_LIMIT if sign > 0 else Happening.MINUS_LIMIT, self.motion.begun)
 
     def _joystick_moves(self, begins: bool) -> None:
-        """Report a move of the joystick, from zero velocity and back to it (11h)."""
+        """Report the start or the end of a motion under joystick control (11h)."""
         if not self.alive:
             return
         if begins:

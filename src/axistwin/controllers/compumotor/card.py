@@ -1,4 +1,4 @@
-"""The board in its slot: the connectors and registers, which exist with and without power (appendix C)."""
+"""The hardware of an 1810 or 1811: connectors and bus registers, with or without power (appendix C)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
@@ -29,7 +29,7 @@ PULLED_UP = (
     "home", "shutdown_in",
     "remote_enable", "at_zero", "step_in", "direction_in",
 )  # fmt: skip
-"""Inputs with pull-up resistors: open, they are high."""
+"""Inputs with pull-up resistors, which are high when nothing is connected."""
 LOW = ("cw_limit", "ccw_limit", "channel_z", "test_switch")
 """Inputs that are low on a bare board: JU5 and JU6 short the limit inputs to ground."""
 SEQUENCES = tuple(f"sequence {number}" for number in range(1, 16))
@@ -40,12 +40,12 @@ ENCODER_STEP_NS = 229
 
 
 class Card:
-    """An 1810 or 1811."""
+    """An 1810 or 1811, with or without power."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, axis: StepperAxis, options: Options, *, encoder: bool
     ) -> None:
-        """`encoder`: the board has the encoder interface of an 1811."""
+        """`encoder` is True for an 1811, which has an encoder interface."""
         self.clock, self._axis, self._options, self._encoder = clock, axis, options, encoder
         self._commands = installed(commands, options)
         self._board: Board | None = None
@@ -57,7 +57,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            self.pins[name].restless = True  # the level changes with each command
+            self.pins[name].restless = True  # the level changes at each command
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
             "cw_step": lambda: not self._steps(+1),
@@ -78,11 +78,11 @@ class Card:
         )  # fmt: skip
 
     def _steps(self, side: int) -> bool:
-        """True while CW STEP (+1) or CCW STEP (-1) is active, which is low; without power both are off."""
+        """True while the board has power and CW STEP (+1) or CCW STEP (-1) outputs a pulse, which is a low level."""
         return self._board is not None and self._board.steps(side)
 
     def _encoder_direction(self) -> bool:
-        """The quadrature detector's DIRECTION OUT: high for the encoder's positive direction; JU17 inverts it."""
+        """Return the level of DIRECTION OUT: high in the encoder's positive direction; JU17 inverts it."""
         return self._board is not None and (self._axis.encoder_direction > 0) is not self._options.invert_encoder
 
     def _busy(self) -> bool:
@@ -112,14 +112,14 @@ class Card:
             self._board.sequencer.on_command = lambda number, at: self._progress.report(SEQUENCES[number - 1], at)
 
     def programs(self) -> Mapping[str, Listing]:
-        """Return the sequence buffers; without power there are none."""
+        """Return the contents of the sequence buffers, which are lost without power."""
         return {} if self._board is None else _listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
-        """The status byte, both data buffers in hex, the answer to 88h, mode, phase, number of commands in the queue.
+        """Return the readable registers: status byte, data buffers (hex), answer to 88h, mode, phase, queued commands.
 
-        Without power all are empty; a host then reads the floating bus.
-        `sequence` and `command`: the numbers, from 1, of the sequence being performed and of its command; 0: none.
+        `sequence` and `command` are the numbers, from 1, of the sequence and the command being performed; 0: none.
+        Without power the numbers are 0 and the texts empty.
         """
         bus = self.bus
 
@@ -171,10 +171,10 @@ def _line(commands: CommandSet, string: bytes) -> str:
 def _orders(program: str) -> tuple[Order, ...]:
     return (
         Order("perform", bytes((0x41, SEQUENCES.index(program) + 1)), f"Perform {program} from its first command"),
-        Order("suspend", b"\x72", "Wait for CONTINUE when the present command is finished"),
-        Order("continue", b"\x48", "Go on with what waits for it"),
-        Order("discontinue", b"\x71", "End the sequence when its present command is finished"),
-        Order("kill", b"\x79", "End the sequence at once, and the command in progress with it"),
+        Order("suspend", b"\x72", "Wait for CONTINUE after the present command"),
+        Order("continue", b"\x48", "End a wait for CONTINUE, or an endless loop"),
+        Order("discontinue", b"\x71", "End the sequence after its present command"),
+        Order("kill", b"\x79", "End the sequence and its present command at once"),
     )
 
 

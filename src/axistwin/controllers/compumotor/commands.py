@@ -36,7 +36,7 @@ from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.compumotor.parts.pulses import Phase
 
-# SINGULAR, INDEXER, STREAMING, in and during a SEQUENCE, during streaming, while DEFINING, ENCODER: 1811 only
+# A letter for each attribute, in the order of `Accept`: SINGULAR, INDEXER, STREAMING and so on
 S, I, V, Q, C, W, D, E = Accept  # noqa: E741
 ANY = I | V | Q | C | W
 ASK = I | V | C | W
@@ -74,7 +74,7 @@ MARKER = (u16("marker", 1), u8("command"), u8("parameter 1"), u8("parameter 2"))
 INTERRUPT, DEADBAND = 0x01, 0xB5
 ENCODER_DEFINITIONS = (0x2F, 0xD4, 0xD5)
 
-# Handlers with a value of their own
+# Handlers of the commands that act on a trigger
 by_trigger = partial(partial, stop.on_trigger)
 
 # fmt: off
@@ -212,11 +212,11 @@ COMMANDS_1811 = CommandSet(
 # fmt: on
 
 COMMANDS_1810 = COMMANDS_1811.without(*(c.code for c in COMMANDS_1811 if Accept.ENCODER in c.accepted))
-"""The 1810 runs the same software without the encoder, and ignores B5h and moves by the encoder."""
+"""Commands of the 1810: the same software without an encoder, which ignores B5h and encoder moves."""
 
 
 def installed(commands: CommandSet, options: Options) -> CommandSet:
-    """The commands of a board with these options: `encoder_commands` of an 1810, `interrupt_command`."""
+    """Return the commands of a board with the options `encoder_commands` (1810 only) and `interrupt_command`."""
     if commands is COMMANDS_1810:
         if options.encoder_commands == "performed":
             commands = COMMANDS_1811.without(DEADBAND)

@@ -1,4 +1,4 @@
-"""The front of an 1810 or 1811: the status byte, the lamp, the connectors, and the answer to 88h.
+"""The front panel of an 1810 or 1811: status byte, alarm lamp, connectors, and the answer to 88h.
 
 Chapters Programming: The Status Byte (C.2), Interrupts (D); Functional check; Specifications: Inputs and Outputs;
 appendix A, 88h.
@@ -19,29 +19,29 @@ PHASES = {phase.name.lower(): phase.value for phase in Phase} | {"joystick": "mo
 
 FRONT = (
     Group("Status byte", STATUS, (
-        Lamp("7", "interrupt", "status", 7, tone=Tone.WARNING, doc="One has occurred; bits 3 to 5 tell which."),
+        Lamp("7", "interrupt", "status", 7, tone=Tone.WARNING, doc="The board interrupts; bits 3 to 5 show why."),
         Lamp("6", "interrupt mask set", "status", 6, doc="The inverse of bit 6 of the control byte."),
-        Lamp("5", "fail", "status", 5, tone=Tone.FAULT, doc="Only a reset helps: CB bit 5, the bus, or the power."),
+        Lamp("5", "fail", "status", 5, tone=Tone.FAULT, doc="Cleared by a reset: CB bit 5, the bus, or power."),
         Lamp("4", "IDB ready", "status", 4, doc="The host may write a command."),
         Lamp("3", "ODB ready", "status", 3, doc="There is a message for the host."),
-        *(Lamp(f"{n}", f"user bit {n}", "status", n, doc="Commands 08h to 0Ah; 0Fh lets it show a state.")
+        *(Lamp(f"{n}", f"user bit {n}", "status", n, doc="Set by 08h to 0Ah; with 0Fh it shows a state.")
           for n in (2, 1, 0)),
     ), row=True),
     Group("Board", "Functional check; Programming: Interrupts", (
         Lamp("ALARM", "board monitor alarm", "led", tone=Tone.FAULT, doc=(
-            "The red lamp at the board's edge: the processor has failed, or the test has ended; it must be reset.")),
+            "The red lamp at the board's edge: the board has failed or ended its test, and needs a reset.")),
         Lamp("INT", "interrupt line", "interrupt", tone=Tone.WARNING, doc="To the host, over the bus."),
         Word("", "mode", "mode", MODES),
         Word("", "motion", "phase", PHASES, unpowered="no power"),
-        Reading("", "commands waiting", "queue", doc="Taken from the IDB and not obeyed yet."),
+        Reading("", "commands waiting", "queue", doc="Read from the IDB and not performed yet."),
         Word("IDB", "input data buffer", "input", {"": "empty"}),
         Word("ODB", "output data buffer", "output", {"": "empty"}),
     )),
     Group("Move status 88h", "Appendix A: 88h", (
         Lamp("+", "plus limit active", "move", 0, tone=Tone.FAULT),
         Lamp("−", "minus limit active", "move", 1, tone=Tone.FAULT),
-        Lamp("HOME", "home switch active", "move", 2, doc="High, unless 38h says otherwise."),
-        Lamp("DIR −", "direction is minus", "move", 3, doc="The present or most recent one."),
+        Lamp("HOME", "home switch active", "move", 2, doc="Active high, unless 38h defines low."),
+        Lamp("DIR −", "direction is minus", "move", 3, doc="The present or most recent direction."),
         Lamp("MOV", "moving", "move", 4),
         Lamp("CONST", "constant, non-zero velocity", "move", 5),
         Lamp("ACC", "accelerating", "move", 6),
@@ -50,7 +50,7 @@ FRONT = (
     Group("Outputs", f"{AUXILIARY}; {DRIVER}", (
         Lamp("1", "programmable output 1", "output1", doc="Set at power-up."),
         Lamp("2", "programmable output 2", "output2", doc="Set at power-up."),
-        Lamp("RPS", "remote power shutdown", "shutdown", tone=Tone.WARNING, doc="The motor is without current."),
+        Lamp("RPS", "remote power shutdown", "shutdown", tone=Tone.WARNING, doc="The motor has no current."),
         Lamp("CW", "direction", "direction", doc="High: clockwise."),
         Lamp("STEP", "step", "step", doc="High for half a period after each pulse."),
         Lamp("CW STEP", "clockwise step", "cw_step", lit=False, doc=(
@@ -70,15 +70,15 @@ FRONT = (
     ), row=True),
     Group("Joystick", JOYSTICK, (
         Lamp("REQ", "remote enable", "remote_enable", lit=False, doc=(
-            "Low: the joystick requests the motor.  95h tells the level, and the board does nothing of itself.")),
-        Lamp("ACK", "remote acknowledge", "remote_acknowledge", doc="11h has given the motor to the joystick."),
-        Lamp("ZERO", "at zero", "at_zero", doc="The joystick gives out no pulses."),
+            "Low: the joystick requests control of the motor.  The board only reports the level (95h).")),
+        Lamp("ACK", "remote acknowledge", "remote_acknowledge", doc="The joystick controls the motor (11h)."),
+        Lamp("ZERO", "at zero", "at_zero", doc="The joystick outputs no pulses."),
     ), row=True),
 )  # fmt: skip
 FRONT_1811 = (
     *FRONT,
     Group("Encoder", ENCODER, (
-        Lamp("Z", "channel Z", "channel_z", doc="The encoder's mark, before JU16; 96h tells it behind JU16."),
+        Lamp("Z", "channel Z", "channel_z", doc="The encoder's index mark; 96h reports it as inverted by JU16."),
         Lamp("STEP", "encoder step", "encoder_step", doc="High for 229 ns after each count."),
         Lamp("DIR", "encoder direction", "encoder_direction", doc="High: positive, unless JU17 inverts it."),
     ), row=True),

@@ -1,4 +1,4 @@
-"""A host that does the handshake of chapter Reading and writing: it only sends commands and receives messages.
+"""A host program that sends commands and receives messages by the handshake of chapter Reading and writing.
 
 The host writes a command when SB bit 4 reports an IDB that is ready, and reads a message when SB bit 3 reports one.
 The host's own work takes no time.
@@ -14,7 +14,7 @@ from axistwin.sim.signal import Signal
 
 
 class Host:
-    """Serves the registers of a board until closed."""
+    """Sends commands and receives messages through the registers of a board, until closed."""
 
     def __init__(self, port: RegisterPort) -> None:
         self.port = port
@@ -26,7 +26,7 @@ class Host:
 
     @property
     def pending(self) -> int:
-        """Number of commands that the board has not taken yet."""
+        """Number of commands that have not been sent to the board yet."""
         return len(self._commands)
 
     def write(self, command: bytes) -> None:
@@ -39,7 +39,7 @@ class Host:
         return self._received.subscribe(callback)
 
     def close(self) -> None:
-        """Stop serving the registers."""
+        """Stop reading and writing the registers."""
         self._unsubscribe()
         self._commands.clear()
         self._received = Signal()
@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            self.port.clock.call_later(0, self._serve)  # the board performs one command at a time
+            self.port.clock.call_later(0, self._serve)  # later than the board's present step
 
     def _serve(self) -> None:
         self._due = False

@@ -12,21 +12,21 @@ from typing import Any
 from axistwin.controllers.commandset import Command, CommandSet, Field
 
 CCW = 0x8000
-"""The direction bit of a velocity that is streamed."""
+"""Direction bit of a streamed velocity, set for CCW."""
 LONGEST = 16
-"""Bytes of a command string, and of a message."""
+"""Maximum number of bytes in a command string, and number of bytes in a message."""
 
 
 class Accept(Flag):
     """The attributes of a command (chapter Command attributes), which decide when a command is performed."""
 
-    SINGULAR = auto()  # takes time; only one at a time
+    SINGULAR = auto()  # takes time; no two such commands run at the same time
     INDEXER = auto()  # valid in indexer mode
     STREAMING = auto()  # valid in the streaming modes
     SEQUENCE = auto()  # may be placed in a sequence buffer
     DURING_SEQUENCE = auto()  # valid from the host while a sequence is being performed
     DURING_STREAMING = auto()  # valid from the host while the streaming buffer is being performed
-    DEFINING = auto()  # valid also between D9 and D8
+    DEFINING = auto()  # performed even between D9h and D8h
     ENCODER = auto()  # 1811 only
 
 
@@ -63,7 +63,7 @@ class Ranges(Number):
 
 @dataclass(frozen=True)
 class StreamedVelocity(Number):
-    """Two bytes: the most significant bit is the direction, 1 = CCW; the other fifteen are the velocity number."""
+    """Two bytes: bit 15 is the direction (1 = CCW), the other bits are the velocity number."""
 
     def __str__(self) -> str:
         return f"{self.name} 0…{CCW - 1} {self.unit}, CCW {CCW} more"
@@ -85,7 +85,7 @@ class OneOf(Number):
     choices: tuple[int, ...] = ()
 
     def allows(self, value: int) -> bool:
-        """True if the value is a choice."""
+        """True if the value is one of the choices."""
         return value in self.choices
 
 
@@ -116,7 +116,7 @@ class Opcode(Command):
 
     @property
     def fields(self) -> tuple[Number, ...]:
-        """The parameters, as bytes."""
+        """The parameters with their sizes in bytes."""
         return tuple(field for field in self.parameters if isinstance(field, Number))
 
     @property
@@ -126,12 +126,12 @@ class Opcode(Command):
 
     @property
     def syntax(self) -> str:
-        """The opcode in hex and the parameters, with sizes other than one byte."""
+        """The opcode in hex, then the parameters, each with its size if that is not one byte."""
         parts = (f.form if f.size == 1 else f"{f.form}[{f.size}]" for f in self.fields)
         return " ".join((f"{self.opcode:02X}", *parts))
 
     def decode(self, parameters: bytes) -> tuple[Any, ...] | None:
-        """Return the values for the handler; None: the command is ignored."""
+        """Return the values for the handler, or None if the parameter bytes are invalid."""
         if len(parameters) < self.size or any(parameters[self.size :]):
             return None
         values, at = [], 0
@@ -145,12 +145,12 @@ class Opcode(Command):
         return tuple(values)
 
     def string(self, parameters: bytes) -> bytes:
-        """Return the command as stored: without surplus bytes."""
+        """Return the command string without surplus bytes."""
         return bytes([self.opcode]) + parameters[: self.size]
 
 
 def decode(commands: CommandSet, data: bytes) -> tuple[Opcode, tuple[Any, ...]] | None:
-    """Return the command of a command string, and its values; None: no valid command."""
+    """Return the command and the values in a command string, or None if the string is invalid."""
     command = commands.get(data[0]) if data else None
     if not isinstance(command, Opcode):
         return None

@@ -13,38 +13,38 @@ class Options:
     """Keywords of `bench.add("1811", ...)`."""
 
     interrupts: tuple[Interrupt, ...] = ("message_ready",)
-    """Which conditions interrupt the host: the jumpers JU18 (message_ready), JU20 (input_ready), JU19 (failed)."""
+    """Conditions that interrupt the host, by jumpers: JU18 message_ready, JU20 input_ready, JU19 failed."""
     test_switch: bool = True
     """Jumper JU15: True if the test switch on the board's edge is connected."""
     initialisation_s: float = 1.0
-    """From power-up or reset until the board accepts commands: "about one second"."""
+    """Time from power-up or reset until the board accepts commands: "about one second"."""
     drain_ms: float = 1.0
-    """From a command's CB bit 4 until SB bit 4 is set again: "in about one millisecond"."""
+    """Time from a command's CB bit 4 until SB bit 4 is set again: "in about one millisecond"."""
     reply_ms: float = 4.0
-    """From the end of `drain_ms` until the message is in the ODB; asking "usually takes about 5+ milliseconds"."""
+    """Time from the end of `drain_ms` to the reply in the ODB; a request "usually takes about 5+ milliseconds"."""
     start_ms: float = 3.0
-    """Before a calculated move begins; "within five milliseconds of receipt of the command"."""
+    """Delay before a calculated move begins; "within five milliseconds of receipt of the command"."""
     calculation_ms: float = 10.0
-    """To calculate ("crunch") a move: "less than half" of 30 ms, together with the figures above."""
+    """Time to calculate ("crunch") a move; with `drain_ms` and `start_ms` "less than half" of 30 ms."""
     step_ms: float = 1.0
-    """The processor's own time for a command in a sequence."""
+    """Time that the processor needs to begin a command of a sequence."""
     next_message_ms: float = 1.0
-    """From CB bit 7 until a waiting message is in the ODB."""
+    """Time from CB bit 7 until a waiting message is in the ODB."""
     limit_us: float = 75.0
-    """A limit input must be active for "a minimum duration of 75 microseconds"; it acts "within 200 microseconds"."""
+    """Time for which a limit input must be active before motion stops: "a minimum duration of 75 microseconds"."""
     trigger1_us: float = 200.0
-    """From a rising edge to the function of trigger 1."""
+    """Time from a rising edge of trigger 1 to its function."""
     trigger6_us: float = 400.0
-    """From a rising edge to the function of trigger 6."""
+    """Time from a rising edge of trigger 6 to its function."""
     trigger1_hold_us: float = 0.0
-    """The time for which trigger 1 must stay high before it acts.  0: the response time.
+    """Time for which trigger 1 must stay high before it acts.  0: the response time, `trigger1_us`.
 
     "Requires a hold time of 500 microseconds to be recognized"; yet "response will be within 200".
     """
     trigger6_hold_us: float = 0.0
-    """The same for trigger 6: "1 millisecond", and "within 400 microseconds"."""
+    """Time for which trigger 6 must stay high before it acts: "1 millisecond".  0: `trigger6_us`."""
     home_ms: float = 3.0
-    """The time for which the home input must keep a level: "like TRIGGERS 2 through 5", at their worst case."""
+    """Time for which the home input must keep a level: the worst case of "TRIGGERS 2 through 5"."""
     invert_z: bool = False
     """Jumper JU16: True if the encoder's channel Z is inverted."""
     invert_encoder: bool = False
@@ -52,13 +52,13 @@ class Options:
     marker_ms: float = 3.0
     """Time from a marker in the stream to the end of its command: "approximately two to four milliseconds"."""
     buffer_bytes: int = 600
-    """Memory for sequences or streaming: "about 600 decimal bytes"."""
+    """Size of the memory for sequences or streaming: "about 600 decimal bytes"."""
     command_queue: int = 16
-    """Commands taken from the IDB and not yet obeyed; full: SB bit 4 stays clear."""
+    """Number of commands that can wait after the IDB; while as many wait, SB bit 4 stays clear."""
     message_queue: int = 64
     """Number of messages that can wait for the ODB; further messages are lost."""
     interrupt_command: Literal["everywhere", "printed"] = "everywhere"
-    """Places where 01h is valid: also in sequences and markers, or in neither, as printed."""
+    """Places where 01h is valid: "everywhere", or as printed in the manual, without sequences and markers."""
     encoder_commands: Literal["kept", "performed", "ignored"] = "kept"
     """The effect of 2Fh, 35h to 37h, 3Ah, D4h and D5h on an 1810.
 
@@ -66,23 +66,23 @@ class Options:
     "performed": all commands as on an 1811 without an encoder. "ignored": no command.
     """
     stop_after_stream: Literal["ramp", "ignored"] = "ramp"
-    """The effect of 70h on a motor that a stream has left at a velocity: a ramp as of the last move, or none."""
+    """Effect of 70h on a motor that runs after a stream: the ramp of the last move, or none."""
     high_impedance: bool = False
-    """Level of the outputs in high impedance, after a failure; the connected circuit determines the level."""
+    """Level that the connected circuit gives to outputs in high impedance, after a failure of the board."""
     part_number: str = "94-003657-01A"
-    """The answer to FDh: 94-, six digits, -, two digits, one or two letters."""
+    """Answer to FDh: 94-, six digits, -, two digits, one or two letters."""
 
     def __post_init__(self) -> None:
         for name in self.interrupts:
             if name not in get_args(Interrupt):
-                raise UsageError(f"interrupts: no {name!r}: choose of {', '.join(get_args(Interrupt))}")
+                raise UsageError(f"interrupts: no {name!r}: expected one of {', '.join(get_args(Interrupt))}")
         for choice in ("interrupt_command", "encoder_commands", "stop_after_stream"):
             known = get_args(get_type_hints(Options)[choice])
             if getattr(self, choice) not in known:
-                raise UsageError(f"{choice}={getattr(self, choice)!r}: choose one of {', '.join(known)}")
+                raise UsageError(f"{choice}={getattr(self, choice)!r}: expected one of {', '.join(known)}")
         for flag in ("test_switch", "invert_z", "invert_encoder", "high_impedance"):
             if not isinstance(getattr(self, flag), bool):
-                raise UsageError(f"{flag}={getattr(self, flag)!r}: give true or false")
+                raise UsageError(f"{flag}={getattr(self, flag)!r}: expected true or false")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type in (float, "float"):
@@ -91,11 +91,11 @@ class Options:
         _check_number("command_queue", self.command_queue, 1, 1000, (int,))
         _check_number("message_queue", self.message_queue, 1, 1000, (int,))
         if self.step_ms == 0:
-            raise UsageError("step_ms=0: give a number above 0")
+            raise UsageError("step_ms=0: expected a number above 0, e.g. 1")
         if not (self.part_number.isascii() and len(self.part_number) in (13, 14)):
-            raise UsageError(f"part_number={self.part_number!r}: give 13 or 14 characters like 94-003657-01A")
+            raise UsageError(f"part_number={self.part_number!r}: expected 13 or 14 characters, e.g. 94-003657-01A")
 
 
 def _check_number(name: str, value: object, low: int, high: int, types: tuple[type, ...]) -> None:
     if isinstance(value, bool) or not isinstance(value, types) or not low <= value <= high:  # type: ignore[operator]
-        raise UsageError(f"{name}={value!r}: give a number from {low} to {high}")
+        raise UsageError(f"{name}={value!r}: expected a number from {low} to {high}")

@@ -40,11 +40,11 @@ class Status(IntFlag):
 
 
 JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Status.FAILED}
-"""The right sides of the interrupt jumpers: lines of their own, which a host may have wired and no mask affects."""
+"""Pins at the right sides of the interrupt jumpers: separate interrupt lines, which the mask does not affect."""
 
 
 class Handshake:
-    """The registers of a board that has power, from the board's side."""
+    """The board's side of the bus registers, while the board has power."""
 
     def __init__(self, clock: Clock, port: RegisterPort, pins: Mapping[str, Pin], options: Options) -> None:
         self.clock, self.port = clock, port
@@ -65,7 +65,7 @@ class Handshake:
         self._show()
 
     def close(self) -> None:
-        """The power is gone."""
+        """Discard all messages and clear all interrupt lines, at power-off."""
         self._messages.clear()
         self.port.on_control = lambda value: None
         self.port.interrupt_line.set(False)
@@ -74,7 +74,7 @@ class Handshake:
 
     @property
     def user_bits(self) -> int:
-        """Status bits 0 to 2."""
+        """User status bits: bits 0 to 2 of the status byte."""
         return int(self._status & Status.USER)
 
     @user_bits.setter
@@ -83,15 +83,15 @@ class Handshake:
 
     @property
     def failed(self) -> bool:
-        """Status bit 5."""
+        """True if the fail bit (status bit 5) is set."""
         return Status.FAILED in self._status
 
     def fail(self) -> None:
-        """The watchdog has found the board dead; only a reset helps."""
+        """Set the fail bit, as the watchdog does; only a reset clears it."""
         self._change(Status.FAILED, Status.FAILED)
 
     def ready(self) -> None:
-        """The IDB is ready for a command."""
+        """Set status bit 4: the IDB is ready for a command."""
         self._change(Status.INPUT_READY, Status.INPUT_READY)
 
     def _change(self, mask: Status, bits: Status) -> None:
@@ -99,7 +99,7 @@ class Handshake:
         self._show()
 
     def _show(self) -> None:
-        """Update the interrupt line. Interrupts are wire-ORed: a second active one changes nothing."""
+        """Update the status byte and the interrupt lines; all conditions share one interrupt line."""
         active = bool(self._status & self._jumpers) and Status.MASKED not in self._status
         self.port.status = int(self._status | (Status.INTERRUPT if active else 0))
         self.port.interrupt_line.set(active)
@@ -121,24 +121,24 @@ class Handshake:
             reported.succeed()
 
     def next_command(self, drain_ns: int) -> Procedure:
-        """Wait for a command announced by the host; return the contents of the IDB after the board has read them."""
+        """Wait until the host sets CB bit 4 and the board has read the IDB.  Return the bytes."""
         yield self._command_event
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()
 
     @property
     def full(self) -> bool:
-        """True if the message queue has no room."""
+        """True if the message queue is full."""
         return len(self._messages) >= self._most
 
     def taken(self) -> Event:
-        """An event that happens when the next message leaves the queue."""
+        """Return the event that happens when the next message leaves the queue."""
         if self._leaves is None:
             self._leaves = self.clock.event()
         return self._leaves
 
     def send(self, message: bytes) -> None:
-        """Queue a message, filled up to sixteen bytes; a full queue loses the message."""
+        """Queue a message, padded with zeros to sixteen bytes; it is lost if the queue is full."""
         if self.full:
             return
         self._messages.append(message.ljust(LONGEST, b"\0"))

@@ -98,7 +98,7 @@ RULES = (
         "D9 01\n83",
     ),
     NOT_DEFINING := Rule(
-        "CM208", "the end of no definition", W, SEQUENCES,
+        "CM208", "an end without a sequence definition", W, SEQUENCES,
         "D8 ends the definition of a sequence, but no definition has begun.",
         "D8",
     ),
@@ -108,7 +108,7 @@ RULES = (
         "41 02",
     ),
     NO_SUCH_MOVE := Rule(
-        "CM301", "a move number that is not kept", E, DEFINE,
+        "CM301", "a move number that is not stored", E, DEFINE,
         "Valid are moves 1 to 50.",
         "define_relative_move 51 00 1 1 1",
     ),
@@ -155,12 +155,12 @@ RULES = (
         STREAMING + "E0 10 00 00 01" + " 00" * 8,
     ),
     BEYOND_CLOCK := Rule(
-        "CM403", "more pulses than the clock gives", E, STREAM,
+        "CM403", "more pulses than the clock allows", E, STREAM,
         "The base clock and the divisor limit the number of pulses in one update interval.",
         DISTANCE_TIME + "E3 01 7F FF" + " 00" * 12,
     ),
     NOT_MARKED := Rule(
-        "CM404", "a command that cannot be marked", E, STREAM,
+        "CM404", "a command that cannot be in a marker", E, STREAM,
         "A marker holds a command that is valid while streaming, with two parameter bytes at most.",
         STREAMING + "EE 7F FE 7C 01 01",
     ),

@@ -31,23 +31,23 @@ from axistwin.sim.registers import RegisterPort
 from axistwin.units import MS, US
 
 INDEXER = 0x50
-"""The mode after reset; modes are named by the opcodes that enter them."""
+"""Indexer mode, the mode after reset.  The code of a mode is the opcode that enters it."""
 IN_DEADBAND = 0x80
-"""The code of 0Fh for a closed-loop error within the deadband."""
+"""State code for 0Fh: the closed-loop error is within the deadband."""
 
 
 class State(ABC):
-    """The parts of an 1810 or 1811 that has power."""
+    """The state of an 1810 or 1811 with power, as a set of parts."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
         options: Options, *, encoder: bool,
     ) -> None:  # fmt: skip
-        """`encoder`: the board has the encoder interface of an 1811."""
+        """`encoder` is True for an 1811, which has an encoder interface."""
         self.clock, self.commands, self.options, self.pins = clock, commands, options, pins
         self.start_ns, self.step_ns = ns(options.start_ms), ns(options.step_ms)
         self.alive = True
-        """True while the processor works: not during the test, nor after a failure."""
+        """False during the test function and after a failure, when the processor performs no commands."""
         self.busy_until_ns = 0
         self.handshake = Handshake(clock, port, pins, options)
         # Motion
@@ -91,23 +91,23 @@ class State(ABC):
 
     @abstractmethod
     def refresh(self) -> None:
-        """Update outputs and supervision after a change of state."""
+        """Update outputs and position tracking after a change of state."""
 
     @abstractmethod
     def begin_test(self) -> None:
-        """Abandon everything and begin the test."""
+        """Stop all commands and begin the test function (FFh)."""
 
     @abstractmethod
     def fail(self) -> None:
         """Raise the board monitor alarm."""
 
     def occupy(self, duration_ns: int) -> Event:
-        """Keep the processor busy, so that no commands are performed. Return the event of the end."""
+        """Keep the processor busy for this time, without commands.  Return the event at the end of the time."""
         self.busy_until_ns = max(self.busy_until_ns, self.clock.now + duration_ns)
         return self.clock.timeout(duration_ns)
 
     def send(self, opcode: int, data: bytes) -> None:
-        """Send a message to the host: the opcode that caused it, and data."""
+        """Send a message to the host: the opcode of the command that caused it, then `data`."""
         self.handshake.send(bytes([opcode]) + data)
 
     def excludes(self, command: Opcode) -> bool:
@@ -130,7 +130,7 @@ class State(ABC):
             self.refresh()
 
     def begin_move(self, move: Move, speed: Speed, end: int | None) -> None:
-        """Begin a move; `end`: where a preset move ends, in the pulse generator's count."""
+        """Record the start of a move.  `end`: end of a preset move, in the pulse generator's count."""
         sign = -1 if end is not None and end < self.pulses.position else +1
         self.motion = Motion(move, speed, end, self.motion.begun + 1, sign)
         self.events.happened(Happening.START, self.motion.begun)
@@ -141,7 +141,7 @@ class State(ABC):
 
     @property
     def mode(self) -> int:
-        """The mode by the opcode that enters it."""
+        """Code of the present mode: the opcode that enters it."""
         return self.stream.setting.mode if self.stream.setting else INDEXER
 
     @property
@@ -151,7 +151,7 @@ class State(ABC):
 
     @property
     def moving(self) -> bool:
-        """True while the motor is moving, under the joystick too."""
+        """True while the motor is moving, by a command or under joystick control."""
         return self.pulses.moving or self.joystick.moving
 
     @property
@@ -161,7 +161,7 @@ class State(ABC):
 
     @property
     def step_level(self) -> bool:
-        """The level of STEP: the level of STEP IN while the joystick is enabled; high impedance after a failure."""
+        """Level of the STEP output: that of STEP IN while the joystick is enabled; high impedance after a failure."""
         if self.handshake.failed:
             return self.options.high_impedance
         return self.pins["step_in"].level if self.joystick.enabled else self.pulses.step_level

@@ -1,10 +1,10 @@
-"""The motor itself: its terminals and plugs, which exist with and without power."""
+"""The SmartMotor as a device: its terminals and plugs exist with and without power."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from axistwin.controllers.product import Abilities, Order, Product, Store
-from axistwin.controllers.smartmotor.chapters.faults import ALARMS, trouble
+from axistwin.controllers.smartmotor.chapters.faults import ALARMS, inhibition
 from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.front import FRONT
@@ -29,7 +29,7 @@ from axistwin.sim.serial import Uart
 
 
 class SmartMotor:
-    """A SmartMotor as it is bolted to a machine."""
+    """A SmartMotor with its terminals, serial ports, shaft and power supply."""
 
     def __init__(self, clock: Clock, axes: Mapping[str, Any], options: Options, store: Store) -> None:
         axis: ServoAxis = axes["shaft"]
@@ -43,7 +43,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # without power, but the shaft may still turn
+        self._before: Motor | None = None  # the processor before power-off; its shaft may still turn
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
@@ -86,19 +86,21 @@ class SmartMotor:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
             return low if self._switched_on else ""
         self._motor.catch_up(changing=False)
-        return trouble(self._motor)
+        return inhibition(self._motor)
 
     def assign(self, name: str, value: int) -> None:
         """Set a variable such as `a`, a motion parameter or a gain; gains are in force at once.  Raises UsageError."""
         statement = command(f"{name}={value}")
         if self._motor is None or statement.problem is not None or not name.isalnum():
-            raise UsageError(f"{name}={value} is no assignment of a SmartMotor: expected e.g. KP=100 or a=3")
+            raise UsageError(
+                f"invalid assignment {name}={value}: expected a variable, parameter or gain, e.g. KP=100 or a=3"
+            )
         self._motor.execute(self._motor.channels[0], statement.text)
         if name in GAINS:
             self._motor.execute(self._motor.channels[0], "F")
 
     def _restart(self) -> None:
-        """Z: restart as at power-up."""
+        """Z: restart the motor as at power-up."""
         self.power(False)
         self.power(True)
 
@@ -110,10 +112,10 @@ class SmartMotor:
 
 
 GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
-"""Coefficients of the PID filter, which `F` puts into force."""
+"""Coefficients of the PID filter, which the command F puts in force."""
 ORDERS = (
     Order("RUN", b"RUN\r", "Start the stored program from the top"),
-    Order("END", b"END\r", "End the program; motion goes on"),
+    Order("END", b"END\r", "End the program; motion continues"),
 )
 PRODUCTS = {
     "smartmotor": Product(

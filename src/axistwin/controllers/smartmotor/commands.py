@@ -1,4 +1,4 @@
-"""The command table of the SmartMotor with firmware 4.76.  One line, one command.
+"""The command table of the SmartMotor with firmware 4.76, one command per line.
 
 The order is that of the guide for the base language; additions of 4.76 follow each chapter.  A code is the keyword
 with the characters that must follow: `G`, `A=`, `GOSUBn`, `PRINT()`.
@@ -28,7 +28,7 @@ from axistwin.controllers.smartmotor.serial import program_store, serial_data
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# Chapters: of the 4.76 manual with their numbers, of the guide for the base language by name
+# Chapters: those with a number are of the 4.76 manual, the others of the guide for the base language
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"
@@ -73,12 +73,12 @@ DEVICE, CHANNEL = Field("device A…H"), Field("channel", "", 0, 63)
 
 
 def kept(slot: int, field: Field) -> partial[None]:
-    """Return the handler of a parameter that is kept in a slot, within the range of its field."""
+    """Return a handler that stores a parameter in a slot, within the range of its field."""
     assert field.low is not None and field.high is not None
     return partial(modes.parameter, slot=slot, low=field.low, high=field.high)
 
 
-I = Instruction  # noqa: E741  # a table is read by its columns
+I = Instruction  # noqa: E741  # one letter, so that the table's columns fit
 N, L, X, P, C = Form.NUMBER, Form.LET, Form.AFTER, Form.ITEMS, Form.CALL
 
 # fmt: off
@@ -285,15 +285,15 @@ COMMANDS = CommandSet(
     *(I(f"PRINT{p}()", f"print on AniLink device {p}",   ANILINK,  (ITEMS,),        BOTH,   partial(reports.print_device, device=p),               P, f"PRINT{p}(item,…)") for p in "ABCDEFGH"),
 
     # Commands removed in 4.76 (1.3)
-    I("ES400",     "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter cannot be chosen any more, leave it out"),
-    I("ES1000",    "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter cannot be chosen any more, leave it out"),
+    I("ES400",     "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter is fixed: remove this command"),
+    I("ES1000",    "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter is fixed: remove this command"),
     I("KGON",      "removed",                            REMOVED,  (),              GONE,   None, instead="KG acts whenever it is not 0, KG=0 F switches it off"),
     I("KGOFF",     "removed",                            REMOVED,  (),              GONE,   None, instead="KG acts whenever it is not 0, KG=0 F switches it off"),
-    I("LIMH",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always active high, leave it out and wire normally closed switches to ground (3.1)"),
+    I("LIMH",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always active high: remove this command and wire normally closed switches to ground (3.1)"),
     I("LIML",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always active high, wire normally closed switches to ground (3.1)"),
     I("LIMN",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always directional (3.1); UCI and UDI make pins C and D ordinary inputs"),
     I("MFRATIO",   "removed",                            REMOVED,  (),              GONE,   None, instead="set the ratio with MFMUL= and MFDIV=, then MFR"),
-    I("RES=",      "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's resolution is fixed, leave it out"),
+    I("RES=",      "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's resolution is fixed: remove this command"),
     I("MD50",      "removed",                            REMOVED,  (),              GONE,   None, instead="read a pin's voltage with UAA…UGA and set T= in mode torque, MT"),
 )
 # fmt: on

@@ -24,7 +24,7 @@ LINE = "line"
 
 
 def lines_of(text: str) -> tuple[str, ...]:
-    """The lines of a text as the motor keeps it, each ended by LF."""
+    """Return the lines of a program's text as the motor stores it, each ended by LF."""
     return tuple(text.removesuffix("\n").split("\n")) if text else ()
 
 
@@ -47,7 +47,7 @@ class Rows:
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the statements to announce so that the beginning of these lines is reported; None: of all lines."""
+        """Return the statements to announce so that the start of these lines is reported; None: of all lines."""
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
         if rows is None or any(len(numbers) > 1 for numbers in found):
@@ -55,12 +55,12 @@ class Rows:
         return frozenset(number for numbers in found for number in numbers)
 
     def row(self, number: int) -> int | None:
-        """The line of a statement; None: it is the end of the program."""
+        """Return the line of a statement; None: the end of the program."""
         return self.of[number] if number < len(self.of) else None
 
 
 class Lines:
-    """The program's lines in the processor that is switched on, and their subscribers."""
+    """The lines of the stored program, and the subscribers to the running line."""
 
     def __init__(self) -> None:
         self.progress = Progress(self._attend)
@@ -76,7 +76,7 @@ class Lines:
             self._attend()
 
     def listings(self) -> Mapping[str, Listing]:
-        """The program; also without power, when nothing of it runs."""
+        """Listing of the stored program, with or without power."""
         motor = self._motor
         assert motor is not None, "it has been switched on once"
         if motor.nonvolatile.broken:
@@ -86,7 +86,7 @@ class Lines:
         return {PROGRAM_NAME: Listing(f"stored program{locked}", rows.lines, self._running(), rows.silent)}
 
     def rows(self) -> Rows:
-        """The lines of the program as it is now."""
+        """Lines of the program that is now in the memory."""
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
@@ -102,7 +102,7 @@ class Lines:
         return convert
 
     def line(self, statement: int) -> int:
-        """The line of a statement, both counted from 1; 0: of none."""
+        """Return the line number of a statement number, both from 1; 0 for no statement."""
         row = self.rows().row(statement - 1) if statement else None
         return 0 if row is None else row + 1
 
@@ -154,9 +154,7 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return the places of one code for those of the other; the place after an announcement is that of the
-    statement.
-    """
+    """Map places in one code to places in the other, for statements with and without announcement."""
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):
         moved[old + before.announcement(old)] = new + after.announcement(new)

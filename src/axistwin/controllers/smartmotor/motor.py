@@ -54,7 +54,7 @@ RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
 
 @dataclass(frozen=True)
 class Fittings:
-    """The parts that the processor is connected to; they exist without power, too."""
+    """The parts connected to the processor; these also exist without power."""
 
     axis: ServoAxis
     index: IndexLine
@@ -67,7 +67,7 @@ class Fittings:
 
 
 class Motor(Processor):
-    """The dispatcher: executes commands, statements and what follows from each event of the kernel."""
+    """The dispatcher: executes commands and statements, and handles the events of the kernel."""
 
     def __init__(self, fittings: Fittings, options: Options, restart: Callable[[], None]) -> None:
         super().__init__(fittings.axis, fittings.user_pins, fittings.brake, fittings.uarts, fittings.store, options)
@@ -109,7 +109,7 @@ class Motor(Processor):
         channel.send(host_mode.status(self))
 
     def reset(self) -> None:
-        """Z: restart as at power-up."""
+        """Z: restart the motor as at power-up."""
         self._restart()
 
     @property
@@ -132,7 +132,7 @@ class Motor(Processor):
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
             return  # already complete, or replaced
-        if compilation.go_on():
+        if compilation.step():
             self._compiled(compilation.result())
         else:
             self.clock.call_later(0, partial(self._compile, compilation))
@@ -153,7 +153,7 @@ class Motor(Processor):
             limits.update_flags(self)
 
     def power_off(self) -> None:
-        """Switch off: no command, program or protection acts from now on; the shaft coasts until it rests."""
+        """Switch the power off: commands, program and protection stop, and the shaft coasts to rest."""
         self.catch_up()
         self._inputs.close()
         for channel in self.channels:
@@ -166,7 +166,7 @@ class Motor(Processor):
             i[slot] = slot in LATCHED  # no flag can be set any more
 
     def leave(self) -> None:
-        """Hand the machine over, as it is now, to the processor of the next power-up."""
+        """Keep the present state of the machine for the processor of the next power-up."""
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]
@@ -182,7 +182,7 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Adopt the present motor and load; the position begins at 0 at any place of the shaft."""
+        """Apply the axis's motor and load; the position begins at 0 wherever the shaft is."""
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)

@@ -1,4 +1,4 @@
-"""The memory that needs no power: the program (section 15 of the base language) and the data EEPROM (section 6)."""
+"""Nonvolatile memory: the program (section 15 of the base language) and the data EEPROM (section 6)."""
 
 import json
 from dataclasses import dataclass, field
@@ -64,7 +64,7 @@ class Nonvolatile:
         return bytes(self.eeprom[place : place + size]).ljust(size, bytes((ERASED,)))
 
     def write(self, place: int, data: bytes) -> bool:
-        """Change bytes of the data EEPROM.  Return True if they differ from the old ones."""
+        """Write bytes to the data EEPROM.  Return True if a byte has changed."""
         if self.read(place, len(data)) == data:
             return False
         self.eeprom.extend((ERASED,) * (place - len(self.eeprom)))
@@ -74,4 +74,4 @@ class Nonvolatile:
 
 def _require(holds: bool, name: str) -> None:
     if not holds:
-        raise ValueError(f"{name} is wrong")
+        raise ValueError(f"invalid {name}")

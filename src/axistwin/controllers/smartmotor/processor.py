@@ -38,7 +38,7 @@ class Control(Enum):
 
 @dataclass
 class Reception:
-    """Records of host mode that are not a point of the trajectory yet (10.1)."""
+    """The host mode records received for the next point of the trajectory (10.1)."""
 
     position: int | None = None
     """A position without its clock value."""
@@ -49,7 +49,7 @@ class Reception:
 
 
 class StoredProgram(Protocol):
-    """The program in the memory, as far as program flow and fault handling use it."""
+    """The attributes of a stored program that program flow and fault handling use."""
 
     @property
     def labels(self) -> Mapping[int, int]:
@@ -64,7 +64,7 @@ class StoredProgram(Protocol):
 
 
 class Processor(Dispatcher, ABC):
-    """A processor that is switched on."""
+    """The state of a processor that is switched on, and the operations of all chapters on it."""
 
     def __init__(
         self,
@@ -106,7 +106,7 @@ class Processor(Dispatcher, ABC):
 
     @abstractmethod
     def reset(self) -> None:
-        """Start again as at power-up."""
+        """Restart the motor as at power-up."""
 
     @abstractmethod
     def _act(self, why: int) -> None:
@@ -117,8 +117,8 @@ class Processor(Dispatcher, ABC):
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
-        """Return the edges of the external encoder so far, exactly now."""
-        return self.axis.master.count + self.i[s.BY_HAND]
+        """Return the number of external encoder edges up to the present time."""
+        return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self) -> None:
         """Flag invalid text, or an impossible command: Bs, and RCHN of the host's channel."""

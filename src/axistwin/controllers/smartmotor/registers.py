@@ -11,7 +11,7 @@ from functools import cache, partial
 from axistwin.controllers.product import Follower, Register
 from axistwin.controllers.smartmotor.chapters.variables import NOTHING, TABLE
 from axistwin.controllers.smartmotor.kernel import log, state
-from axistwin.controllers.smartmotor.kernel.interpreter import AT_STATEMENT, COMPUTED, MODE_TOLD, SLOT, VARIABLE
+from axistwin.controllers.smartmotor.kernel.interpreter import AT_STATEMENT, COMPUTED, MODE_REPORTED, SLOT, VARIABLE
 from axistwin.controllers.smartmotor.kernel.state import USER_PINS
 from axistwin.controllers.smartmotor.listing import LINE, Lines
 from axistwin.controllers.smartmotor.motor import Motor
@@ -34,7 +34,7 @@ def numbers() -> Mapping[str, tuple[int, int]]:
         and variable.place != NOTHING
         and variable.name not in LEFT_OUT
     }
-    return found | {"RI": (SLOT, state.INDEX), "RMODE": (COMPUTED, MODE_TOLD), LINE: (COMPUTED, AT_STATEMENT)}
+    return found | {"RI": (SLOT, state.INDEX), "RMODE": (COMPUTED, MODE_REPORTED), LINE: (COMPUTED, AT_STATEMENT)}
 
 
 @dataclass(eq=False)
@@ -43,7 +43,7 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a follower of these names that passes on the changes of its own registers."""
+        """Return a follower of all these names that passes only the changes of this follower's registers on."""
         place = {names.index(name): k for k, name in enumerate(self.names)}
 
         def report(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
@@ -76,9 +76,7 @@ class Registers:
         return {name: Register(partial(self._value, name), _also(name), costly=name in COSTLY) for name in numbers()}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Report each change of these registers to a follower.  Several followers are possible, each with its own
-        registers.
-        """
+        """Report each change of these registers to a follower.  Each of several followers has its own registers."""
         one = _Following(tuple(names), self._lines.in_lines(names, follower))
         self._followings.append(one)
         self._follow()
@@ -113,7 +111,7 @@ class Registers:
         return names, report
 
     def _value(self, name: str) -> int:
-        """Return a register at the last sample up to now; without power 0, and no mode."""
+        """Return a register's value at the last sample; without power 0, and no mode."""
         if self._motor is None:
             return state.NO_POWER if name == "RMODE" else 0
         value = self._read(name)

@@ -8,7 +8,7 @@ from axistwin.controllers.diagnostics import Rule, Severity
 
 E, W = Severity.ERROR, Severity.WARNING
 
-# Chapters: of the 4.76 manual with their numbers, of the guide for the base language by name
+# Chapters: those with a number are of the 4.76 manual, the others of the guide for the base language
 LEXICAL, EXPRESSIONS, FLOW, F_WORD = "Lexical rules", "Variables and mathematics", "Program flow", "7.0 F="
 EQUAL, ARRAYS, CAM, ON_THE_FLY = "8.1 Forced equal sign", "8.2 Arrays", "9.1 Mode cam", "9.5 On-the-fly changes"
 LIMITATIONS, HARD, BRAKE, HOST = (
@@ -51,7 +51,7 @@ RULES = (
         "g=5 endif",
     ),
     NO_COMMENT := Rule(
-        "SM107", "a ruled line that is not a comment", E, LEXICAL,
+        "SM107", "a line of punctuation that is not a comment", E, LEXICAL,
         "A comment begins with an apostrophe and ends with the line.",
         "-----",
     ),
@@ -180,7 +180,7 @@ RULES = (
     ),
     SIZE := Rule(
         "SM301", "a cam table that is too small", W, LIMITATIONS,
-        "SIZE, the highest index of the table, is at least 4.  The motor obeys a smaller one.",
+        "SIZE, the highest index of the table, is at least 4.  The motor accepts a smaller one.",
         WIRED + "BASE=800 SIZE=3 MC G",
     ),
     TABLE := Rule(

@@ -126,7 +126,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Arm the positions of the axis, one on each side, at which the level changes."""
+        """Arm the nearest axis position on each side at which the level changes."""
         master = self._master
         axis, ratio = master.followed, master.ratio
         up, down = self._next_count(1), self._next_count(-1)
@@ -181,7 +181,7 @@ class IndexLine(Pin):
         self._force(False, rising=False)
 
     def _force(self, on: bool, *, rising: bool) -> None:
-        """Force the mark.  On a rising edge the position is captured, as at the mark, flag Bi."""
+        """Force the index line.  A rising edge captures the position and sets Bi, as the index mark does."""
         if self._motor is None:
             return
         self._motor.catch_up()

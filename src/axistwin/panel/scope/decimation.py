@@ -116,7 +116,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    low_first = seen.held - seen.low <= seen.high - seen.held  # the extreme nearer to the first value
+    low_first = seen.held - seen.low <= seen.high - seen.held  # draw the nearer extreme first
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
     values[:, 1] = np.where(busy, np.where(low_first, seen.high, seen.low), np.nan)

@@ -78,7 +78,7 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
     parts = np.rint((seen.values - low) * (TOP / (high - low)))
     parts[np.isnan(parts)] = FULL
     pairs[:, 1] = parts
-    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # keeps the last point
+    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # True: keep the last point
     return b64encode(pairs[new].tobytes()).decode()
 
 

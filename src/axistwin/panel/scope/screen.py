@@ -190,7 +190,7 @@ class Screen:
     def _triggering(self) -> tuple[Track | None, int]:
         """Return the trigger's signal, and the latest time of an edge after which the data fill the screen."""
         record = self.recorder.record
-        if record is not self._known:  # a new record of another bench
+        if record is not self._known:  # the bench was replaced
             self._known, self.hit_ns, self._searched_ns = record, None, 0
         if self.trigger.mode == OFF:
             self.hit_ns = None

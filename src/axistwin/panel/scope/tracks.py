@@ -73,7 +73,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # intervals, not single changes
+    if rows.begin is not rows.end:  # the rows are intervals, not single changes
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -127,7 +127,7 @@ class Track:
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
-        """Return the rows that begin before `to_ns`, from the row that gives the value at `from_ns`, or earlier."""
+        """Return all rows between `from_ns` and `to_ns`, and at least the last row before them."""
         size = self._size
         raw = changes(self._times[:size], self._values[:size])
         if size and raw.begin[0] <= from_ns:

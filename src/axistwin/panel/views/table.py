@@ -65,7 +65,7 @@ class _Solid:
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """Add the empty element that will contain the drawing."""
+        """Add an empty element to the page, in which the drawing is created."""
         self._room = ui.element("div").classes("solid")
         self._make()
 

@@ -1,4 +1,4 @@
-"""The position tracking addendum and the loose sheets: commands 18h, 19h, 2Fh, 35h to 37h, 98h to 9Fh, B0h to B5h."""
+"""Commands of the position tracking addendum: 18h, 19h, 2Fh, 35h to 37h, 98h to 9Fh, B0h to B5h."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from axistwin.sim.clock import Procedure
 
 
 def define_position(board: State, position: int) -> None:
-    """Command 2Fh: the present closed-loop position is `position`, signed encoder pulses.  Ignored while moving.
+    """Command 2Fh: define the present closed-loop position as `position` encoder pulses.  Ignored while moving.
 
     Every signed 32-bit number is valid.
     """
@@ -44,7 +44,10 @@ def resume(board: State) -> Procedure:
 
 
 def maintain(board: State, on: bool) -> None:
-    """Command 18h: position maintenance on or off; off after reset.  While it is on, 33h, 34h, C8h, CBh are refused."""
+    """Command 18h: switch position maintenance on or off.
+
+    Off after reset.  While it is on, preset open-loop moves (33h, 34h, C8h, CBh) are ignored.
+    """
     board.loop.on = on
     if not on:
         board.loop.give_way()
@@ -52,32 +55,32 @@ def maintain(board: State, on: bool) -> None:
 
 
 def end_on_stall(board: State, on: bool) -> None:
-    """Command 19h: a stall ends the move, or not; off after reset."""
+    """Command 19h: define if a stall ends the move; off after reset."""
     board.loop.ends_stalled_moves = on
 
 
 def set_ratio(board: State, motor: int, encoder: int) -> None:
-    """Command B0h: motor pulses per encoder pulses (encoder lines x 4), both positive."""
+    """Command B0h: define the ratio of motor pulses to encoder pulses (encoder lines x 4); both are positive."""
     board.loop.ratio = motor, encoder
     wake(board)
 
 
 def set_resolution(board: State, resolution: int) -> None:
-    """Command B1h: motor pulses per revolution."""
+    """Command B1h: define the motor pulses per revolution."""
     board.loop.resolution = resolution
     wake(board)
 
 
 def set_sigma(board: State, sigma: int) -> None:
-    """Command B2h: backlash between motor and encoder, all of it, in motor pulses."""
+    """Command B2h: define the total backlash between motor and encoder, in motor pulses."""
     board.loop.sigma = sigma
     wake(board)
 
 
 def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
-    """Command B3h: correct by K·e (1), K·√e (2) or K·e² (3), at `maximum` units of the range or less.
+    """Command B3h: define the velocity that corrects an error e: K·e (1), K·√e (2) or K·e² (3), at most `maximum`.
 
-    The product is a velocity in units of the range.  Ignored if the maximum is beyond the range.
+    Both velocities are in units of the velocity range.  Ignored if `maximum` is beyond the range.
     """
     if VELOCITY_RANGES[ranges >> 4].rate(maximum) is not None:
         board.loop.law = Law(algorithm, gain, ranges, maximum)
@@ -85,29 +88,29 @@ def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) 
 
 
 def set_teeth(board: State, teeth: int) -> None:
-    """Command B4h: rotor teeth of the motor."""
+    """Command B4h: define the number of rotor teeth of the motor."""
     board.loop.teeth = teeth
     wake(board)
 
 
 def set_deadband(board: State, deadband: int) -> None:
-    """Command B5h: largest error, in encoder pulses to either side, at which 0Fh shows state 80h. 1811 only."""
+    """Command B5h: define the largest error, in encoder pulses, for which 0Fh shows state 80h.  1811 only."""
     board.loop.deadband = deadband
     board.outputs.refresh()
 
 
 def relative_count(board: State) -> bytes:
-    """Command 98h: encoder pulses since zero velocity was left, or of the last move."""
+    """Command 98h: encoder pulses since the start of the present move, or of the whole last move."""
     return position_bytes(board.loop.relative)
 
 
 def error(board: State) -> bytes:
-    """Command 99h: desired less actual position, encoder pulses."""
+    """Command 99h: desired position minus actual position, in encoder pulses."""
     return position_bytes(board.loop.error)
 
 
 def absolute_count(board: State) -> bytes:
-    """Command 9Ah: encoder pulses from absolute zero."""
+    """Command 9Ah: position from absolute zero, in encoder pulses."""
     return position_bytes(board.loop.absolute)
 
 
@@ -117,23 +120,23 @@ def slip(board: State) -> bytes:
 
 
 def ratio(board: State) -> bytes:
-    """Command 9Ch: the ratio as it was given; zeros if it was not."""
+    """Command 9Ch: the ratio that B0h has defined; zeros before B0h."""
     motor, encoder = board.loop.ratio or (0, 0)
     return position_bytes(motor, 2) + position_bytes(encoder, 2)
 
 
 def resolution(board: State) -> bytes:
-    """Command 9Dh: motor pulses per revolution as given; 0 if they were not."""
+    """Command 9Dh: the motor pulses per revolution that B1h has defined; 0 before B1h."""
     return position_bytes(board.loop.resolution or 0)
 
 
 def sigma(board: State) -> bytes:
-    """Command 9Eh: backlash in motor pulses as given; 0 if it was not."""
+    """Command 9Eh: the backlash in motor pulses that B2h has defined; 0 before B2h."""
     return position_bytes(board.loop.sigma or 0)
 
 
 def law(board: State) -> bytes:
-    """Command 9Fh: algorithm, K, range and maximum velocity; zeros if they were not given."""
+    """Command 9Fh: algorithm, K, range and maximum velocity that B3h has defined; zeros before B3h."""
     found = board.loop.law
     return (
         position_bytes(0)

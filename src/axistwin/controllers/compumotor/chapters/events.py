@@ -1,11 +1,13 @@
-"""Interrupts on events: commands A0h to AFh.  Each event has a "next" and an "every" form, two opcodes in a row."""
+"""Interrupts on events: commands A0h to AFh.  Each event has two opcodes: for its next, and for every occurrence."""
 
 from axistwin.controllers.compumotor.state import State
 
 
 def arm(opcode: int, board: State, on: bool) -> None:
-    """Commands A0h to ABh: send a message at the next event or at every one: start of a move, constant non-zero
-    velocity of a move, end of motion, stall, hit of the + limit, hit of the - limit.  Off after reset.
+    """Commands A0h to ABh: enable or disable the message for one kind of event.
+
+    The events are: start of a move, constant non-zero velocity of a move, end of motion, stall, hit of the + limit,
+    hit of the - limit.  All messages are disabled after reset.
     """
     if on:
         board.events.armed[opcode] = board.motion.begun
@@ -14,6 +16,6 @@ def arm(opcode: int, board: State, on: bool) -> None:
 
 
 def inhibit(board: State) -> None:
-    """Command AFh: cancel the messages of A0h to AEh."""
+    """Command AFh: disable the messages of A0h to AEh."""
     board.events.armed.clear()
     board.triggers.drop(0xAC)

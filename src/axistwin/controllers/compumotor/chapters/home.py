@@ -1,7 +1,7 @@
 """Chapter Home: commands 38h, 39h, 3Ah.
 
-The edges of the home input and the final approach have physical directions, CW (+1) and CCW (-1); the start of the
-search is + or -.  Legs of a search, for the CW edge approached CW and found travelling CCW:
+The edges of the home input and the final approach have physical directions, CW (+1) and CCW (-1).  The first direction
+of the search is + or -.  Legs of a search in CCW direction for the CW edge, with final approach CW:
 
     CCW ────────────────[ active ]──────────────── CW
                                  ◄───────────────●     search at the default velocity, to the edge
@@ -31,7 +31,7 @@ from axistwin.sim.pins import Pin
 class Mark:
     """The target of a search: one edge of an input.
 
-    `steady_ns`: the time for which a level must last; `valid`: True at moments when an edge counts.
+    `steady_ns`: time for which a new level must last; `valid`: returns True while edges are accepted.
     """
 
     pin: Pin
@@ -41,12 +41,12 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level of the pin after passing the edge in this direction."""
+        """Return the level of the pin after the motor has passed the edge in this direction."""
         return self.active_level if direction == -self.edge else not self.active_level
 
 
 class EdgeObserver:
-    """Observes a pin until the level has changed to `level` and stayed there."""
+    """Triggers the event `seen` when a pin has changed to `level` and kept this level long enough."""
 
     def __init__(self, clock: Clock, mark: Mark, level: bool) -> None:
         self.clock, self.seen = clock, clock.event()
@@ -72,7 +72,7 @@ class Search:
         self._slow = VelocityProfile(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
 
     def perform(self, start: int) -> Procedure:
-        """Search, at first in this physical direction. If the edge is not found, HOME does not change."""
+        """Perform the search, at first in physical direction `start`.  HOME changes only if the edge is found."""
         board, pulses, fast = self._board, self._board.pulses, continuous(self._speed)
         seen_at = yield from self._until_seen(fast, start)
         if seen_at is None and board.limits.blocks(self._sign(start)) and not board.motion.stopped:
@@ -93,7 +93,7 @@ class Search:
         return direction if self._board.pulses.cw_is_plus else -direction
 
     def _recover(self, target: int) -> Procedure:
-        """Move back by the overshoot. Return True if the motor has reached the target."""
+        """Move back by the overshoot.  Return True if the motor has reached `target`."""
         board, pulses = self._board, self._board.pulses
         distance = target - pulses.position
         if distance and not board.motion.stopped:
@@ -105,14 +105,14 @@ class Search:
         return pulses.position == target and not board.motion.stopped
 
     def _approach(self, direction: int) -> Procedure:
-        """Move past the edge at the final velocity and stop there.  Return True if the edge has been found."""
+        """Move at the final velocity and stop at the edge.  Return True if the edge has been found."""
         seen_at = yield from self._until_seen(self._slow, direction)
         if seen_at is not None:
             self._board.pulses.kill()
         return seen_at is not None
 
     def _until_seen(self, profile: VelocityProfile, direction: int) -> Procedure:
-        """Move until the edge. Return the position of the edge, or None if the motion ended before."""
+        """Move until the edge is found.  Return its position, or None if the motion ended before."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
         if board.motion.stopped or board.blocked(sign):
@@ -132,7 +132,7 @@ class Search:
 
 
 def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
-    """Command 38h: define HOME by an edge and a level of the home input, and the final approach to this edge.
+    """Command 38h: define HOME by an edge and the active level of the home input, and the final approach to this edge.
 
     `percent`: velocity of the approach in percent of the default velocity.  For 3Ah the level is that of HOME ENABLE,
     and the edge has no effect.
@@ -153,7 +153,7 @@ def go_home(board: State, minus: bool) -> Procedure:
 
 
 def go_encoder_home(board: State, minus: bool) -> Procedure:
-    """Command 3Ah: search for the channel Z mark that comes while HOME ENABLE is active.
+    """Command 3Ah: search for the channel Z mark that occurs while HOME ENABLE is active.
 
     HOME is the edge where the mark begins in the direction of the final approach.  Ignored under the conditions of
     39h, and while position maintenance (18h) is off.

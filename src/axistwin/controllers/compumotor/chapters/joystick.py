@@ -5,14 +5,14 @@ from axistwin.sim.clock import Procedure
 
 
 def disable_joystick(board: State) -> None:
-    """Command 10h: end the joystick's control, whether the motor is moving or not."""
+    """Command 10h: end joystick control, even while the motor is moving."""
     disabled = board.joystick.disabled
     if board.joystick.enabled and disabled is not None and not disabled.triggered:
         disabled.succeed()
 
 
 def enable_joystick(board: State) -> Procedure:
-    """Command 11h: give control to the joystick until 10h.  Ignored if shut down or moving."""
+    """Command 11h: begin joystick control, which lasts until 10h.  Ignored if shut down or moving."""
     if board.shutdown.on or board.moving:
         return
     board.motion.end = None
@@ -21,7 +21,7 @@ def enable_joystick(board: State) -> Procedure:
 
 
 def shut_down(board: State, on: bool) -> None:
-    """Command 12h: remote power shutdown on or off.  While it is on, there are no moves.
+    """Command 12h: switch remote power shutdown on or off.  While it is on, the board performs no moves.
 
     Ignored if the joystick or the shutdown input is enabled, or while moving.
     """
@@ -38,12 +38,12 @@ def enable_shutdown_input(board: State, on: bool) -> None:
 
 
 def set_direction_sense(board: State, ccw_is_plus: bool) -> None:
-    """Command 14h: CW is + (00) or CCW is +.  Moves keep their signs, positions their values.  Ignored while moving."""
+    """Command 14h: define CW (00) or CCW as the + direction.  Positions do not change.  Ignored while moving."""
     if not board.occupied:
         board.pulses.cw_is_plus = not ccw_is_plus
         board.loop.encoder.face(-1 if ccw_is_plus else +1)
 
 
 def request_joystick(board: State) -> bytes:
-    """Command 95h: the joystick's request, FF while its input is high."""
+    """Command 95h: level of the joystick's request input (REMOTE ENABLE), FF while it is high."""
     return b"\xff" if board.pins["remote_enable"].level else b"\0"

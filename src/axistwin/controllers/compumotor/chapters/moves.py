@@ -16,11 +16,11 @@ from axistwin.sim.clock import Procedure
 MOST_MOVES = 0x32
 FARTHEST_ABSOLUTE = 0x3FFF_FFFF
 FARTHEST_CLOSED_LOOP = 0x7FFF_FFFF
-"""Motor pulses of a closed-loop move."""
+"""Maximum number of motor pulses in a closed-loop move."""
 
 
 def set_default(board: State, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-    """Command 31h: default velocity and acceleration, in the units of their ranges; both 0 until then.
+    """Command 31h: define default velocity and acceleration, in units of their ranges; both are 0 after reset.
 
     Ignored if the velocity is beyond its range.  Chapter Move zero.
     """
@@ -32,8 +32,9 @@ def set_default(board: State, ranges: tuple[int, int], velocity: int, accelerati
 def define(  # one argument for each parameter of the command
     kind: Kind, board: State, number: int, ranges: tuple[int, int], velocity: int, acceleration: int, target: int
 ) -> None:
-    """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50, replacing an earlier definition. Numbers 51 to 255 are
-    accepted and not stored (X2).  Ignored if the velocity is beyond its range.
+    """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50, in place of an earlier definition.
+
+    Numbers 51 to 255 are accepted and not stored (X2).  Ignored if the velocity is beyond its range.
     """
     move = Move(kind, ranges, velocity, acceleration, target)
     if move.rate is not None and number <= MOST_MOVES:
@@ -41,24 +42,25 @@ def define(  # one argument for each parameter of the command
 
 
 def delete(board: State, number: int) -> None:
-    """Command D7h: delete move 1 to 255.  Nothing happens if there is none."""
+    """Command D7h: delete move 1 to 255; no effect if the move is not defined."""
     board.library.delete(number)
 
 
 def set_start_stop(board: State, velocity: int) -> None:
-    """Command D6h: the start/stop velocity of all moves from now on, in pulses/s; 0 after reset."""
+    """Command D6h: define the start/stop velocity of all later moves, in pulses/s; 0 after reset."""
     board.start_stop = velocity
 
 
 def define_position(board: State, position: int) -> None:
-    """Command 2Eh: the present absolute position is `position`, signed pulses.  Ignored while moving."""
+    """Command 2Eh: define the present absolute position as `position` motor pulses.  Ignored while moving."""
     if not board.occupied:
         board.zero = board.pulses.position - position
 
 
 def define_zero(board: State) -> None:
-    """Command 30h: make the present position absolute zero, for both counts. Ignored while moving or with the
-    joystick enabled.
+    """Command 30h: define the present position as absolute zero of motor and encoder.
+
+    Ignored while moving or with the joystick enabled.
     """
     define_position(board, 0)
     if not board.occupied:
@@ -66,7 +68,7 @@ def define_zero(board: State) -> None:
 
 
 def go_relative(board: State, distance: int) -> Procedure:
-    """Command 33h: `distance` signed pulses at default velocity and acceleration.
+    """Command 33h: move by `distance` pulses at default velocity and acceleration.
 
     Needs the default move (31h). Ignored while moving, shut down or maintaining position.
     """
@@ -74,7 +76,7 @@ def go_relative(board: State, distance: int) -> Procedure:
 
 
 def go_absolute(board: State, position: int) -> Procedure:
-    """Command 34h: to an absolute position within ±(2³⁰-1), at default velocity and acceleration.
+    """Command 34h: move to an absolute position within ±(2³⁰-1), at default velocity and acceleration.
 
     Ignored under the conditions of 33h, and if the present position is out of that range.
     """
@@ -82,25 +84,25 @@ def go_absolute(board: State, position: int) -> Procedure:
 
 
 def go_on(board: State, minus: bool) -> Procedure:
-    """Command 32h: the default move as a continuous one.  Ignored without default move (31h)."""
+    """Command 32h: begin a continuous move at default velocity.  Ignored without default move (31h)."""
     yield from perform_default(board, Kind.CONTINUOUS, int(minus))
 
 
 def perform_default(board: State, kind: Kind, target: int) -> Procedure:
-    """A move at default velocity and acceleration.  Ignored without default move (31h)."""
+    """Perform a move at default velocity and acceleration.  Ignored without default move (31h)."""
     move = replace(board.library.default, kind=kind, target=target)
     yield from perform(board, move, board.library.calculation_ns)
 
 
 def perform_move(board: State, number: int) -> Procedure:
-    """Command 40h: perform pre-defined move 1 to 50.  Ignored if it is not defined or a move is being performed."""
+    """Command 40h: perform pre-defined move 1 to 50.  Ignored if it is undefined or another move is performed."""
     move = board.library[number]
     if move is not None:
         yield from perform(board, move, board.library.calculate_ns(number))
 
 
 def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
-    """Perform a move once the processor is ready; return when the move is finished or discontinued."""
+    """Perform a move after its calculation.  Return when the move is finished or discontinued."""
     speed = move.speed(board.start_stop)
     if speed is None or not may_perform(board, move):
         return
@@ -116,9 +118,7 @@ def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
 
 
 def may_perform(board: State, move: Move) -> bool:
-    """True if the phase allows the move: a preset move needs rest, a continuous move needs rest or constant
-    velocity.
-    """
+    """True if the move may begin: a preset move at zero velocity, a continuous move also at constant velocity."""
     if board.shutdown.on or board.joystick.enabled:
         return False
     if move.kind is Kind.CONTINUOUS:
@@ -129,7 +129,7 @@ def may_perform(board: State, move: Move) -> bool:
 
 
 def preset_distance(board: State, move: Move) -> int:
-    """Return the pulses of a relative or absolute move from here; 0: no motion."""
+    """Return the signed distance of a relative or absolute move from the present position; 0: no motion."""
     if move.kind is Kind.RELATIVE:
         return move.target
     if abs(board.absolute) > FARTHEST_ABSOLUTE:
@@ -140,7 +140,7 @@ def preset_distance(board: State, move: Move) -> int:
 def excursion(
     board: State, move: Move, speed: Speed, sign: int, profile: VelocityProfile, end: int | None = None
 ) -> Procedure:
-    """Move from zero velocity, until the move is finished or discontinued. Ignored if blocked in that direction."""
+    """Begin a move at zero velocity; return when it is finished or discontinued.  Ignored if `sign` is blocked."""
     if board.blocked(sign):
         return
     board.begin_move(move, speed, end)
@@ -169,7 +169,7 @@ def _perform_continuous(board: State, move: Move, speed: Speed) -> Procedure:
 
 
 def _perform_closed_loop(board: State, move: Move, speed: Speed) -> Procedure:
-    """Perform a closed-loop move.  Ignored without ratio, beyond the range, or at a limit in that direction."""
+    """Perform a closed-loop move.  Ignored without ratio (B0h), beyond the range, or at a limit."""
     loop = board.loop
     if loop.ratio is None or not loop.moves:
         return
@@ -189,7 +189,7 @@ def _perform_closed_loop(board: State, move: Move, speed: Speed) -> Procedure:
 
 
 def _to_pulses(counts: int, ratio: tuple[int, int], side: int) -> int:
-    """Return encoder pulses in motor pulses, rounded to the nearest; a half is rounded in the direction of `side`.
+    """Convert encoder pulses to the nearest number of motor pulses.  A half is rounded in the direction of `side`.
 
     `side` is the target of an absolute move, so the end position does not depend on the direction of the move.
     """
@@ -206,7 +206,7 @@ def _until_performed(board: State, move: Move) -> Procedure:
 
 
 def _until(board: State, *phases: Phase) -> Procedure:
-    """Wait for one of these phases.  A move that is discontinued leaves the motor at the velocity of that instant."""
+    """Wait for one of these phases.  If the move is discontinued, the motor keeps its present velocity."""
     try:
         while board.pulses.phase not in phases:
             yield board.pulses.changed()

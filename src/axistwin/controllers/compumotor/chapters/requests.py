@@ -16,12 +16,12 @@ def position_bytes(number: int, size: int = 4) -> bytes:
 
 
 def interrupt(board: State, identifier: int) -> bytes:  # noqa: ARG001  # handlers are given the board
-    """Command 01h: a message with this identifier."""
+    """Command 01h: send a message with this identifier."""
     return bytes([identifier])
 
 
 def from_start(board: State) -> bytes:
-    """Command 80h: position since zero velocity was left, in the present or most recent excursion."""
+    """Command 80h: position from the start of the present or most recent excursion, where the velocity was zero."""
     return position_bytes(board.pulses.excursion)
 
 
@@ -33,7 +33,7 @@ def from_end(board: State) -> bytes:
 
 
 def from_home(board: State) -> bytes:
-    """Command 82h: position from HOME, six bytes; HOME is where the motor was at reset until 39h or 3Ah finds it."""
+    """Command 82h: position from HOME, six bytes.  Until 39h or 3Ah finds HOME, it is the position at reset."""
     return position_bytes(board.pulses.position - board.home, 6)
 
 
@@ -48,8 +48,9 @@ def direction(board: State) -> bytes:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h: in indexer mode ranges and velocity number, always positive; while streaming the number of the
-    stream. At constant velocity, the number that defined the move.
+    """Command 85h: ranges and velocity number, always positive; in a streaming mode a streamed velocity.
+
+    At the velocity of the move, the number is that of its definition.
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)
@@ -70,7 +71,7 @@ def status(board: State) -> bytes:
 
 
 def move_bits(board: State) -> int:
-    """Return the bits of 88h."""
+    """Return the eight bits of the answer to 88h."""
     phase = board.pulses.phase
     bits = (
         board.limits.blocks(+1),
@@ -86,7 +87,7 @@ def move_bits(board: State) -> int:
 
 
 def limits(board: State) -> bytes:
-    """Command 89h: F0 the + limit is active, 0F the - limit, FF both."""
+    """Command 89h: F0 if the + limit is active, 0F if the - limit is active, FF if both are."""
     return bytes([0xF0 * board.limits.blocks(+1) | 0x0F * board.limits.blocks(-1)])
 
 
@@ -96,7 +97,7 @@ def home_switch(board: State) -> bytes:
 
 
 def _at_home_switch(board: State) -> bool:
-    """True while the home input is active: TTL high, unless 38h defines low."""
+    """True while the home input is active: high, unless 38h defines low as active."""
     active_high = board.home_definition is None or board.home_definition.active_high
     return board.pins["home"].level is active_high
 
@@ -117,8 +118,9 @@ def mode(board: State) -> bytes:
 
 
 def move_parameters(board: State, number: int) -> bytes | None:
-    """Command 91h: the definition of move 0 to 255; move 0 exists from reset on, with velocity and acceleration 0.
-    No reply for an undefined move, and while streaming only for move 0.
+    """Command 91h: the definition of move 0 to 255; no reply for an undefined move.
+
+    Move 0 is defined after reset, with velocity and acceleration 0.  While streaming, only move 0 is reported.
     """
     move = board.library[number]
     if move is None or (number and board.in_streaming_mode):
@@ -132,17 +134,17 @@ def crunched(board: State) -> bytes:
 
 
 def triggers(board: State) -> bytes:
-    """Command 94h: triggers 2 to 5 in bits 2 to 5, 1 while TTL high."""
+    """Command 94h: levels of triggers 2 to 5 in bits 2 to 5; 1 is high."""
     return bytes([sum(board.pins[f"trigger{number}"].level << number for number in LEVEL_TRIGGERS)])
 
 
 def channel_z(board: State) -> bytes:
-    """Command 96h: FF while the encoder's channel Z is high, after JU16."""
+    """Command 96h: FF while channel Z of the encoder, as inverted by JU16, is high."""
     return YES if board.pins["channel_z"].level is not board.options.invert_z else NO
 
 
 def free_bytes(board: State) -> bytes:
-    """Command E2h: bytes left for sequences, or in a streaming mode in the streaming buffer."""
+    """Command E2h: free bytes for sequences, or in a streaming mode free bytes of the streaming buffer."""
     free = board.stream.free if board.in_streaming_mode else board.sequences.free
     return free.to_bytes(4, "big")
 

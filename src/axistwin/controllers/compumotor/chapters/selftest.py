@@ -10,17 +10,17 @@ from axistwin.sim.clock import Procedure
 PULSES = 25_000
 RATE = Fraction(5_000)
 WIDTH = Fraction(3, 2_000_000)
-"""Seconds that STEP is high: "a one to two microsecond, high going, pulse"."""
+"""Width of a STEP pulse in seconds: "a one to two microsecond, high going, pulse"."""
 ONE_TURN = VelocityProfile(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),), 1 / (2 * WIDTH))
 
 
 def test_switch(board: State) -> None:
-    """Command FFh: abandon everything and perform the test; only a reset ends it."""
+    """Command FFh: stop all commands and perform the test function; only a reset ends it."""
     board.begin_test()
 
 
 def test(board: State) -> Procedure:
-    """One revolution of 25,000 pulses CCW at 5,000 Hz without a ramp, one CW; then the board monitor alarm.
+    """Turn the motor one revolution CCW, then CW, at 5,000 Hz without ramps; then raise the board monitor alarm.
 
     A limit prevents the revolution in its direction: JU5 and JU6 must be installed if there are no switches.
     """

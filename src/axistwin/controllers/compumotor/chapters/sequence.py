@@ -24,7 +24,7 @@ def repeat(board: State, count: int, times: int | None = None) -> None:
 
 
 def wait_for_continue(board: State, message: bool) -> Procedure:
-    """Command 28h: wait for CONTINUE, with a message if wished."""
+    """Command 28h: wait for CONTINUE (48h); send a message first if `message` is True."""
     if message:
         board.send(0x28, b"")
     yield from board.sequencer.wait()
@@ -36,7 +36,7 @@ def wait(unit_ns: int, board: State, count: int) -> Procedure:
 
 
 def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
-    """Command 2Ch: wait for trigger 1 to 6: a rising edge of triggers 1 and 6, a steady level of triggers 2 to 5."""
+    """Command 2Ch: wait for a rising edge of trigger 1 or 6, or for a steady level of triggers 2 to 5."""
     if trigger in EDGE_TRIGGERS:
         yield board.triggers.edge(trigger)
         return
@@ -51,9 +51,9 @@ def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
 
 
 def go_on(board: State) -> None:
-    """Command 48h, CONTINUE: end a wait or suspension, else let an endless loop end with this round.
+    """Command 48h, CONTINUE: end a wait or a suspension, or else end an endless loop after its present iteration.
 
-    Ignored if none of them is in progress.
+    Ignored if there is no wait, no suspension and no endless loop.
     """
     sequencer = board.sequencer
     if sequencer.waiting is not None:
@@ -70,7 +70,7 @@ def begin(board: State, number: int) -> None:
 
 
 def finish(board: State) -> None:
-    """Command D8h: end the definition."""
+    """Command D8h: end the definition of a sequence."""
     board.sequences.defining = None
 
 
@@ -112,17 +112,17 @@ def _perform(board: State, buffer: list[Stored]) -> Procedure:
 
 
 def list_commands(board: State, number: int) -> Procedure | None:
-    """Command 92h: a message for each command of sequence 1 to 15, and one with the null command.
+    """Command 92h: send a message for each command of sequence 1 to 15, and one with the null command.
 
     Messages that the host has not read are lost.  While the message queue is full, 92h remains in progress.
     """
     board.handshake.forget_messages()
     left = deque([*(stored.string for stored in board.sequences[number] or ()), b""])
     _fill_queue(board, left)
-    return _list_the_rest(board, left) if left else None
+    return _list_remaining(board, left) if left else None
 
 
-def _list_the_rest(board: State, left: deque[bytes]) -> Procedure:
+def _list_remaining(board: State, left: deque[bytes]) -> Procedure:
     while left:
         yield board.handshake.taken()
         _fill_queue(board, left)

@@ -1,4 +1,4 @@
-"""Chapter Stop, discontinue, suspend, kill: commands 70h to 7Fh and ACh, by command and by trigger 1 or 6.
+"""Chapter Stop, discontinue, suspend, kill: commands 70h to 7Fh and ACh, which act at once or on trigger 1 or 6.
 
 STOP ramps down; KILL of motion ends the pulses at once.  When a SINGULAR command is discontinued, the motor keeps
 its velocity.
@@ -15,8 +15,9 @@ INTERRUPT_ON_TRIGGER = 0xAC
 
 
 def stop_motion(board: State) -> None:
-    """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, the effect is that
-    of 78h. After a stream, the ramp is that of the last move, unless the option `stop_after_stream` is "ignored".
+    """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, the same as 78h.
+
+    After a stream, the ramp is that of the last move, unless the option `stop_after_stream` is "ignored".
     Without a move since reset, the motor stops at once.
     """
     pulses, speed = board.pulses, board.motion.speed
@@ -38,34 +39,34 @@ def discontinue_sequence(board: State) -> None:
 def suspend_sequence(board: State) -> None:
     """Commands 72h, 76h: suspend the sequence after its present command until CONTINUE.
 
-    During a wait for CONTINUE, that one CONTINUE is enough.
+    During a wait for CONTINUE (28h), one CONTINUE ends both the wait and the suspension.
     """
     if board.sequencer.order is Order.CONTINUE and board.sequencer.waiting is None:
         board.sequencer.order = Order.SUSPEND
 
 
 def discontinue_singular(board: State) -> None:
-    """Commands 73h, 77h: end any SINGULAR command, of the host or the sequence; a moving motor keeps its velocity."""
+    """Commands 73h, 77h: end the SINGULAR commands of host and sequence; a moving motor keeps its velocity."""
     board.host.end()
     board.sequence.end()
 
 
 def kill_motion(board: State) -> None:
-    """Commands 78h, 7Ch: end the pulses at once, as at a limit."""
+    """Commands 78h, 7Ch: end motion at once, without a ramp."""
     board.motion.stopped = True
     board.stream.end()
     board.pulses.kill()
 
 
 def kill_sequence(board: State) -> None:
-    """Commands 79h, 7Dh: end the sequence and its SINGULAR command, but not the host's.  Ignored without a sequence."""
+    """Commands 79h, 7Dh: end the sequence and its SINGULAR command.  Ignored without a sequence."""
     if board.sequencer.running:
         board.sequencer.end()
         board.sequence.end()
 
 
 def kill_and_suspend(board: State) -> None:
-    """Commands 7Ah, 7Eh: end the sequence's SINGULAR command, but not the host's; suspend the sequence until CONTINUE.
+    """Commands 7Ah, 7Eh: end the sequence's SINGULAR command, and suspend the sequence until CONTINUE.
 
     Ignored without a sequence.
     """
@@ -78,9 +79,7 @@ def kill_and_suspend(board: State) -> None:
 def on_trigger(
     opcode: int, action: Callable[[State], None] | None, board: State, trigger: int, on: bool, message: bool
 ) -> None:
-    """Commands 74h to 7Fh with trigger 1 or 6: perform the function when the trigger becomes active, with a message
-    if requested.
-    """
+    """Commands 74h to 7Fh: perform `action` when trigger 1 or 6 becomes active, with a message if requested."""
     board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
 
 

@@ -1,8 +1,8 @@
 """Chapter Velocity-streaming mode: commands 42h, 50h to 53h, 7Bh, E0h, E1h, E3h, EEh.
 
-The host sends velocities or distances in advance; a buffer holds these data.
-A velocity number V gives effective clock * V / 65536 pulses/s: a phase accumulator of 16 bits.  From one velocity to
-the next the fraction of a pulse is kept, until the motor stops or reverses.
+The host sends velocities or distances in advance, and the streaming buffer stores these data.
+Velocity number V gives effective clock * V / 65536 pulses/s, as from a phase accumulator of 16 bits.  The fraction of
+a pulse is kept from one velocity to the next, until the motor stops or reverses.
 """
 
 from fractions import Fraction
@@ -26,14 +26,14 @@ MOST_MARKER_PARAMETERS = 2
 MARKER_ATTRIBUTES = Accept.STREAMING | Accept.DURING_STREAMING
 
 
-class Performance:
-    """The performance of the streaming buffer in the present mode."""
+class StreamOutput:
+    """Outputs the contents of the streaming buffer in one streaming mode."""
 
     def __init__(self, board: State, setting: Setting) -> None:
         self._board, self._setting, self._stream, self._pulses = board, setting, board.stream, board.pulses
 
     def perform(self) -> Procedure:
-        """Perform the buffer until it ends or no motion is possible."""
+        """Output the entries of the buffer until the buffer is empty or motion is blocked."""
         board, stream = self._board, self._stream
         yield board.occupy(board.start_ns)
         marker: Marker | None = None
@@ -45,7 +45,7 @@ class Performance:
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # a callback has ended the performance
+            if not stream.performing:  # a callback has ended the stream
                 return
             if duration_ns is None:
                 break
@@ -56,7 +56,7 @@ class Performance:
         stream.finish()
 
     def _output(self, entry: Entry) -> int | None:
-        """Output an entry. Return the time until the next one in ns; None: the performance is finished."""
+        """Output an entry.  Return the time until the next entry in ns, or None at the end of the stream."""
         if self._setting.mode == VELOCITY_DISTANCE:
             return self._velocity_for_distance(*entry)
         output = self._distance if self._setting.mode == DISTANCE_TIME else self._velocity
@@ -82,7 +82,7 @@ class Performance:
         return self._run(min(wish, self._setting.rate(FASTEST)), -1 if distance < 0 else +1)
 
     def _run(self, rate: Fraction, sign: int) -> bool:
-        """Run at this velocity from now on. Return False if motion in that direction is blocked."""
+        """Change to this velocity.  Return False if motion in direction `sign` is blocked."""
         pulses = self._pulses
         if not rate:
             pulses.kill()
@@ -104,7 +104,7 @@ class Performance:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Execute a marker's command in parallel; a marker during that execution is lost."""
+        """Execute a marker's command concurrently.  Ignored while the command of another marker is executed."""
         busy = self._stream.marker_process is not None and self._stream.marker_process.is_alive
         if marker is not None and not busy:
             self._stream.marker_process = self._board.clock.process(self._carry_out(marker))
@@ -119,14 +119,14 @@ class Performance:
 
 
 def indexer_mode(board: State) -> None:
-    """Command 50h: indexer mode; the contents of the streaming buffer are lost."""
+    """Command 50h: enter indexer mode; the contents of the streaming buffer are lost."""
     board.stream.enter(None)
 
 
 def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_ms: int = 0) -> None:
-    """Commands 51h to 53h: enter a streaming mode; the sequences are lost.  Ignored while the motor is moving.
+    """Commands 51h to 53h: enter a streaming mode; all sequences are lost.  Ignored while the motor is moving.
 
-    `base`: 1 to 9, for 53h to 3; `divisor`: 1 to 16; `alarm` in bytes; `period_ms`: the update rate, 52h and 53h.
+    `base`: 1 to 9 (53h: 1 to 3); `divisor`: 1 to 16; `alarm` in bytes; `period_ms`: update period of 52h and 53h.
     """
     if not board.occupied:
         board.sequences.buffers.clear()
@@ -150,9 +150,10 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: execute a command in place of this value in the stream; opcode 00 deletes the marker. Ignored for
-    a command that is not valid while streaming, or has more than two parameters. Ignored with ten markers in use,
-    and in distance-time mode for 8000h and 8001h.
+    """Command EEh: define a marker, a value in the stream that executes a command.  Opcode 00 deletes the marker.
+
+    Ignored for a command that is not valid while streaming, or has more than two parameters.  Ignored with ten
+    markers in use, and in distance-time mode for 8000h and 8001h.
     """
     if board.mode == DISTANCE_TIME and word in NO_MARKERS_OF_DISTANCE:
         return
@@ -183,15 +184,15 @@ def perform(board: State) -> None:
     if not (
         board.stream.empty or board.host.busy or board.sequence.busy or board.joystick.enabled or board.shutdown.on
     ):
-        assert board.stream.setting is not None, "valid in streaming modes only"
+        assert board.stream.setting is not None, "42h is valid in streaming modes only"
         board.motion.end, board.motion.streamed = None, True
-        board.stream.start(Performance(board, board.stream.setting).perform())
+        board.stream.start(StreamOutput(board, board.stream.setting).perform())
 
 
 def kill_buffer(board: State) -> None:
-    """Commands 7Bh, 7Fh: empty the buffer and end its performance; the motor keeps its velocity.
+    """Commands 7Bh, 7Fh: empty the streaming buffer and end the stream; the motor keeps its velocity.
 
-    During a performance an enabled alarm is sent.
+    If a stream is ended, an enabled buffer empty alarm is sent.
     """
     if board.stream.performing:
         board.stream.end()

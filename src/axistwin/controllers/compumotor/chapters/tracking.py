@@ -20,19 +20,19 @@ UPDATE_NS = 2 * MS
 
 
 def phase_changed(board: State, phase: Phase) -> None:
-    """Update the tracking after a phase of the pulse generator, unless the phase belongs to a correction."""
+    """Update position tracking after a change of phase, except during a correction."""
     loop = board.loop
     if loop.owns_motion:
         return
     if phase is not Phase.REST:
         loop.leave_zero()
     elif loop.ended is None:
-        _come_to_rest(board)
+        _end_move(board)
     wake(board)
 
 
-def _come_to_rest(board: State) -> None:
-    """Make this position the desired one, unless a closed-loop move has another target."""
+def _end_move(board: State) -> None:
+    """Make the present position the desired position, unless a closed-loop move has another target."""
     loop = board.loop
     _detect_stall(board)
     loop.ended = loop.encoder.count
@@ -44,18 +44,18 @@ def _come_to_rest(board: State) -> None:
 
 
 def refresh(board: State) -> None:
-    """Update the tracking after the joystick; a release of the joystick ends a move."""
+    """Update position tracking when joystick control begins or ends; its end counts as the end of a move."""
     loop = board.loop
     if board.joystick.enabled:
         loop.use = Use.JOYSTICK
     elif loop.use is Use.JOYSTICK:
         loop.use, loop.ended = Use.OPEN_LOOP, None
-        _come_to_rest(board)
+        _end_move(board)
     wake(board)
 
 
 def wake(board: State) -> None:
-    """Schedule an update in 2 ms if there will be work."""
+    """Schedule an update in 2 ms if there is motion to supervise or an error to correct."""
     if not board.loop.ticking and board.alive and _busy(board):
         board.loop.ticking = True
         board.clock.call_later(UPDATE_NS, partial(_tick, board))
@@ -63,7 +63,7 @@ def wake(board: State) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if loop.ratio is None:  # tracking is impossible
+    if loop.ratio is None:  # without a ratio, no stalls are detected and no errors corrected
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)

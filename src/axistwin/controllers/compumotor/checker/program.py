@@ -1,7 +1,7 @@
-"""Diagnostics of a host's commands without running them: everything that an 1810 or 1811 would ignore.
+"""Checker for a host's commands: reports the commands that an 1810 or 1811 would ignore, without running them.
 
-`check` follows the host from power-on to power-off: definitions, the mode in force, the contents of sequences.  A board
-ignores wrong commands without a message, so all of them are reported.
+`check` follows a host's commands from power-on to power-off, with definitions, mode and sequences.  A board ignores
+wrong commands without a message, so all of them are reported.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ NEED_LOOP = (0x35, 0x36)
 LOOP_PARAMETERS = {0xB0: "ratio", 0xB1: "resolution", 0xB2: "sigma", 0xB3: "algorithm", 0xB4: "teeth"}
 RATIO, RESUME = 0xB0, 0x37
 DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
-"""Opcode of streaming data: the mode that accepts the data."""
+"""Streaming mode that accepts the data, by the opcode of the data."""
 END_OF_STREAM = -0x7FFF
 SHORTEST_NS = 2 * MS
 """The shortest duration of a velocity-distance pair."""
@@ -34,7 +34,7 @@ SHORTEST_NS = 2 * MS
 
 @dataclass(frozen=True)
 class Given:
-    """A command as sent, with its values and the place of each of its bytes."""
+    """A command that the host sends, with its values and the places of its bytes."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -43,10 +43,10 @@ class Given:
 
 @dataclass
 class Definitions:
-    """The definitions and the mode of the board after the commands so far."""
+    """The board's definitions and its mode, after the commands that have been checked."""
 
     moves: dict[int, int] = field(default_factory=dict)
-    """Opcodes of the definitions, by number."""
+    """Opcode that defined each move, by the number of the move."""
     sequences: dict[int, list[Given]] = field(default_factory=dict)
     defining: int | None = None
     begun: Given | None = None
@@ -59,7 +59,7 @@ class Definitions:
 
 
 def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Return all problems of a host's commands, in order of place. Each line is one command."""
+    """Return all problems in a host's commands, in order of position.  Each line holds one command."""
     found: set[Diagnostic] = set()
     for session in sessions:
         checker = _followed(commands, session)
@@ -69,7 +69,7 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
-    """Return the commands that may follow those of this session."""
+    """Return the commands that the board accepts after those of this session."""
     defined = _followed(commands, session).defined
 
     def may_follow(accepted: Flag) -> bool:
@@ -101,19 +101,19 @@ class _Checker:
             self._place(Given(command, values, sent))
 
     def _values(self, command: Opcode, sent: Sequence[Sent]) -> tuple[Any, ...] | None:
-        """Return the values for the handler, or None after a diagnostic."""
+        """Return the values for the handler; None if a problem has been reported."""
         here = sent[1:]
         if len(sent) > LONGEST:
-            self._say(rules.TOO_LONG, sent[LONGEST:], f"the input data buffer holds {LONGEST} bytes")
+            self._say(rules.TOO_LONG, sent[LONGEST:], f"the command is too long: expected at most {LONGEST} bytes")
             return None
         if len(here) < command.size:
-            wanted = f"{command.size} parameter byte{'s' * (command.size != 1)}"
-            message = f"{_called(command)} takes {wanted}, {len(here)} here"
+            given = f"{len(here)} parameter byte{'s' * (len(here) != 1)}"
+            message = f"{_called(command)} has {given}: expected {command.size}"
             self._say(rules.TOO_SHORT, sent[-1:], message, command.chapter)
             return None
         for surplus in here[command.size :]:
             if surplus.byte:
-                what = f"{_called(command)} takes {command.size} parameter bytes, any more must be 00"
+                what = f"surplus byte {surplus.byte:02X}: expected 00 after the {command.size} bytes of the parameters"
                 self._say(rules.SURPLUS, [surplus], what, command.chapter)
                 return None
         return self._decoded(command, here)
@@ -125,7 +125,9 @@ class _Checker:
             data = bytes(sent.byte for sent in part)
             value = parameter.decode(data)
             if value is None:
-                self._say(rules.RANGE, part, f"{data.hex(' ').upper()} is out of range: {parameter}", command.chapter)
+                self._say(
+                    rules.RANGE, part, f"{data.hex(' ').upper()} is out of range: expected {parameter}", command.chapter
+                )
                 return None
             if not isinstance(parameter, DontCare):
                 values.append(value)
@@ -150,12 +152,12 @@ class _Checker:
             self._follow(given)
 
     def _value_rules(self, given: Given) -> None:
-        """Check values that are in range each, but impossible together."""
+        """Report values that are each within their range, but invalid in combination."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])
             if values[0] > 50:
-                message = f"move {values[0]} is not kept: there are moves 1 to 50"
+                message = f"move {values[0]} is not stored: expected 1 to 50"
                 self._about(rules.NO_SUCH_MOVE, given, message, given.sent[1:2])
         elif opcode == 0x31 and any(values[1:]):
             self._move_rules(given, *values)
@@ -163,12 +165,14 @@ class _Checker:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3:7]  # the velocity, at the same place in all these commands
+        at = given.sent[3:7]  # the velocity is in bytes 3 to 6 of all these commands
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
-            self._about(rules.VELOCITY, given, f"velocity {velocity} is beyond range {ranges[0]}: {most} at most", at)
+            self._about(
+                rules.VELOCITY, given, f"velocity {velocity} is beyond range {ranges[0]}: expected at most {most}", at
+            )
         elif not acceleration:
-            self._about(rules.ACCELERATION, given, "with acceleration 0 this move is never performed")
+            self._about(rules.ACCELERATION, given, "acceleration 0: the move is never performed")
 
     def _follow(self, given: Given) -> None:
         opcode, values, defined = given.command.opcode, given.values, self.defined
@@ -194,7 +198,7 @@ class _Checker:
                 self._perform(given)
 
     def _perform(self, given: Given) -> None:
-        """Follow a command as it is performed, from the host or from a sequence."""
+        """Update the definitions as the board does when it performs a command of the host or of a sequence."""
         opcode, values, defined = given.command.opcode, given.values, self.defined
         if opcode in DEFINITIONS:
             defined.moves[values[0]] = opcode
@@ -216,10 +220,10 @@ class _Checker:
         if number not in defined.moves:
             self._about(rules.NO_MOVE, given, f"move {number} is not defined here", given.sent[1:2])
         elif defined.moves[number] in CLOSED_LOOP and self.commands.get(RESUME) is None:
-            what = f"not performed: move {number} is a closed-loop move, and an 1810 has no encoder"
+            what = f"not performed: move {number} is a closed-loop move, but an 1810 has no encoder"
             self._about(rules.NO_ENCODER, given, what)
         elif defined.moves[number] in CLOSED_LOOP and RATIO not in defined.loop:
-            what = f"ignored: B0 (ratio) has not been given, and move {number} is a closed-loop move"
+            what = f"ignored: B0 (ratio) must be sent first, because move {number} is a closed-loop move"
             self._about(rules.NOT_GIVEN, given, what)
 
     def _needs(self, given: Given) -> None:
@@ -230,7 +234,7 @@ class _Checker:
         if opcode in NEED_LOOP:
             missing += [f"{code:02X} ({name})" for code, name in LOOP_PARAMETERS.items() if code not in defined.loop]
         if missing:
-            self._about(rules.NOT_GIVEN, given, f"ignored: {', '.join(missing)} has not been given")
+            self._about(rules.NOT_GIVEN, given, f"ignored: {', '.join(missing)} must be sent first")
 
     def _trigger(self, given: Given) -> None:
         opcode, defined = given.command.opcode, self.defined
@@ -242,7 +246,7 @@ class _Checker:
             if busy == opcode:
                 del defined.triggers[trigger]
         elif busy not in (None, opcode):
-            what = f"ignored: trigger {trigger} has a function, {busy:02X}, that must be disabled first"
+            what = f"ignored: trigger {trigger} already has the function {busy:02X}, which must be disabled first"
             self._about(rules.TRIGGER, given, what)
         else:
             defined.triggers[trigger] = opcode
@@ -268,7 +272,7 @@ class _Checker:
                 inside -= 1
                 continue
             if count > left:
-                self._about(rules.LOOP_TOO_LONG, given, f"the loop is to repeat {count} commands, but {left} follow")
+                self._about(rules.LOOP_TOO_LONG, given, f"the loop repeats {count} commands, but {left} follow")
             inside = count
 
     def _perform_sequence(self, given: Given) -> None:
@@ -284,14 +288,14 @@ class _Checker:
         """Check for an unfinished definition after the last command."""
         defined = self.defined
         if defined.defining is not None and defined.begun is not None:
-            self._about(rules.UNENDED, defined.begun, "the definition of this sequence never ends: D8 is missing")
+            self._about(rules.UNENDED, defined.begun, "the definition of this sequence never ends: expected D8")
             self._loops(defined.sequences[defined.defining])
 
     def _data(self, given: Given) -> None:
         opcode, mode = given.command.opcode, self.defined.mode
-        assert mode is not None, "only then it is valid"
+        assert mode is not None, "E0, E1 and E3 are valid in streaming modes only"
         if mode.command.opcode != DATA[opcode]:
-            what = f"ignored: this data is for mode {DATA[opcode]:02X}, in force is {mode.command.opcode:02X}"
+            what = f"ignored: data for mode {DATA[opcode]:02X}, but the present mode is {mode.command.opcode:02X}"
             self._about(rules.OTHER_MODE, given, what)
             return
         clock = BASE_CLOCKS[mode.values[0]] / mode.values[1]
@@ -300,14 +304,16 @@ class _Checker:
                 rate = clock * (velocity & 0x7FFF) / FULL
                 if rate and distance and distance * S < rate * SHORTEST_NS:
                     pair = given.sent[1 + 4 * number : 5 + 4 * number]
-                    what = f"this pair lasts {float(distance / rate * 1000):.3g} ms: each must last 2 ms at least"
+                    what = f"this pair lasts {float(distance / rate * 1000):.3g} ms: expected 2 ms or more"
                     self._say(rules.SHORT_PAIR, pair, what)
         elif opcode == 0xE3:
             most = clock / 2 * mode.values[3] / 1000
             for number, distance in enumerate(given.values[1 : 1 + given.values[0]]):
                 if distance != END_OF_STREAM and abs(distance) > most:
                     at = given.sent[2 + 2 * number : 4 + 2 * number]
-                    what = f"{abs(distance)} pulses in {mode.values[3]} ms are beyond the clock: {int(most)} at most"
+                    what = (
+                        f"{abs(distance)} pulses in {mode.values[3]} ms exceed the clock: expected at most {int(most)}"
+                    )
                     self._about(rules.BEYOND_CLOCK, given, what, at)
 
     def _marker(self, given: Given) -> None:
@@ -317,14 +323,15 @@ class _Checker:
         needed = Accept.STREAMING | Accept.DURING_STREAMING
         if not isinstance(marked, Opcode) or needed not in marked.accepted or marked.size > 2:
             what = (
-                f"{given.values[1]:02X} cannot be marked: it must be valid while streaming, with two parameters at most"
+                f"{given.values[1]:02X} cannot be in a marker: expected a command that is valid while streaming, "
+                "with at most two parameters"
             )
             self._about(rules.NOT_MARKED, given, what, given.sent[3:4])
 
     def _about(
         self, rule: Rule, given: Given, message: str, sent: Sequence[Sent] | None = None, fix: Fix | None = None
     ) -> None:
-        """Report a finding about a command, or about some of its bytes, with the command's chapter."""
+        """Report a problem of a command, or of some of its bytes, with the chapter of the command."""
         self._say(rule, given.sent if sent is None else sent, message, given.command.chapter, fix)
 
     def _say(
@@ -334,11 +341,14 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Return the reason for which this mode ignores a command outside a sequence definition, or None."""
+    """Return the rule and the reason by which the board ignores a command in this mode, or None.
+
+    Commands within the definition of a sequence are excepted.
+    """
     if not accepted & (Accept.INDEXER | Accept.STREAMING):
-        return rules.ONLY_IN_SEQUENCE, "means something in a sequence only"
+        return rules.ONLY_IN_SEQUENCE, "is valid in a sequence only"
     if not streaming and Accept.INDEXER not in accepted:
-        return rules.ONLY_STREAMING, "is for the streaming modes"
+        return rules.ONLY_STREAMING, "is valid in a streaming mode only"
     if streaming and Accept.STREAMING not in accepted:
         return rules.NOT_STREAMING, "is not valid in a streaming mode"
     return None

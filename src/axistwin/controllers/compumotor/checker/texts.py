@@ -1,4 +1,4 @@
-"""Commands as users write them, and explanations of messages.
+"""Text form of commands, as users write them, and explanations of commands and messages.
 
 A command is written in hex, `33 00 00 61 A8`, or by its name in the table: `go_relative 25000`.  Values are
 decimal, or hex after 0x; ranges are their two digits, such as 00 or 51; a switch is 0 or 1, off or on, + or -.
@@ -34,16 +34,16 @@ def name_of(command: language.Opcode) -> str:
 
 @dataclass(frozen=True)
 class Words:
-    """The language of a model."""
+    """Converter between the commands or messages of one model and their text."""
 
     commands: CommandSet
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a command in hex or by its name.  Raise ProgramError with the column, from 1."""
+        """Return the bytes of a command in hex or by its name.  Raise ProgramError with the column, counted from 1."""
         return bytes(placed.byte for placed in self.placed(text))
 
     def placed(self, text: str) -> list[Placed]:
-        """Return the bytes of a command, each with its place."""
+        """Return the bytes of a command, each with the column of its text."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         if not words:
             raise ProgramError("the command is missing: expected e.g. 33 00 00 61 A8, or go_relative 25000", column=1)
@@ -51,27 +51,29 @@ class Words:
         if len(found) > language.LONGEST:
             column = found[language.LONGEST].column + 1
             raise ProgramError(
-                f"a command has at most {language.LONGEST} bytes", column=column, code=rules.TOO_LONG.code
+                f"the command is too long: expected at most {language.LONGEST} bytes",
+                column=column,
+                code=rules.TOO_LONG.code,
             )
         return found
 
     def message(self, text: str) -> bytes:
-        """Return a message in hex, filled up with zeros as by the board."""
+        """Return the bytes of a message in hex, padded with zeros to the length of a message."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         data = bytes(placed.byte for placed in _hex(words))
         if len(data) > language.LONGEST:
-            raise ProgramError(f"a message has {language.LONGEST} bytes", column=1)
+            raise ProgramError(f"the message is too long: expected at most {language.LONGEST} bytes", column=1)
         return data.ljust(language.LONGEST, b"\0") if data else b""
 
     def explain(self, command: bytes) -> str:
-        """Return the explanation of a command."""
+        """Return the name of a command and its values, as text."""
         found = language.decode(self.commands, command)
         if found is None:
             return "means nothing"
         return _sentence(found[0].name, _values(found[0].fields, command[1:]))
 
     def explain_message(self, message: bytes) -> str:
-        """Return the explanation of a message."""
+        """Return the meaning of a message and its values, as text."""
         opcode, data = message[0], message[1:]
         command = COMMANDS_1811.get(opcode)
         if not isinstance(command, language.Opcode):
@@ -88,7 +90,9 @@ class Words:
         fields = [field for field in command.fields if not isinstance(field, language.DontCare)]
         if len(words) - 1 != len(fields):
             wanted = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
-            raise _wrong(rules.NUMBER_OF_VALUES, words[0], f"{words[0][0]} takes {wanted}: {len(words) - 1} given")
+            given = f"{len(words) - 1} value{'s' * (len(words) != 2)}"
+            message = f"{words[0][0]} has {given}: expected {wanted}"
+            raise _wrong(rules.NUMBER_OF_VALUES, words[0], message)
         values = iter(words[1:])
         found = [Placed(command.opcode, words[0].start(), len(words[0][0]))]
         for field in command.fields:
@@ -125,7 +129,7 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
 def _value(field: language.Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
-        raise _wrong(rules.WORD, word, f"{field.name}: {shortened(word[0])} is invalid: {_wanted(field)}")
+        raise _wrong(rules.WORD, word, f"{field.name}: {shortened(word[0])} is invalid: expected {_wanted(field)}")
     return field.encode(value)
 
 
@@ -145,7 +149,7 @@ def _read(field: language.Number, text: str) -> Any:
 
 def _wanted(field: language.Number) -> str:
     if isinstance(field, language.Ranges):
-        return "velocity range 0 to 5 and acceleration range 0 to 2, such as 00"
+        return "the digits of velocity range (0 to 5) and acceleration range (0 to 2), e.g. 00"
     if isinstance(field, language.Switch):
         return f"one of {', '.join(SWITCHES)}"
     return f"a number, {field}"
@@ -159,9 +163,9 @@ _RANGES = language.Ranges("ranges")
 _TRIGGER = (language.u8("trigger"),)
 
 _INDEXED = _RANGES, language.u32("velocity")
-"""The answer to 85h in indexer mode."""
+"""Fields of the answer to 85h in indexer mode."""
 _STREAMED = (language.StreamedVelocity("velocity", "effective clock/65536", size=2),)
-"""The answer to 85h in a streaming mode."""
+"""Fields of the answer to 85h in a streaming mode."""
 
 LAYOUTS: dict[int, tuple[language.Number, ...]] = {
     0x01: (language.u8("identifier"),),
@@ -182,7 +186,7 @@ LAYOUTS: dict[int, tuple[language.Number, ...]] = {
     0x9F: (language.u8("algorithm"), language.u8("constant"), _RANGES, language.u32("maximum velocity")),
     0xE2: (language.u32("bytes"),),
 }
-"""Messages that are numbers, by the opcode they begin with."""
+"""Fields of the messages that consist of numbers, by the opcode of the message."""
 
 STATUS = ("+ limit", "- limit", "home", "direction -", "moving", "constant velocity", "accelerating", "decelerating")
 LIMITS = {0x00: "none", 0x0F: "-", 0xF0: "+", 0xFF: "both"}
@@ -209,7 +213,7 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if an answer to 85h is a streamed velocity: the ranges do not exist, or the velocity is beyond every range.
+    """True if an answer to 85h is a streamed velocity, because it is not a valid velocity of indexer mode.
 
     A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
     """

@@ -5,7 +5,10 @@ from enum import IntEnum
 
 
 class Happening(IntEnum):
-    """An event with a message on request; the value is the opcode of the message's "next" form, "every" is one more."""
+    """Events for which a host can request messages.
+
+    The value is the opcode that requests a message for the next event; value + 1 requests one for every event.
+    """
 
     START = 0xA0
     CONSTANT = 0xA2
@@ -20,16 +23,19 @@ OF_A_MOVE = (Happening.START, Happening.CONSTANT)
 
 
 class Events:
-    """The requested messages."""
+    """Sends the messages that the host has requested for events."""
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
-        """Called at every stall and limit hit, with or without a requested message."""
-        self.armed: dict[int, int] = {}  # by opcode: the number of moves begun before the request
+        """Called at every stall and limit hit, even if no message is requested."""
+        self.armed: dict[int, int] = {}  # number of moves that began before the request, by its opcode
 
     def happened(self, what: Happening, begun: int) -> None:
-        """Send the requested messages.  A move that had begun before the request does not count."""
+        """Send the requested messages for an event of move number `begun`.
+
+        The start and the constant velocity of a move that began before the request cause no message.
+        """
         if what in ALARMS:
             self.on_fault(ALARMS[what])
         for opcode in (what, what + 1):

@@ -8,9 +8,7 @@ from axistwin.sim.pins import Pin
 
 
 class Joystick:
-    """An 852 joystick at the board: while the joystick is enabled, its pulses go straight to the motor and are
-    counted.
-    """
+    """The connector of an 852 joystick; while enabled, the joystick's pulses go to the motor and are counted."""
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator) -> None:
         self._pins, self._pulses = pins, pulses
@@ -25,7 +23,7 @@ class Joystick:
         ]
 
     def close(self) -> None:
-        """Stop at power-off."""
+        """Disable the joystick and stop observing its pins, at power-off."""
         for unsubscribe in self._unsubscribe:
             unsubscribe()
         self.enabled = False
@@ -36,7 +34,7 @@ class Joystick:
         return self.enabled and not self._pins["at_zero"].level
 
     def control(self, disabled: Event) -> Procedure:
-        """Give the motor to the joystick until `disabled` happens or the command ends."""
+        """Let the joystick control the motor until the event `disabled` happens or the command ends."""
         self.enabled, self.disabled = True, disabled
         self._pins["remote_acknowledge"].set(True)
         self._update()
@@ -62,7 +60,7 @@ class Joystick:
 
 
 class Shutdown:
-    """Remote power shutdown: by the joystick if enabled, else by the input if enabled (13h), else by command 12h."""
+    """Remote power shutdown, by the shutdown input if the joystick or 13h enables the input, else by command 12h."""
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator, joystick: Joystick) -> None:
         self._pins, self._pulses, self._joystick = pins, pulses, joystick
@@ -70,7 +68,7 @@ class Shutdown:
         self.close = pins["shutdown_in"].subscribe(lambda pin: self.refresh())
 
     def refresh(self) -> None:
-        """Update the output; a moving motor is not shut down."""
+        """Update the shutdown output; a moving motor is not shut down."""
         by_input = self._joystick.enabled or self.input_enabled
         wanted = not self._pins["shutdown_in"].level if by_input else self.commanded
         if not (wanted and (self._pulses.moving or self._joystick.moving)):

@@ -1,4 +1,4 @@
-"""Moves and HOME as defined, the library of pre-defined moves, and the present or most recent move."""
+"""Definitions of moves and of HOME, the library of pre-defined moves, and the present or most recent move."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -11,7 +11,7 @@ from axistwin.sim.clock import Clock
 
 
 class Kind(IntEnum):
-    """The types of moves: the opcodes that define them."""
+    """Types of moves, each with the opcode that defines such a move."""
 
     RELATIVE = 0xC8
     ABSOLUTE = 0xCB
@@ -25,7 +25,7 @@ CLOSED_LOOP = (Kind.RELATIVE_ENCODER, Kind.ABSOLUTE_ENCODER)
 
 @dataclass(frozen=True)
 class Move:
-    """A move as defined.  `target`: pulses, a position, or for continuous moves the direction byte."""
+    """The definition of a move.  `target` is a distance, a position, or the direction byte of a continuous move."""
 
     kind: Kind
     ranges: tuple[int, int]
@@ -35,23 +35,23 @@ class Move:
 
     @cached_property
     def rate(self) -> Fraction | None:
-        """Return pulses/s, or None beyond the range."""
+        """Velocity in pulses/s; None if it is beyond the velocity range."""
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
 
     @property
     def xy(self) -> int:
-        """The byte with both ranges."""
+        """The byte with the velocity range and the acceleration range."""
         return self.ranges[0] << 4 | self.ranges[1]
 
     def speed(self, start_stop: int) -> Speed | None:
-        """Return velocity and acceleration in pulses; None if the acceleration is 0."""
+        """Return velocity and acceleration in units of pulses and seconds; None if the acceleration is 0."""
         per_second = acceleration(self.ranges, self.acceleration)
         if self.rate is None or not per_second:
             return None
         return Speed(self.rate, per_second, VELOCITY_RANGES[self.ranges[0]], Fraction(start_stop))
 
     def definition(self, number: int) -> bytes:
-        """The defining bytes: type, number, ranges, velocity, acceleration, target."""
+        """Return the bytes that define the move: type, number, ranges, velocity, acceleration, target."""
         continuous = self.kind is Kind.CONTINUOUS
         target = bytes([self.target, 0, 0, 0]) if continuous else self.target.to_bytes(4, "big", signed=True)
         numbers = self.velocity.to_bytes(4, "big") + self.acceleration.to_bytes(4, "big")
@@ -59,16 +59,16 @@ class Move:
 
 
 NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
-"""Move zero after reset, reported until a first move has begun."""
+"""Move zero after reset, which requests report until a first move has begun."""
 
 
 class Library:
-    """The pre-defined moves.  The processor "crunches" moves one after the other, in its spare time."""
+    """The pre-defined moves.  The processor calculates ("crunches") them one by one while it is idle."""
 
     def __init__(self, clock: Clock, calculation_ns: int) -> None:
         self.clock, self.calculation_ns = clock, calculation_ns
         self.default = NO_MOVE
-        """Move zero (31h), which is not calculated in advance.  Without acceleration it is not defined."""
+        """Move zero (31h), which is not calculated in advance.  It is not performed while its acceleration is 0."""
         self._moves: dict[int, Move] = {}
         self._ready_ns: dict[int, int] = {}
         self._idle_ns = 0
@@ -109,19 +109,19 @@ class Motion:
     move: Move | None = None
     speed: Speed | None = None
     end: int | None = None
-    """The end of a preset move, in the pulse generator's count."""
+    """End position of a preset move, in the pulse generator's count."""
     begun: int = 0
     sign: int = +1
-    """The direction of a preset move; corrections do not change it."""
+    """Direction of a preset move, which corrections do not change."""
     stopped: bool = False
-    """True after a stop or kill: nothing of the move is still to come."""
+    """True after a stop or kill: the remaining parts of the move are not performed."""
     at_limit: bool = False
     streamed: bool = False
 
 
 @dataclass(frozen=True)
 class HomeDefinition:
-    """Command 38h.  `edge`: the side of the active region that is HOME; `final`: the direction of the last approach."""
+    """The definition of HOME (38h).  `edge`: side of the active region; `final`: direction of the final approach."""
 
     active_high: bool
     edge: int

@@ -1,4 +1,4 @@
-"""Chapter Limit switch inputs: an active limit ends motion in its direction at once, and inhibits a new one."""
+"""Chapter Limit switch inputs: an active limit ends motion in its direction at once, and prevents new motion."""
 
 from collections.abc import Callable
 from functools import partial
@@ -9,7 +9,7 @@ from axistwin.sim.pins import Pin
 
 
 class Limits:
-    """Both inputs, active high; +1 is the CW limit, -1 the CCW one."""
+    """The two limit inputs, active high: +1 is the CW limit, -1 the CCW limit."""
 
     def __init__(self, clock: Clock, pulses: PulseGenerator, cw: Pin, ccw: Pin, filter_ns: int) -> None:
         self.clock, self._pulses, self._filter_ns = clock, pulses, filter_ns
@@ -20,7 +20,7 @@ class Limits:
         self._unsubscribe = [pin.subscribe(partial(self._changed, side)) for side, pin in self._pins.items()]
 
     def close(self) -> None:
-        """Stop at power-off."""
+        """Stop observing the limit inputs, at power-off."""
         for unsubscribe in self._unsubscribe:
             unsubscribe()
         self._changes = dict.fromkeys(self._pins, -1)

@@ -1,4 +1,4 @@
-"""Chapter Command attributes, SINGULAR: a command that takes time. An owner performs one SINGULAR command at a time.
+"""SINGULAR commands, which take time (chapter Command attributes): each owner performs one of them at a time.
 
 The two owners are the host and the sequence.  79h and 7Ah end the SINGULAR command of the sequence only; 73h ends both.
 """
@@ -11,7 +11,7 @@ from axistwin.sim.clock import Clock, Procedure, Process, interrupt, kill
 
 
 class Owner:
-    """The host, or the sequence, with its SINGULAR command."""
+    """The host or the sequence, as the source of a SINGULAR command."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -23,7 +23,7 @@ class Owner:
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:
-        """Perform a SINGULAR command; call `ended` after its end."""
+        """Perform a SINGULAR command as a process, and call `ended` after its end."""
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:

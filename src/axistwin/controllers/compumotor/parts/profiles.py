@@ -1,6 +1,6 @@
-"""Chapter Indexer mode, profiles: linear ramps, updated every 2 ms, from and to the start/stop velocity.
+"""Velocity profiles of chapter Indexer mode: linear ramps, updated every 2 ms, from and to the start/stop velocity.
 
-A preset move ends on the pulse.  Where its ramps do not fit it is a triangle and has no constant velocity.
+A preset move makes the exact number of pulses.  A move too short for its ramps is a triangle without constant velocity.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tu
 
 @lru_cache(maxsize=64)
 def _way_up(speed: Speed) -> QuantisedRamp:
-    """Return the ramp from zero velocity; empty at or below the start/stop velocity."""
+    """Return the acceleration from zero velocity to the rate; empty at or below the start/stop velocity."""
     base = speed.base
     if speed.rate <= base:
         return QuantisedRamp((), speed.rate, UPDATE)
@@ -48,7 +48,7 @@ def _way_up(speed: Speed) -> QuantisedRamp:
 
 @lru_cache(maxsize=256)
 def preset(speed: Speed, distance: int) -> VelocityProfile:
-    """Return exactly `distance` pulses (at least 1), from zero velocity to zero velocity."""
+    """Return the profile of a preset move of `distance` pulses (at least 1)."""
     shape = _way_up(speed).trapezoid(distance)
     up, down = shape.up, tuple(reversed(shape.up))
     phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
@@ -60,13 +60,13 @@ def preset(speed: Speed, distance: int) -> VelocityProfile:
 
 
 def continuous(speed: Speed) -> VelocityProfile:
-    """Return the ramp from zero velocity to the rate, then endless motion."""
+    """Return the profile of a continuous move: the ramp from zero velocity, then endless motion."""
     on = (Segment(speed.rate, None),)
     return VelocityProfile(((Phase.ACCELERATING, _way_up(speed).up), (Phase.CONSTANT, on)), speed.range.maximum)
 
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
-    """Return the change from `rate`, in the range `before`, to another rate above zero, followed by endless motion."""
+    """Return the ramp from `rate`, in velocity range `before`, to a rate above zero, then endless motion."""
     unit, base = max(before.resolution, speed.range.resolution), speed.base
     phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING
     ramp: tuple[Segment, ...] = ()

@@ -1,6 +1,6 @@
-"""The pulse generator: it outputs velocity profiles, counts their pulses, and reports changes of their phases.
+"""The pulse generator, which outputs velocity profiles, counts their pulses, and reports changes of phase.
 
-Positions are counted in + and -, physical directions are CW (+1) and CCW (-1); command 14h assigns signs to directions.
+Positions are signed + and -; physical directions are CW (+1) and CCW (-1).  Command 14h assigns signs to directions.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,7 +17,7 @@ from axistwin.units import S
 
 
 class Phase(Enum):
-    """The present change of velocity."""
+    """Phases of a motion, by the present change of velocity."""
 
     REST = "zero velocity"
     ACCELERATING = "accelerating"
@@ -28,15 +28,15 @@ class Phase(Enum):
 RAMPS = (Phase.ACCELERATING, Phase.DECELERATING)
 AT_REST = Profile(())
 MOST_SEGMENTS = 16
-"""The limit for one pulse train, where velocities follow one another without end."""
+"""Maximum number of segments that a stream appends to one profile; after that, a new profile begins."""
 
 
 @dataclass(frozen=True)
 class VelocityProfile:
-    """Segments by phase.
+    """A velocity profile, with its segments grouped by phase.
 
-    `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: a move requested
-    the profile, so that its constant velocity causes a message.
+    `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: True for the
+    profile of a move, whose constant velocity causes a message.
     """
 
     phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
@@ -45,17 +45,17 @@ class VelocityProfile:
 
     @property
     def segments(self) -> Iterable[Segment]:
-        """All segments."""
+        """The segments of all phases, in order of time."""
         return (segment for _, segments in self.phases for segment in segments)
 
     @cached_property
     def from_rest(self) -> Profile:
-        """The pulses from zero velocity."""
+        """The pulse profile that begins at zero velocity."""
         return Profile(self.segments)
 
     @cached_property
     def timetable(self) -> tuple[tuple[int, Phase], ...]:
-        """The start of each phase, in ns from the profile's start; a phase without duration is left out."""
+        """Start of each phase in ns from the profile's start, without phases of duration 0."""
         return tuple(self._begins())
 
     def _begins(self) -> Iterable[tuple[int, Phase]]:
@@ -71,19 +71,19 @@ class VelocityProfile:
 
 
 class PulseGenerator:
-    """Outputs pulses to the motor."""
+    """Outputs pulses to the motor and counts them."""
 
     def __init__(self, clock: Clock, axis: StepperAxis, direction: Pin) -> None:
         self.clock, self.axis, self._direction = clock, axis, direction
         self.cw_is_plus = True
-        """Command 14h."""
+        """True if CW is the + direction (command 14h)."""
         self.sign = +1
         self.phase = Phase.REST
         self.velocity_profile = VelocityProfile(())
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin, self._unmade_at_reset = 0, axis.unmade
-        self._pulse_ns: int | None = None  # the time of the latest pulse from outside in this excursion
+        self._pulse_ns: int | None = None  # time of the joystick's latest pulse in this excursion
         self._plan = 0
         self._changed: Event | None = None
 
@@ -99,12 +99,12 @@ class PulseGenerator:
 
     @property
     def physical(self) -> int:
-        """+1 CW, -1 CCW: the present or most recent direction."""
+        """Physical direction of the present or most recent motion: +1 is CW, -1 is CCW."""
         return self.sign if self.cw_is_plus else -self.sign
 
     @property
     def position(self) -> int:
-        """Net pulses since the board was reset, signed by the + and - at the time of each pulse."""
+        """Net pulses since reset, each with the sign that its direction had when the pulse was output."""
         unmade = self.axis.unmade - self._unmade_at_reset
         return self._issued - (unmade if self.cw_is_plus else -unmade)
 
@@ -129,7 +129,7 @@ class PulseGenerator:
 
     @property
     def step_level(self) -> bool:
-        """The level of STEP: high for half a period of the range's highest frequency after each pulse."""
+        """Level of STEP: high for half a period of the range's highest frequency after each pulse."""
         width_ns = int(S / (2 * self.velocity_profile.clock))
         return self._output.pulses_by(self._elapsed_ns) > self._output.pulses_by(self._elapsed_ns - width_ns)
 
@@ -138,13 +138,13 @@ class PulseGenerator:
         return self.clock.now - self._start_ns
 
     def changed(self) -> Event:
-        """An event that happens at the next change of phase."""
+        """Return the event that happens at the next change of phase."""
         if self._changed is None:
             self._changed = self.clock.event()
         return self._changed
 
     def start(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Start from zero velocity; `further`: as part of the previous excursion."""
+        """Start a profile at zero velocity.  `further`: True if the previous excursion continues."""
         if not further:
             self._excursion_origin = self.position
         self.face(sign)
@@ -160,9 +160,9 @@ class PulseGenerator:
         self._follow(profile)
 
     def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Change to another velocity at once, in any direction; in the same direction the fraction of a pulse is kept.
+        """Change to another velocity at once; without change of direction, the fraction of a pulse is kept.
 
-        `further`: as part of the previous excursion.
+        `further`: True if the previous excursion continues after a change of direction or zero velocity.
         """
         if sign != self.sign:
             self.kill()
@@ -178,7 +178,7 @@ class PulseGenerator:
             self._follow(profile)
 
     def hold(self) -> None:
-        """Continue at the velocity of this instant."""
+        """Keep the present velocity until another profile begins."""
         if self.moving:
             constant = (Segment(self.rate, None),)
             self.change(VelocityProfile(((Phase.CONSTANT, constant),), self.velocity_profile.clock, of_move=False))
@@ -192,22 +192,20 @@ class PulseGenerator:
             self._enter(Phase.REST)
 
     def face(self, sign: int) -> None:
-        """Set the direction of the next pulses: the level of DIRECTION, high for CW."""
+        """Set the sign of the next pulses, and the DIRECTION output (high for CW)."""
         self._origin, self._output = self._issued, AT_REST
         self.sign = sign
         self._direction.set(self.physical > 0)
 
     def pulse(self) -> None:
-        """Output a single pulse of the joystick in the next nanosecond, in the direction of `sign`. The rate follows
-        from the time since the previous pulse.
-        """
+        """Output one pulse of the joystick.  Its rate follows from the time since the previous pulse."""
         self._origin = self._issued
         since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
         self._pulse_ns = self.clock.now
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Begin a new excursion."""
+        """Begin a new excursion under joystick control."""
         self._excursion_origin = self.position
         self._pulse_ns = None
 
@@ -241,8 +239,9 @@ class PulseGenerator:
 
 @lru_cache(maxsize=64)
 def one_pulse(since_ns: int | None) -> Profile:
-    """Return a profile of one pulse in the next nanosecond, `since_ns` after the previous one, with no further pulse
-    until the next is due.
+    """Return a profile with one pulse, in the next nanosecond, at the rate 1 / `since_ns`.
+
+    `since_ns` is the time since the previous pulse; the profile ends before a second pulse.
     """
     if not since_ns:
         return Profile((Segment(Fraction(S), Fraction(1, S)),))

@@ -1,4 +1,4 @@
-"""Velocity and acceleration ranges (command C8h), base clocks (command 51h): every rate is an exact fraction.
+"""Velocity and acceleration ranges (command C8h) and base clocks (command 51h), as exact fractions.
 
 Every clock printed in the manual is 13,107,200/3 Hz divided by a power of 10 or 16 (docs/fidelity.md).
 """
@@ -12,22 +12,22 @@ BASE_CLOCKS = {
     1: CRYSTAL, 2: CRYSTAL / 10, 3: CRYSTAL / 100, 4: CRYSTAL / 1000, 5: CRYSTAL / 10_000,
     6: CRYSTAL / 16, 7: CRYSTAL / 256, 8: CRYSTAL / 4096, 9: CRYSTAL / 65_536,
 }  # fmt: skip
-"""Hertz, by the code of commands 51h to 53h."""
+"""Base clocks in Hz, by the code that 51h to 53h use."""
 
 FULL = 65_536
-"""Velocity number equal to the effective clock; the highest velocity is half the clock."""
+"""Streamed velocity number that would equal the effective clock; the highest velocity is half the clock."""
 
 
 @dataclass(frozen=True)
 class VelocityRange:
-    """`unit`: pulses/s for a velocity number of 1; `clock`: the effective clock in Hz."""
+    """A velocity range.  `unit`: pulses/s for velocity number 1; `clock`: the effective clock in Hz."""
 
     unit: Fraction
     clock: Fraction
 
     @cached_property
     def resolution(self) -> Fraction:
-        """The rates are multiples of this, in pulses/s."""
+        """Resolution in pulses/s: all rates are multiples of it."""
         return self.clock / FULL
 
     @cached_property
@@ -43,11 +43,11 @@ class VelocityRange:
 
     @cached_property
     def highest(self) -> int:
-        """Highest velocity number: the one nearest to the maximum, such as 1,092,267 for 1,092,266.67."""
+        """Highest velocity number, which is the maximum rounded: 1,092,267 for 1,092,266.67."""
         return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:
-        """The velocity number nearest to a rate."""
+        """Return the velocity number nearest to a rate in pulses/s."""
         return round(rate / self.unit)
 
 
@@ -64,6 +64,6 @@ ACCELERATION_RANGES = (Fraction(1), Fraction(1, 10), Fraction(1, 100))
 
 
 def acceleration(ranges: tuple[int, int], number: int) -> Fraction:
-    """An acceleration number in pulses/s²."""
+    """Return the acceleration in pulses/s² for an acceleration number."""
     velocity, per_second = ranges
     return number * VELOCITY_RANGES[velocity].unit * ACCELERATION_RANGES[per_second]

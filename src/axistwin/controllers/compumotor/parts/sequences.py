@@ -11,7 +11,7 @@ from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 
 @dataclass(frozen=True)
 class Stored:
-    """A command in a buffer."""
+    """A command in a sequence buffer."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -19,7 +19,7 @@ class Stored:
 
 
 class Sequences:
-    """Fifteen buffers in one memory."""
+    """The fifteen sequence buffers, which share one memory."""
 
     def __init__(self, memory: int) -> None:
         self.memory = memory
@@ -31,7 +31,7 @@ class Sequences:
         return self.buffers.get(number)
 
     def __iter__(self) -> Iterator[int]:
-        """The numbers of the defined sequences, in order."""
+        """Return the numbers of the defined sequences, in order."""
         return iter(sorted(self.buffers))
 
     @property
@@ -47,11 +47,11 @@ class Sequences:
 
 
 class Order(Enum):
-    """The order to the sequencer for the end of the present command."""
+    """The action of the sequencer after its present command."""
 
     CONTINUE = auto()
     SUSPEND = auto()
-    KILL = auto()  # SUSPEND, and a SINGULAR command that is discontinued
+    KILL = auto()  # discontinue the present SINGULAR command, then suspend
     LEAVE = auto()
 
 
@@ -60,7 +60,7 @@ SUSPENDED = (Order.SUSPEND, Order.KILL)
 
 @dataclass
 class Loop:
-    """Commands `first` to `last` of the buffer, repeated `left` more times; None: until CONTINUE."""
+    """A loop over commands `first` to `last`, repeated `left` more times; `left` None: until CONTINUE."""
 
     first: int
     last: int
@@ -68,7 +68,7 @@ class Loop:
 
 
 class Sequencer:
-    """The sequence being performed."""
+    """State of the sequence that is being performed."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -76,7 +76,7 @@ class Sequencer:
         self.at = 0
         self.number = 0
         self.on_command: Callable[[int, int], None] = lambda number, at: None
-        """Called with the number and the index when the processor begins a command of a sequence."""
+        """Called with the sequence number and the command's index when a command of a sequence begins."""
         self.order = Order.CONTINUE
         self.waiting: Event | None = None
         self.process: Process | None = None

@@ -1,4 +1,4 @@
-"""The streaming buffer: words that the host sends in advance, and markers among them."""
+"""The streaming buffer, which stores velocities, distances and markers that the host sends in advance."""
 
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -13,17 +13,17 @@ from axistwin.sim.clock import Clock, Procedure, Process, kill
 
 WORD = 2
 LEAST_FREE = 15
-"""Bytes that must be free for E0h, E1h and E3h."""
+"""Number of bytes that must be free for the data of E0h, E1h or E3h."""
 FASTEST = CCW - 1
-"""A velocity number without its direction bit."""
+"""Highest velocity number, without the direction bit."""
 
 Entry = tuple[int, ...]
-"""An entry of the buffer: velocity and distance, or one of these."""
+"""An entry of the buffer: a velocity, a distance, or a velocity and a distance."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A streaming mode with its parameters. `alarm` in bytes; `period_ms` 0: a mode without update rate."""
+    """A streaming mode with its parameters.  `alarm` is in bytes; `period_ms` is 0 in a mode without update rate."""
 
     mode: int
     base: int
@@ -48,25 +48,25 @@ class Setting:
 
     @property
     def parameters(self) -> bytes:
-        """The parameters as sent."""
+        """The parameter bytes with which the host entered the mode."""
         rate = self.period_ms.to_bytes(2, "big") if self.period_ms else b""
         return bytes([self.base, self.divisor]) + self.alarm.to_bytes(4, "big") + rate
 
     def rate(self, number: int) -> Fraction:
-        """Return the pulses/s of a velocity number, without the direction."""
+        """Return the rate of a velocity number in pulses/s, without the direction."""
         return self.resolution * (number & FASTEST)
 
 
 @dataclass(frozen=True)
 class Marker:
-    """The command executed at a marker's word in the stream."""
+    """The command that is executed when a marker's value occurs in the stream."""
 
     command: Opcode
     values: tuple[Any, ...]
 
 
 class Stream:
-    """The streaming buffer and its performance."""
+    """The streaming buffer and the process that performs it."""
 
     def __init__(
         self, clock: Clock, memory: int, send: Callable[[int, bytes], None], refresh: Callable[[], None]
@@ -88,7 +88,7 @@ class Stream:
 
     @property
     def free(self) -> int:
-        """Free bytes."""
+        """Free bytes of the buffer."""
         return self._memory - self._used
 
     @property
@@ -97,7 +97,7 @@ class Stream:
         return not self._entries
 
     def enter(self, setting: Setting | None) -> None:
-        """Enter a mode with an empty buffer."""
+        """Enter a streaming mode, or None for indexer mode, with an empty buffer."""
         self.setting = setting
         self.clear()
 
@@ -130,17 +130,17 @@ class Stream:
             self._send(self.setting.mode, self.setting.parameters)
 
     def start(self, procedure: Procedure) -> None:
-        """Begin to stream."""
+        """Begin to perform the buffer."""
         self.process = self._clock.process(procedure)
         self._refresh()
 
     def finish(self) -> None:
-        """End streaming from the process that performs the stream."""
+        """Record the end of the stream; called by the process that performs the buffer."""
         self.process = None
         self._refresh()
 
     def end(self) -> None:
-        """Discontinue the stream; the motor keeps its velocity."""
+        """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
             if process is not self._clock.active_process:  # the active process ends by itself: `performing` is False
@@ -148,7 +148,7 @@ class Stream:
             self._refresh()
 
     def abandon(self) -> None:
-        """End the stream at power-off or for the test."""
+        """End the stream and the command of a marker, at power-off or for the test function."""
         for process in (self.process, self.marker_process):
             if process is not None and process is not self._clock.active_process:
                 kill(process)

@@ -1,4 +1,4 @@
-"""The state of position tracking: the encoder's count, the parameters B0h to B5h, the present or most recent move."""
+"""State of position tracking: encoder count, parameters of B0h to B5h, and the present or most recent move."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -12,13 +12,13 @@ from axistwin.plant.stepper import StepperAxis
 
 
 def wrapped(count: int) -> int:
-    """Return a count as a 32-bit up/down counter holds it."""
+    """Return a count as a signed 32-bit counter shows it."""
     return (count + 0x8000_0000) % (1 << 32) - 0x8000_0000
 
 
 @dataclass(frozen=True)
 class Law:
-    """The law that corrects an error: B3h. `maximum` in units of the velocity range in the upper nibble of `ranges`."""
+    """The correction law of B3h.  `maximum` is in units of the velocity range in the upper nibble of `ranges`."""
 
     algorithm: int
     gain: int
@@ -26,9 +26,7 @@ class Law:
     maximum: int
 
     def velocity_profile(self, error: int) -> VelocityProfile:
-        """Return endless motion at the velocity for an error; the velocity is never 0, because the error would
-        remain.
-        """
+        """Return endless motion at the velocity that corrects an error, which is at least the resolution."""
         e = abs(error)
         wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
         velocities = VELOCITY_RANGES[self.ranges >> 4]
@@ -37,7 +35,7 @@ class Law:
 
 
 class Encoder:
-    """The counter of quadrature edges.  Command 14h defines the + direction of motor and encoder.
+    """The counter of the encoder's quadrature edges, whose + direction 14h defines.
 
     Without an encoder, and on an 1810, the count stays at 0.
     """
@@ -53,13 +51,13 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def face(self, sense: int) -> None:
-        """Define the + direction; +1: CW. The count does not change."""
+        """Define CW (+1) or CCW (-1) as the + direction.  The count does not change."""
         before, self._sense = self.count, sense * self._wired
         self._origin += before - self.count
 
 
 class Use(Enum):
-    """The present use of the motor, as far as tracking depends on it."""
+    """Present use of the motor, on which position tracking depends."""
 
     OPEN_LOOP = "an open-loop move, or none"
     CLOSED_LOOP = "a closed-loop move"
@@ -68,10 +66,10 @@ class Use(Enum):
 
 
 class Tracking:
-    """Counts, parameters and positions; all positions are encoder pulses since reset."""
+    """Parameters and state of position tracking; all positions are encoder pulses since reset."""
 
     def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
-        """`moves`: closed-loop moves are available, by an encoder or by the option `encoder_commands`."""
+        """`moves`: True if closed-loop moves are available, by an encoder or by the option `encoder_commands`."""
         self._pulses, self.encoder, self.moves = pulses, encoder, moves
         # Parameters
         self.ratio: tuple[int, int] | None = None
@@ -81,18 +79,18 @@ class Tracking:
         self.law: Law | None = None
         self.deadband: int | None = None
         self.on = False
-        """Position maintenance, 18h."""
+        """True while position maintenance (18h) is on."""
         self.ends_stalled_moves = False
-        """19h."""
+        """True if a stall ends a move (19h)."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
         # The present or most recent move
         self.use = Use.OPEN_LOOP
         self._began = 0
         self.ended: int | None = 0
-        """The count at the end of the move; None: the motor has left zero velocity."""
+        """Encoder count at the end of the last move; None during a move."""
         self.reference: tuple[int, int] | None = (0, 0)
-        """Motor and encoder pulses from which slip is measured; None: a stall of this move has been reported."""
+        """Motor and encoder positions from which slip is measured; None after a stall of this move."""
         self.correction: VelocityProfile | None = None
         self.ticking = False
 
@@ -103,7 +101,7 @@ class Tracking:
 
     @property
     def relative(self) -> int:
-        """Encoder pulses since the motor left zero velocity, or of the last move."""
+        """Encoder pulses since the start of the present move, or of the whole last move."""
         return wrapped((self.encoder.count if self.ended is None else self.ended) - self._began)
 
     @property
@@ -117,7 +115,7 @@ class Tracking:
         return self.deadband is not None and abs(self.error) <= self.deadband
 
     def slipped(self, pulses: int, counts: int) -> int:
-        """Return the rotor teeth by which motor pulses and encoder pulses differ beyond the backlash."""
+        """Return the difference of motor and encoder pulses beyond the backlash, in rotor teeth."""
         if self.ratio is None or not (self.resolution and self.teeth):
             return 0
         motor, encoder = self.ratio
@@ -126,17 +124,17 @@ class Tracking:
 
     @property
     def detects_stalls(self) -> bool:
-        """True if the parameters for the detection of stalls have been given."""
+        """True if all parameters for the detection of stalls are defined."""
         return self.ratio is not None and self.sigma is not None and bool(self.resolution and self.teeth)
 
     @property
     def complete(self) -> bool:
-        """True if B0h to B4h have all been given."""
+        """True if all parameters of B0h to B4h are defined."""
         return None not in (self.ratio, self.resolution, self.sigma, self.law, self.teeth)
 
     @property
     def maintains(self) -> bool:
-        """True if position maintenance is on and its parameters lead to corrections."""
+        """True if position maintenance is on and its parameters allow corrections."""
         law = self.law
         return self.on and self.ratio is not None and law is not None and bool(law.gain and law.maximum)
 
@@ -151,12 +149,12 @@ class Tracking:
         return self._pulses.moving and self.owns_motion
 
     def give_way(self) -> None:
-        """End a correction, because the error is 0 or a move begins."""
+        """End a correction in progress, e.g. because a move begins."""
         if self.correcting:
             self._pulses.kill()
 
     def leave_zero(self) -> None:
-        """Begin a move, unless the motor has left zero velocity before."""
+        """Record the start of a move, unless a move is in progress."""
         if self.ended is not None:
             self.ended, self._began = None, self.encoder.count
             self.reference = self._pulses.position, self._began

@@ -15,21 +15,21 @@ class Triggers:
     """The functions of triggers 1 and 6."""
 
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
-        """`response_ns`: time from the edge to the function; the input must stay high."""
+        """`response_ns`: time from the edge to the function, during which the input must stay high."""
         self.clock, self._response_ns = clock, response_ns
-        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # by trigger: opcode and action
+        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # opcode and action of each trigger
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
         self._unsubscribe = [pin.subscribe(partial(self._changed, number)) for number, pin in pins.items()]
 
     def close(self) -> None:
-        """Stop at power-off."""
+        """Stop observing the trigger inputs, at power-off."""
         for unsubscribe in self._unsubscribe:
             unsubscribe()
         self.clear()
 
     def clear(self) -> None:
-        """Clear all functions and waits."""
+        """Remove all functions and all waits for triggers."""
         self._functions.clear()
         self._edges.clear()
 
@@ -47,7 +47,7 @@ class Triggers:
         self._functions = {t: f for t, f in self._functions.items() if f[0] != opcode}
 
     def edge(self, trigger: int) -> Event:
-        """An event that happens when the trigger becomes active next."""
+        """Return the event that happens at the trigger's next valid edge."""
         if trigger not in self._edges:
             self._edges[trigger] = self.clock.event()
         return self._edges[trigger]

@@ -19,7 +19,7 @@ def trajectory_brake(motor: Processor) -> None:
 
 
 def release(motor: Processor) -> None:
-    """BRKRLS: the brake is released.  OFF after this deactivates MTB until the command MTB.  5.2."""
+    """BRKRLS: the brake is released.  A later OFF deactivates MTB until the command MTB.  5.2."""
     motor.brake_control = Control.RELEASED
 
 
@@ -29,28 +29,28 @@ def engage(motor: Processor) -> None:
 
 
 def internal(motor: Processor) -> None:
-    """BRKI: the signal is on the internal brake pin only.  The default.  5.1."""
+    """BRKI: the brake signal is on the internal brake pin only.  The default.  5.1."""
     motor.i[s.BRAKE_PIN] = 0
 
 
 def pin_c(motor: Processor) -> None:
-    """BRKC: the signal is also on pin C, if UCO has made C an output.  Not together with BRKG.  5.1."""
+    """BRKC: the brake signal is also on pin C, if UCO has made C an output.  Not together with BRKG.  5.1."""
     motor.i[s.BRAKE_PIN] = PIN_C
 
 
 def pin_g(motor: Processor) -> None:
-    """BRKG: the signal is also on pin G, if UGO has made G an output.  Not together with BRKC.  5.1."""
+    """BRKG: the brake signal is also on pin G, if UGO has made G an output.  Not together with BRKC.  5.1."""
     motor.i[s.BRAKE_PIN] = PIN_G
 
 
 def mode_torque_brake(motor: Processor) -> None:
-    """MTB: the windings are shorted at once, and again whenever the motor is off, until BRKRLS and OFF.  5.2."""
+    """MTB: short the windings now and whenever the motor is off, until BRKRLS followed by OFF.  5.2."""
     motor.mtb_enabled = True
     switch_off(motor)
 
 
 def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
-    """Switch the servo off in this mode, or with shorted windings while MTB is enabled."""
+    """Switch the servo off: enter this mode, or mode torque brake while MTB is enabled."""
     i = motor.i
     i[s.MODE] = s.M_BRAKE if motor.mtb_enabled else mode
     i[s.BT] = i[s.STOPPING] = i[s.VELOCITY] = 0
@@ -58,7 +58,7 @@ def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
 
 
 def update_outputs(motor: Processor) -> None:
-    """Update windings, brake and signals after a change of Bt, Bo or the brake's control."""
+    """Update windings, static brake and brake signals after a change of Bt, Bo or the brake's control."""
     i = motor.i
     if motor.brake_control is Control.TRAJECTORY and motor.mtb_enabled and not i[s.BT] and i[s.MODE] >= s.M_HOLD:
         switch_off(motor)

@@ -17,7 +17,7 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """Consecutive variables or elements: their kind, the first one, and their number up to the end of the group."""
+    """A range of variables or array elements: kind, first index, and number up to the end of the group."""
 
     kind: int
     first: int
@@ -25,7 +25,7 @@ class Run(NamedTuple):
 
 
 FindRun = Callable[[Processor], Run | None]
-"""Return the run that begins with the first operand of a VST or VLD; None: no such variable or element exists."""
+"""Returns the range of variables for the first operand of a VST or VLD; None: no such variable exists."""
 
 
 def pointer(motor: Processor, value: int) -> None:
@@ -54,9 +54,7 @@ def store_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def load_variables(motor: Processor, find: FindRun, count: int) -> None:
-    """VLD(variable,n): load n variables beginning with the named one; the limits are those of VST.  Erased bytes are
-    -1.
-    """
+    """VLD(variable,n): load n variables beginning with the named one, with the limits of VST.  Erased bytes are -1."""
     run = _checked(motor, find(motor), count)
     if run is None:
         return
@@ -69,7 +67,7 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Return the run if it contains `count` values and the EEPROM has room for these; otherwise flag Bs."""
+    """Return the run if it has `count` values that fit in the EEPROM; otherwise set Bs."""
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run
     motor.syntax_error()

@@ -8,7 +8,7 @@ from axistwin.controllers.smartmotor.kernel.kernel import ERROR, HEAT, MINUS, PL
 from axistwin.controllers.smartmotor.processor import Processor
 
 LIMITS = ((PLUS, s.BR, s.BP, s.ACKNOWLEDGED_PLUS, 1), (MINUS, s.BL, s.BM, s.ACKNOWLEDGED_MINUS, -1))
-"""The kernel's reason, the historical and the real-time flag, the acknowledgement, the direction."""
+"""Of each limit: the kernel's stop reason, historical flag, real-time flag, acknowledgement and direction."""
 LATCHED = (s.BR, s.BL, s.BI, s.BW, s.BE, s.BH, s.BD, s.BU, s.BS, s.BA, s.BB, s.BC, s.BF)
 """The flags that ZS clears.  Bk is cleared when the stored program is valid again."""
 OPEN_SWITCHES = (
@@ -50,7 +50,7 @@ def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
 
 
 def shut_down(motor: Processor, mode: int) -> None:
-    """Switch the amplifier off, with F=1 after a deceleration at A; then apply MTB, unless deactivated (4.1)."""
+    """Switch the amplifier off and apply MTB, unless deactivated; with F=1, decelerate at A first (4.1)."""
     i = motor.i
     if i[s.MODE] < s.M_HOLD or not i[s.F] & DECELERATE or i[s.MODE] == s.M_TORQUE:
         switch_off(motor, mode)
@@ -62,7 +62,7 @@ def shut_down(motor: Processor, mode: int) -> None:
 
 
 def stopped(motor: Processor) -> None:
-    """End a deceleration because of a fault: apply MTB, or hold the position if MTB is deactivated (table 4.2)."""
+    """End the deceleration after a fault: apply MTB, or hold the position if MTB is deactivated (table 4.2)."""
     i = motor.i
     i[s.STOPPING] = i[s.BT] = 0
     i[s.MODE] = s.M_HOLD
@@ -71,10 +71,9 @@ def stopped(motor: Processor) -> None:
 
 
 def _interrupt(motor: Processor, *, ends_program: bool) -> None:
-    """Call C1 with F=32 at the end of the statement; without F=32 a motor protection fault ends the program.
+    """With F=32 call C1 after the present statement; without F=32 a motor protection fault ends the program.
 
-    C1 is called even after the end of the main program, as the sample of 4.3 does.  A fault within C1 waits for the
-    return of C1.
+    C1 is called even if the main program has ended, as in the example of 4.3.  A fault within C1 calls C1 again.
     """
     i = motor.i
     if i[s.F] & CALL_C1 and FAULT_1 in motor.program.labels:
@@ -89,8 +88,7 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
 def may_move(motor: Processor, way: int) -> bool:
     """True if a movement may begin in this direction (0: unknown, or none).
 
-    After an acknowledgement the motor may move away from an asserted limit.  An attempt in the other direction needs
-    a new acknowledgement.
+    After an acknowledgement the motor may move away from an asserted limit.  An attempt towards it needs a new one.
     """
     allowed = _allowed(motor, way)
     motor.refused |= not allowed
@@ -115,9 +113,7 @@ def _passes(motor: Processor, flag: int, active: int, acknowledged: int, towards
 
 
 def clear(motor: Processor, *, slot: int) -> None:
-    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear one flag.  A cause that lasts sets the flag again in the next
-    sample (4.2).
-    """
+    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear one flag.  A persistent cause sets the flag again (4.2)."""
     motor.i[slot] = 0
     for _, flag, active, acknowledged, _sign in LIMITS:
         if slot == flag:
@@ -125,12 +121,12 @@ def clear(motor: Processor, *, slot: int) -> None:
 
 
 def clear_all(motor: Processor) -> None:
-    """ZS: clear all latched flags.  A cause that lasts sets the flag again in the next sample (3.1, 4.2)."""
+    """ZS: clear all latched flags.  If a cause persists, the next sample sets its flag again (3.1, 4.2)."""
     for slot in LATCHED:
         clear(motor, slot=slot)
 
 
-def trouble(motor: Processor) -> str:
+def inhibition(motor: Processor) -> str:
     """Return why the motor has refused to move, and the remedy; empty if no fault prevents a movement."""
     i = motor.i
     if not motor.refused:
@@ -139,4 +135,4 @@ def trouble(motor: Processor) -> str:
         return OPEN_SWITCHES if i[s.BP] or i[s.BM] else "a limit fault has not been cleared: ZS, Zr or Zl"
     if i[s.BE]:
         return "a position error has not been cleared: ZS or Ze"
-    return "it has been overheated: ZS or Zh, when it is 5 °C below TH" if i[s.BH] else ""
+    return "an overheat fault has not been cleared: ZS or Zh, 5 °C below TH" if i[s.BH] else ""

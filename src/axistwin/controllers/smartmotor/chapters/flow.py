@@ -13,7 +13,7 @@ NOWHERE = -1
 
 
 def begin(motor: Processor, by_run: bool = False) -> None:
-    """Start the stored program from the top; at power-up, or by RUN.  Without a program nothing happens."""
+    """Start the stored program, if any, from the top; at power-up, or by RUN."""
     if motor.program.statements:
         interpreter.forget(motor.i)
         motor.i[s.RUN_GIVEN] = int(by_run)
@@ -30,7 +30,7 @@ def run(motor: Processor) -> None:
 
 
 def run_wait(motor: Processor) -> None:
-    """RUN?: a program started by power-up ends here; RUN starts the program from the top, and then skips RUN?."""
+    """RUN?: end a program that was started by power-up.  A program that was started by RUN skips RUN?."""
     if not motor.i[s.RUN_GIVEN]:
         end(motor)
 
@@ -80,7 +80,7 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """True if a call of this kind is in progress.  Only RETURNI, STACK and END complete a call of C2."""
+    """True if a call of this kind (GOSUB, C1 or C2) is in progress.  Only RETURNI, STACK and END end a C2 call."""
     if kind == s.CALL_INPUT:
         return bool(motor.i[s.C2_CALLED])
     return any(motor.i[s.RETURNS + number] & 3 == kind for number in range(motor.i[s.DEPTH]))
@@ -139,7 +139,7 @@ def _go(motor: Processor, pc: int) -> None:
 
 
 def _start(motor: Processor) -> None:
-    """The program runs from where PC is; the statement there is the next one."""
+    """Start the program at the statement to which PC points."""
     motor.i[s.PROGRAM] = s.RUNNING
     motor.i[s.STATEMENT], motor.statement_before = motor.program.number_at(motor.i[s.PC]), s.NOTHING_YET
     _wait_no_more(motor)

@@ -14,22 +14,21 @@ CLOCK_TURN = 1 << 32
 
 
 def clear(motor: Processor) -> None:
-    """MD: empty the buffer."""
+    """MD: empty the buffer of points."""
     motor.reception = Reception()
     motor.i[s.HOST_HEAD] = motor.i[s.HOST_COUNT] = motor.i[s.HOST_LEFT] = motor.i[s.HOST_STARTED] = 0
 
 
 def position(motor: Processor, value: int) -> None:
-    """Record 0xFA: a position in counts.  A preceding position without a clock value gets the usual difference."""
+    """Record 0xFA: a position in counts.  A preceding position without a clock value gets the last clock difference."""
     complete(motor)
     motor.reception.position = value
 
 
 def clock(motor: Processor, value: int) -> None:
-    """Record 0xFB: the clock value, in samples, of the preceding position.  The value of the last point once more
-    ends host mode.
+    """Record 0xFB: the clock value, in samples, of the preceding position.  Repeating the last value ends host mode.
 
-    The clock has 32 bits; 0 follows FFFFFFFFh.  A value before the last point's sets Bs.
+    The clock has 32 bits; 0 follows FFFFFFFFh.  A value earlier than the last point's sets Bs.
     """
     waiting = motor.reception
     ahead = 0 if waiting.clock is None else (value - waiting.clock) % CLOCK_TURN
@@ -43,7 +42,7 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Complete a position without a clock value by the usual difference of clock values, if both exist."""
+    """Complete a position that has no clock value with the last clock difference, if both exist."""
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:
         _point(motor, waiting.clock + waiting.delta)
@@ -73,7 +72,7 @@ def _point(motor: Processor, clock: int) -> None:
 
 
 def _append(motor: Processor, position: int, clock: int) -> None:
-    """Append a point to the buffer.  A full buffer loses the point, which is a communication overflow."""
+    """Append a point to the buffer.  If the buffer is full, drop the point and flag a communication overflow."""
     if not _free(motor):
         motor.overflow()
         return

@@ -22,7 +22,7 @@ QUADRATURE = (0, 1, 3, 2)
 
 
 class Inputs:
-    """Updates the state from the inputs."""
+    """Updates the processor's state when an input changes."""
 
     def __init__(self, motor: Processor) -> None:
         self.motor, self.axis = motor, motor.axis
@@ -70,13 +70,13 @@ class Inputs:
             step = (1 if i[s.PINS] & 2 else -1) if bit == 0 and i[s.PINS] & 1 else 0
         else:
             step = {0: 0, 1: 1, 3: -1}[(QUADRATURE.index(i[s.PINS] & 3) - QUADRATURE.index(before)) % 4]
-        i[s.BY_HAND] += step
+        i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
         i[s.PREDICTED] = 0  # the prediction is no longer valid
 
     def _wiring(self) -> None:
-        """Update which of the pins A and B have the level of the external encoder."""
+        """Update which of the pins A and B show the external encoder's level."""
         self.catch_up()
         i = self.motor.i
         i[s.SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
@@ -94,8 +94,7 @@ class Inputs:
     def _master(self) -> None:
         """Start a run of the external encoder: the kernel computes the counts from the next sample on.
 
-        The kernel receives the run as of one sample earlier, so that each sample adds the same number and carries the
-        remainder.
+        For the kernel the run begins one sample earlier: each sample then adds equal counts and carries the remainder.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
@@ -110,8 +109,8 @@ class Inputs:
         i[s.MASTER_WAY] = 1 if run.counts > 0 else -1
         i[s.MASTER_STEP], i[s.MASTER_ADD] = divmod(edges * SAMPLE_NS, run.duration_ns)
         counted, i[s.MASTER_REM] = divmod(edges * (first_ns - SAMPLE_NS - run.start_ns), run.duration_ns)
-        i[s.MASTER] = run.base + i[s.MASTER_WAY] * counted + self.motor.i[s.BY_HAND]
-        i[s.MASTER_END] = run.base + run.counts + self.motor.i[s.BY_HAND]
+        i[s.MASTER] = run.base + i[s.MASTER_WAY] * counted + self.motor.i[s.PIN_EDGES]
+        i[s.MASTER_END] = run.base + run.counts + self.motor.i[s.PIN_EDGES]
         i[s.MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
 
     def _follows(self) -> bool:
@@ -126,15 +125,15 @@ class Inputs:
             self.motor.core.before_sample = None
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
-        """Return the edges in these samples, provided that the encoder's axis does not change its motion."""
+        """Return the external encoder's edges in these samples, as long as its axis continues unchanged."""
         core = self.motor.core
         if not self._follows():
             core.predict = None
         counts = self.axis.master.predict(core.time_ns(first), SAMPLE_NS, samples)
-        return [count + self.motor.i[s.BY_HAND] for count in counts]
+        return [count + self.motor.i[s.PIN_EDGES] for count in counts]
 
     def refresh(self) -> None:
-        """Publish all samples up to now, without any change."""
+        """Compute and publish all samples up to now."""
         self.motor.core.catch_up(changing=False)
 
     def catch_up(self) -> None:
@@ -142,16 +141,16 @@ class Inputs:
         self.motor.catch_up()
 
     def position(self) -> int:
-        """Return the encoder counts, in the machine's own direction."""
+        """Return the shaft's position in encoder counts, in the machine's own direction."""
         return self.motor.core.position_now()
 
     def commanded(self) -> int:
-        """Return the trajectory's counts, in the controller's coordinates."""
+        """Return the commanded position in counts, in the controller's coordinates."""
         self.refresh()
         return self.motor.i[s.COMMANDED] >> 16
 
     def setpoint(self) -> int:
-        """Return the trajectory's counts, in the machine's coordinates.  The block ahead does not change."""
+        """Return the commanded position in counts, in the machine's coordinates."""
         return self.motor.core.commanded_now()
 
     def velocity(self) -> float:
@@ -159,11 +158,11 @@ class Inputs:
         return self.motor.core.speed() * S / SAMPLE_NS
 
     def moving(self) -> bool:
-        """True if the shaft turns or a trajectory is in progress.  A change of Bt ends the block."""
+        """True if the shaft turns or a trajectory is in progress."""
         return bool(self.motor.i[s.BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:
-        """Return the time of the next sample; None: nothing changes."""
+        """Return the time of the next sample, or None if nothing changes."""
         core = self.motor.core
         return core.time_ns(core.due + 1) if core.moving else None
 
@@ -173,7 +172,7 @@ class Inputs:
         return self.motor.f[machine.HOUSING_C]
 
     def push(self, counts: int) -> None:
-        """Displace the shaft by a person."""
+        """Displace the shaft, as a person can."""
         machine.push(self.motor.i, counts)
 
     def slip(self, counts: int) -> None:
@@ -181,7 +180,7 @@ class Inputs:
         machine.slip(self.motor.i, counts)
 
     def replan(self) -> None:
-        """Take over load, jam and ambient temperature."""
+        """Apply the axis's present load, jam and ambient temperature."""
         motor, axis = self.motor, self.axis
         machine.set_torque(motor.f, axis.outside_torque)
         machine.set_jam(motor.f, axis.jammed)

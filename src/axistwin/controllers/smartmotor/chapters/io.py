@@ -95,13 +95,13 @@ def give_up_brake_pin(motor: Processor) -> None:
 
 
 def fetch_input(_motor: Processor) -> int:
-    """AINpc, DINpc: analog or digital input of an AniLink device.  0: no such device exists."""
+    """AINpc, DINpc: analog or digital input of an AniLink device.  No device is emulated: 0."""
     return 0
 
 
 def analog_out(_motor: Processor, _port: str, _value: int) -> None:
-    """AOUTp,value: analog output of the AniLink device p, A to H.  No such device exists."""
+    """AOUTp,value: analog output of the AniLink device p, A to H.  No device is emulated: no effect."""
 
 
 def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: digital output of the AniLink device p, A to H, channel 0 to 63.  No such device exists."""
+    """DOUTpc,value: digital output of the AniLink device p, A to H, channel 0 to 63.  Not emulated: no effect."""

@@ -49,10 +49,10 @@ def limit_pin_d(motor: Processor) -> None:
 
 
 def directional(motor: Processor) -> None:
-    """LIMD: limits are directional; they always are in 4.76."""
+    """LIMD: no effect; in 4.76 limits are always directional."""
 
 
 def update_flags(motor: Processor) -> None:
-    """Clear the flags of limits that are no longer asserted.  The next sample finds limits that are asserted."""
+    """Clear the flags of limits that are no longer asserted.  The next sample sets the flags of asserted limits."""
     motor.i[s.BP] &= beyond_plus(motor.i)
     motor.i[s.BM] &= beyond_minus(motor.i)

@@ -12,7 +12,7 @@ from axistwin.controllers.smartmotor.processor import Control, Processor
 PID_RATES = (1, 2, 4, 8)
 RATIOS = (s.M_RATIO, s.M_STEP_RATIO)
 FULL = 4
-"""Edges counted of each four: in MF4, and always with steps."""
+"""Counted edges per encoder period of four, for MF4 and for steps."""
 
 
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:
@@ -81,7 +81,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     if mode == s.M_HOST:
         if i[s.MODE] != s.M_HOST:  # the motion in progress continues
             host_mode.clear(motor)
-        i[s.HOST_ARMED] = 1  # host mode ends in the mode that was buffered before (10.2)
+        i[s.HOST_ARMED] = 1  # after host mode the mode buffered before MD continues (10.2)
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:
@@ -222,7 +222,7 @@ def torque(motor: Processor) -> None:
 
 
 def off(motor: Processor) -> None:
-    """OFF: switch the amplifier off.  After BRKRLS, OFF deactivates MTB; otherwise MTB follows (5.2)."""
+    """OFF: switch the amplifier off.  After BRKRLS, OFF deactivates MTB; otherwise OFF applies MTB (5.2)."""
     if motor.brake_control is Control.RELEASED:
         motor.mtb_enabled = False
     switch_off(motor)

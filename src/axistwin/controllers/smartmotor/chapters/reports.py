@@ -10,7 +10,7 @@ from axistwin.controllers.smartmotor.kernel.interpreter import computed, evaluat
 from axistwin.controllers.smartmotor.processor import Processor
 
 SAMPLE_PERIOD = 24576
-"""In units of 10 ns."""
+"""The period that RSP reports, in units of 10 ns."""
 FIRMWARE = 476
 
 LETTERS = {
@@ -55,7 +55,7 @@ def mode(motor: Processor) -> str:
     that the next G starts.
     """
     i = motor.i
-    reported = computed(i, ops.MODE_TOLD)
+    reported = computed(i, ops.MODE_REPORTED)
     if reported in (s.M_HOLD, s.M_STOP):
         reported = i[s.BUFFERED_MODE]
         return LETTERS[s.M_RELATIVE if reported == s.M_POSITION and i[s.RELATIVE] else reported]
@@ -68,9 +68,7 @@ def sample_rate(motor: Processor) -> str:
 
 
 def channel_errors(motor: Processor, channel: int | None = None) -> str:
-    """RCHN, RCHN0, RCHN1 (RCS, RCS1): errors of a channel: 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN: of both
-    channels.
-    """
+    """RCHN, RCHN0, RCHN1 (RCS, RCS1): errors, 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN: of both channels."""
     first, second = (one.status() for one in motor.channels)
     return str(int((first, second)[channel] if channel is not None else first | second))
 

@@ -1,4 +1,4 @@
-"""Chapter 8 and 6.1, and 6 of the base language: every value that can be used in an expression.  One line, one name.
+"""Every value that can be used in an expression, one name per line (8 and 6.1; 6 of the base language).
 
 A value is a slot of the processor's state, a variable, or computed by the interpreter.  Other values are fetched
 first (`fetch`): from a communication channel or over the AniLink bus.
@@ -20,7 +20,7 @@ NOTHING = -1
 
 @dataclass(frozen=True)
 class Variable:
-    """A name, and the way to read its value: an operation of the interpreter and a place."""
+    """A name and its value: the interpreter's operation that reads the value, and the place."""
 
     name: str
     operation: int

@@ -22,7 +22,7 @@ LEAVING = frozenset(
 
 @dataclass
 class _Cam:
-    """The parameters at a statement; None: not constant."""
+    """The cam parameters before a statement; None: the value is not constant."""
 
     findings: Findings
     size: int | None = None
@@ -34,12 +34,12 @@ class _Cam:
     tabled: bool = True
     """True if all entries of the table have constant indices."""
     pending: int | None = None
-    """The CI that waits for the zero point."""
+    """Number of the CI statement that waits for the zero point."""
     stale: str = ""
     """BASE or SIZE, if assigned since the last MCn."""
 
     def follow(self) -> None:
-        """Check the program."""
+        """Check each statement of the program."""
         for number, (keyword, statement) in enumerate(zip(self.findings.words, self.findings.statements, strict=True)):
             self._invalid(number, keyword)
             self._keep(number, keyword, statement)
@@ -87,7 +87,9 @@ class _Cam:
             self._base(number, self.base)
         dwelling = self.functions is None or self.functions & DWELLING
         if self.dwell and not dwelling:
-            self.findings.report(rules.NO_DWELL, self.dwell_at, f"D={self.dwell} is no dwell: that needs F=16 or F=128")
+            self.findings.report(
+                rules.NO_DWELL, self.dwell_at, f"D={self.dwell} is not a dwell: a dwell needs F=16 or F=128"
+            )
 
     def _size(self, number: int) -> None:
         size = self.size
@@ -96,7 +98,7 @@ class _Cam:
         if size == 0:
             self.findings.report(rules.NO_TABLE, number, "SIZE=0: a cam table has at least one interval")
         elif size < SMALLEST_SIZE:
-            message = f"SIZE={size}: a cam table needs {SMALLEST_SIZE} to {WORDS - 1}, and a smaller one is obeyed"
+            message = f"SIZE={size}: a cam needs {SMALLEST_SIZE} to {WORDS - 1} intervals, but the motor accepts fewer"
             self.findings.report(rules.SIZE, number, message)
         elif self.tabled and self.entries:
             missing = sorted(set(range(size + 1)) - self.entries)
@@ -108,25 +110,25 @@ class _Cam:
         if base <= 0:
             self.findings.report(rules.BASE, number, f"BASE={base}: a cam cycle has a positive length")
         elif base <= QUARTER:
-            message = f"BASE={base}: the master must move less than a quarter of that in a sample"
+            message = f"BASE={base}: the master must move less than a quarter of BASE in a sample"
             self.findings.report(rules.SHORT_BASE, number, message)
         elif self.size and base < self.size:
             self.findings.report(rules.BASE_BELOW_SIZE, number, f"BASE={base} is less than SIZE={self.size}")
 
     def _initialize(self, number: int) -> None:
         if self.stale:
-            message = f"{self.stale}= has been given since the last MCn: without a new MCn before CI it has no effect"
+            message = f"{self.stale}= was assigned after the last MCn: without a new MCn before CI it has no effect"
             self.findings.report(rules.STALE, number, message)
         self.pending = number
 
 
 def check(findings: Findings) -> None:
-    """Apply all rules of this file to a program with a cam."""
+    """Apply the cam rules to a program that uses mode cam."""
     begun = next(findings.all(*MODES), None)
     if begun is None:
         return
     for keyword in ("BASE=", "SIZE="):
         if keyword not in findings.words[: begun[0]]:
-            message = f"{keyword} has not been given yet: MCn takes it over when it is issued"
+            message = f"{keyword} has not been assigned yet: MCn uses the present value"
             findings.report(rules.NOT_GIVEN, begun[0], message)
     _Cam(findings).follow()

@@ -1,4 +1,4 @@
-"""The basis of the checker's rules: a program with its places, and the diagnostics of the program."""
+"""A program under check: its statements with their places, and its diagnostics."""
 
 from collections.abc import Iterator, Sequence
 
@@ -23,7 +23,7 @@ class Findings:
         self.found.append(diagnose(rule, self.text(number), message, fix=fix))
 
     def problem(self, number: int, problem: Problem, fix: Fix | None = None) -> None:
-        """Add a problem that the reader of statements has found."""
+        """Add a diagnostic of an error that the parser has found in a statement."""
         self.found.append(located(self.characters, *self.program.places[number][2:], problem, fix))
 
     def text(self, number: int) -> Sequence[Sent]:
@@ -32,7 +32,7 @@ class Findings:
         return self.characters[place.begin : place.end]
 
     def line(self, number: int) -> int:
-        """Return the line of a statement."""
+        """Return the line number of a statement."""
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:

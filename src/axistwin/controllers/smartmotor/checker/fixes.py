@@ -1,4 +1,4 @@
-"""Fixes of statements.  A fix is sure if the statement has only one reading."""
+"""Suggested corrections of statements.  A fix is sure if the statement can have only one meaning."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -18,7 +18,7 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
     """Return the fix of a single statement, or None if only the user can decide."""
     if problem.rule is rules.EQUAL_SIGN:
         name = text.rstrip("-0123456789")
-        return fixing("put the equal sign in", put_behind(sent[len(name) - 1], "="))
+        return fixing("insert the equal sign", put_behind(sent[len(name) - 1], "="))
     if problem.rule is rules.ELEMENTS and read(f"{text}.").problem is None:
         return fixing("end the values with a period", put_behind(sent[-1], "."))
     if problem.rule is rules.LATER and (later := class5.find(text, class5.COMMANDS)) is not None:
@@ -34,7 +34,7 @@ def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
 
 
 def in_program(findings: Findings, number: int, problem: Problem) -> Fix | None:
-    """Return the fix of a statement in a program, where its neighbours count too."""
+    """Return the fix of a statement in a program; the fix may depend on the neighbouring statements."""
     find = _IN_PROGRAM.get(problem.rule.code)
     if find is not None:
         return find(findings, number)
@@ -48,7 +48,7 @@ def _removed(findings: Findings, number: int) -> Fix | None:
 
 
 def _blanks(findings: Findings, number: int) -> Fix | None:
-    """Close the gaps on both sides of `=`, if the result is one statement."""
+    """Remove the blanks on both sides of `=`, if the result is one valid statement."""
     text = findings.statements[number].text
     first, last = number - text.startswith("="), number + text.endswith("=")
     if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
@@ -63,7 +63,7 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
 
 
 def _unfinished(findings: Findings, number: int) -> Fix | None:
-    """Join the parts of `a= 1`."""
+    """Join the parts of an assignment with a blank, such as `a= 1`."""
     return _blanks(findings, number) if findings.statements[number].text.endswith("=") else None
 
 
@@ -73,7 +73,7 @@ def _gap(findings: Findings, left: int, right: int) -> Edit:
 
 
 def _upper_case(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that is sure if the whole line becomes valid; otherwise the line may be a comment."""
+    """Return a fix to upper case, sure if the whole line becomes valid; otherwise the line may be a comment."""
     statement = findings.statements[number]
     line = findings.line(number)
     beside = [each for at, each in enumerate(findings.statements) if findings.line(at) == line]
@@ -83,7 +83,7 @@ def _upper_case(findings: Findings, number: int) -> Fix | None:
 
 
 def _comment(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that is sure for a statement alone on its line."""
+    """Return a fix that makes a comment, sure if the statement is alone on its line."""
     line = findings.line(number)
     alone = sum(findings.line(at) == line for at in range(len(findings.statements))) == 1
     return fixing("make it a comment", put_before(findings.text(number)[0], "'"), alone)

@@ -25,7 +25,7 @@ NO_RETURN = frozenset({"RUN", "Z"})
 
 @dataclass
 class Routine:
-    """Routine: the code executed from a label, or from the top (label None), without called subroutines."""
+    """The code that runs from a label, or from the top (label None), without the subroutines that it calls."""
 
     label: int | None
     pcs: set[int] = field(default_factory=set)
@@ -44,7 +44,7 @@ class Flow:
 
     @cached_property
     def main(self) -> Routine:
-        """The routine at the top."""
+        """The routine that begins at the top of the program."""
         return self.routine(None)
 
     @cached_property
@@ -63,7 +63,7 @@ class Flow:
         return {None: self.main, **{label: self.routine(label) for label in self.program.labels}}
 
     def routine(self, label: int | None) -> Routine:
-        """Follow the code from a label."""
+        """Return the routine that begins at a label."""
         made = Routine(label)
         waiting = [0 if label is None else self.program.labels[label]]
         while waiting:
@@ -107,22 +107,22 @@ class Flow:
         if operation == ops.S_IF:
             yield from self._branches(pc, target)
         elif operation == ops.S_SWITCH:
-            yield from (target, self._behind(pc + HEAD))
+            yield from (target, self._after(pc + HEAD))
         elif operation == ops.S_CASE:
             yield from (target, code[pc + HEAD + 1])
         elif operation not in ENDS and self.findings.words[number] not in NO_RETURN:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Yield both branches of a condition, or the one of a constant condition."""
+        """Yield both branches of a condition, or the only branch that a constant condition takes."""
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
         if not constant or code[pc + HEAD + 1]:
-            yield self._behind(pc + HEAD)
+            yield self._after(pc + HEAD)
         if not constant or not code[pc + HEAD + 1]:
             yield otherwise
 
-    def _behind(self, at: int) -> int:
+    def _after(self, at: int) -> int:
         """Return the place after an expression."""
         code = self.program.code
         while code[at] != ops.RESULT:
@@ -131,7 +131,7 @@ class Flow:
 
 
 def check(findings: Findings) -> None:
-    """Apply all rules of this file."""
+    """Apply the rules for program flow."""
     flow = Flow(findings)
     _labels(findings)
     _returns(findings, flow)
@@ -147,7 +147,7 @@ def _labels(findings: Findings) -> None:
     for number, statement in findings.all("Cn"):
         label = digits(statement)
         if label in first:
-            message = f"label C{label} stands in line {findings.line(first[label])} already"
+            message = f"label C{label} is already defined in line {findings.line(first[label])}"
             findings.report(rules.LABEL_TWICE, number, message)
         first.setdefault(label, number)
     for number, statement in findings.all("GOTOn", "GOSUBn"):
@@ -161,7 +161,7 @@ CALLED_BY = {FAULT: "a fault (F=32)", INPUT: "pin G (F=64)"}
 
 
 def _returns(findings: Findings, flow: Flow) -> None:
-    """Report routines that do not return with their own word."""
+    """Report routines that end with the wrong return command, such as RETURN in C1."""
     called = {label for routine in flow.routines.values() for label in routine.calls.values()}
     for number, keyword in flow.main.returns.items():
         findings.report(rules.RETURN, number, f"{keyword} is reached without a GOSUB: it sets Bs and ends the program")
@@ -176,22 +176,22 @@ def _returns(findings: Findings, flow: Flow) -> None:
         own = flow.routines[label].returns if label in flow.routines else {}
         for number, _ in findings.all(keyword):
             if number not in own and number not in flow.main.returns:
-                message = f"{keyword} belongs to C{label}, and is not reached from there"
+                message = f"{keyword} belongs to C{label}, but C{label} does not reach this statement"
                 findings.report(rules.STRAY_RETURN, number, message)
 
 
 def _stack(findings: Findings, flow: Flow) -> None:
-    """Report calls that need more than ten returns, those of C1 and C2 included."""
+    """Report calls that need more than ten return addresses, including those of C1 and C2."""
     depths = _Depths(findings, flow)
     deepest = depths.of(None) + sum(1 + depths.of(label) for label in flow.interrupts)
     calls = flow.main.calls
     if deepest > DEPTH_MOST and calls:
         number = max(calls, key=lambda at: depths.of(calls[at]))
-        findings.report(rules.DEEP, number, f"this may need {deepest} returns to wait, there is room for {DEPTH_MOST}")
+        findings.report(rules.DEEP, number, f"this may need {deepest} return addresses: the stack holds {DEPTH_MOST}")
 
 
 class _Depths:
-    """The number of returns that each routine needs, without its calls of itself."""
+    """The number of return addresses that each routine needs, without recursive calls."""
 
     def __init__(self, findings: Findings, flow: Flow) -> None:
         self._findings, self._flow = findings, flow
@@ -200,11 +200,11 @@ class _Depths:
             self._measure(label)
 
     def of(self, label: int | None) -> int:
-        """Return the largest number of returns that wait in this routine, without its own."""
+        """Return the largest number of return addresses that calls in this routine put on the stack."""
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Measure depth first, without recursion, as a program may have a thousand routines."""
+        """Compute a routine's depth with an explicit stack, because a program may have a thousand routines."""
         path = [(start, self._calls(start))] if start not in self._known else []
         while path:
             label, calls = path[-1]
@@ -215,7 +215,7 @@ class _Depths:
                 continue
             number, called = calls.pop()
             if any(called == upper for upper, _ in path):
-                message = f"C{called} calls itself: each time one of {DEPTH_MOST} returns waits"
+                message = f"C{called} calls itself: each call uses one of {DEPTH_MOST} return addresses"
                 self._findings.report(rules.RECURSION, number, message)
             elif called not in self._known:
                 path.append((called, self._calls(called)))
@@ -229,7 +229,7 @@ def _interrupts(findings: Findings, flow: Flow) -> None:
     for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
         for number, statement in findings.all("F="):
             if (constant_value(statement) or 0) & bit and label not in flow.program.labels:
-                findings.report(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which is not there")
+                findings.report(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which does not exist")
     for number, _ in findings.all("STACK"):
         if "GOTOn" not in findings.words[number + 1 : number + 2]:
             findings.report(rules.STACK, number, "STACK should be followed by GOTO at once")
@@ -252,4 +252,4 @@ def _switches(findings: Findings) -> None:
     for number, keyword in enumerate(findings.words):
         deep += (keyword == "SWITCH") - (keyword == "ENDS")
         if keyword == "SWITCH" and deep == SWITCH_MOST + 1:
-            findings.report(rules.SWITCHES, number, f"more than {SWITCH_MOST} SWITCH within one another")
+            findings.report(rules.SWITCHES, number, f"more than {SWITCH_MOST} nested SWITCH")

@@ -1,6 +1,6 @@
 """The checker's rules for programs that were written for firmware 4.15 or 4.40: changes in 4.76.
 
-The reader of the program finds removed commands and assignments without an equal sign.
+The parser finds removed commands and assignments without an equal sign.
 """
 
 from axistwin.controllers.diagnostics import fixing, put_before
@@ -16,7 +16,7 @@ BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
 
 
 def check(findings: Findings) -> None:
-    """Apply all rules of this file."""
+    """Apply the rules for programs of older firmware."""
     _limits(findings, Flow(findings))
     _direction(findings)
     _faults_end_programs(findings)
@@ -26,7 +26,7 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Limits are active high: with nothing wired the motor is in a limit fault when it is switched on (2.0, 3.1).
+    """Report a move without limit switches: unwired limits are active, so power-up is a limit fault (2.0, 3.1).
 
     The limit faults at power-up do not call C1, so commands that only C1 reaches do not count.
     """
@@ -41,7 +41,7 @@ def _limits(findings: Findings, flow: Flow) -> None:
         )
         findings.report(rules.LIMITS, moves[0], message)
     elif not given.isdisjoint(("UCI", "UDI", "UCO", "UDO")) and given.isdisjoint(CLEARING):
-        message = "limit faults from switching on still hold: ZS (or Zr and Zl) is missing"
+        message = "the limit faults of power-up are not cleared: ZS (or Zr and Zl) is missing"
         clearing = fixing("clear them with ZS", put_before(findings.text(moves[0])[0], "ZS "), sure=False)
         findings.report(rules.LIMIT_FAULTS, moves[0], message, clearing)
 
@@ -61,7 +61,9 @@ def _faults_end_programs(findings: Findings) -> None:
     for number in range(len(findings.statements)):
         tested = [name for part in findings.statements[number].computed for name in part.names if name in ("Be", "Bh")]
         if tested and findings.words[number] in ("IF", "ELSEIF", "WHILE"):
-            message = f"when {tested[0]} becomes 1 the program ends since 4.76; F=32 and label C1 let it go on"
+            message = (
+                f"when {tested[0]} becomes 1 the program ends since 4.76; F=32 and label C1 let the program continue"
+            )
             findings.report(rules.ENDS_PROGRAM, number, message)
 
 
@@ -81,7 +83,7 @@ def _soft_limits(findings: Findings) -> None:
 
 
 def _brake(findings: Findings, command: str, pin: str) -> None:
-    """Report brake pins that are not outputs, or are used later; of the reads, only an assignment matters (5.1)."""
+    """Report a brake pin that is not an output or is used later; of reads, only those of an assignment (5.1)."""
     begun = next(findings.all(command), None)
     if begun is None:
         return

@@ -1,6 +1,6 @@
 """Diagnostics of a program or a conversation for firmware 4.76, without running it.
 
-The motor's own reader and compiler find what sets Bs.  Further rules concern values out of range, program flow
+The motor's own parser and compiler find what sets Bs.  Further rules concern values out of range, program flow
 (`flow`), mode cam (`cam`), and changes since older firmware (`migration`).
 """
 
@@ -57,11 +57,11 @@ def _length(findings: Findings) -> None:
     size, room = len(image.strip(findings.program.text)), Options().program_bytes
     if size > room:
         number = len(findings.statements) - 1
-        findings.report(rules.TOO_LONG, number, f"this program has {size} bytes, a motor keeps {room}")
+        findings.report(rules.TOO_LONG, number, f"this program has {size} bytes: the motor stores {room}")
 
 
 def _problems(statement: Statement) -> Iterator[Problem]:
-    """Yield the problems of a statement by itself."""
+    """Yield the problems of a single statement."""
     if statement.problem is not None:
         yield statement.problem
         return
@@ -88,16 +88,18 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
     while at < len(code):
         operation = code[at]
         if operation == ops.OVERFLOW:
-            yield Problem(0, "a number does not fit 32 bits: Bd is set and nothing is done", CHAPTER, rules.OVERFLOW)
+            yield Problem(
+                0, "a number does not fit 32 bits: Bd is set and the statement has no effect", CHAPTER, rules.OVERFLOW
+            )
         elif operation in (ops.DIVIDE, ops.REMAINDER) and before == (ops.CONSTANT, 0):
-            yield Problem(0, "this divides by 0: Bd is set and nothing is done", CHAPTER, rules.ZERO)
+            yield Problem(0, "this divides by 0: Bd is set and the statement has no effect", CHAPTER, rules.ZERO)
         argument = operation in WITH_ARGUMENT
         before = (operation, code[at + 1] if argument else 0)
         at += 1 + argument
 
 
 class _Host:
-    """The characters of a host: commands, and between LOAD and FF FF a program."""
+    """Checks the characters of a host: commands, and between LOAD and FF FF a program."""
 
     def __init__(self, characters: Sequence[Sent]) -> None:
         self.found: list[Diagnostic] = []

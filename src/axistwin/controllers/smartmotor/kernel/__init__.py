@@ -1,1 +1,1 @@
-"""The arithmetic of every servo sample: plain Python that Numba can compile."""
+"""The computation of each servo sample, in plain Python that Numba can compile."""

@@ -1,11 +1,11 @@
 """Runs the motor's samples in virtual time: in blocks computed ahead of the clock, up to the next event.
 
     base ────────────── block ──────────────▶ end: an event for Python to handle, at exactly this sample
-     ↑ the committed state: i, v, f       ↑ computed on copies; positions are kept for readers meanwhile
+     ↑ the committed state: i, v, f       ↑ computed on copies; the positions can be read meanwhile
 
 When an input changes in the middle of a block, the block is discarded and computed again from its base up to the last
 sample before the change.  Blocks are long while nothing changes, and short while a host sends.  The motor behaves the
-same however a run is divided into blocks.  A motor at rest costs nothing.
+same however a run is divided into blocks.  A motor at rest takes no computing time.
 """
 
 from array import array
@@ -27,17 +27,17 @@ from axistwin.sim.signal import Signal
 SAMPLE_NS = 245_760
 """RSP reports 24576, in units of 10 ns."""
 SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 7
-"""Samples in a block.  A block takes less than the slice in which a served bench is advanced, 2 ms."""
+"""Samples in a block.  A block is computed in less than 2 ms, the time slice of a served bench."""
 PLAIN_SAMPLES = 20_000
-"""Samples of all motors that are computed in plain Python before loading the compiler is worth its time."""
+"""Samples of all motors that plain Python computes before the compiler is loaded."""
 PLAIN_MOTORS = 8
-"""Number of motors that plain Python certainly runs in real time."""
+"""Number of motors that plain Python runs in real time on any computer."""
 STACK = 64
 PID_MOST = 8
 """PID8: the longest period of the trajectory, in samples."""
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
-"""Called with the times in ns at which followed numbers have changed, their places among these, and their values."""
+"""Called with changes of followed numbers: the times in ns, the index of each number, and the new values."""
 
 
 class Phase(Enum):
@@ -61,7 +61,7 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class _Block:
-    """Samples computed ahead, or a time of rest; `why`: the reason for which the kernel ended the block."""
+    """Samples computed ahead, or a time of rest; `why`: the reason why the kernel ended the block."""
 
     first: int
     samples: int
@@ -101,25 +101,25 @@ class Core:
 
     @property
     def due(self) -> int:
-        """The number of the last sample by now."""
+        """Number of the last sample at or before the present time."""
         return (self.clock.now - self.zero_ns) // SAMPLE_NS
 
     def time_ns(self, sample: int) -> int:
-        """Return the time at which a sample is done."""
+        """Return the time of a sample, in ns of the bench's clock."""
         return self.zero_ns + sample * SAMPLE_NS
 
     def position_now(self) -> int:
-        """Return the shaft's position now.  The block stays as it is."""
+        """Return the shaft's position now, without ending the block that is computed ahead."""
         past = self._past()
         return self._engine.shaft[past - 1] if past else self.i[s.SHAFT] + self.i[s.SLIPPED]
 
     def commanded_now(self) -> int:
-        """Return the trajectory's position now, in the machine's coordinates.  The block stays as it is."""
+        """Return the commanded position now, in the machine's coordinates, without ending the block."""
         past = self._past()
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def _past(self) -> int:
-        """Return the number of samples of the block ahead that are in the past by now."""
+        """Return the number of samples in the block that are already past."""
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -154,7 +154,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the state is that of the last sample already, so that the block can stay."""
+        """True if the committed state is already that of the last sample, so that the block remains valid."""
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
             self._rest(missing)
@@ -162,26 +162,26 @@ class Core:
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Plan the next block for the end of this nanosecond, after all other changes."""
+        """Schedule the next block for the end of this nanosecond, after all other changes."""
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
             self.clock.call_later(0, self._compute_ahead)
 
     def speed(self) -> float:
-        """Return the shaft's speed in counts per sample, over the last sample; with PIDn, over the last n."""
+        """Return the shaft's speed in counts per sample, averaged over the last sample or, with PIDn, the last n."""
         rate = self.i[s.PID_RATE]
         return sum(self._moves_by(self._past())[-rate:]) / rate
 
     def _moves_by(self, computed: int) -> list[int]:
-        """Return the counts moved in each of the last samples, up to sample `computed` of the block ahead."""
+        """Return the counts moved in each of the last samples, up to sample `computed` of the block."""
         shaft, first = self._engine.shaft, max(computed - PID_MOST, 0)
         before = shaft[first - 1] if first else self.i[s.SHAFT] + self.i[s.SLIPPED]
         places = [before, *shaft[first:computed]]
         return [*self._moves, *(after - before for before, after in pairwise(places))][-PID_MOST:]
 
     def stop(self) -> None:
-        """End the samples."""
+        """Stop computing samples, because the power is off."""
         self.catch_up()
         self._report_changes()
         self._phase, self._block = Phase.STOPPED, None
@@ -198,19 +198,19 @@ class Core:
         self._follower, self._restless = follower, restless
 
     def unfollow(self) -> None:
-        """End the reports."""
+        """Stop the reports to the follower."""
         self.catch_up()
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report the changes that Python has made, at the present time."""
+        """Report changes of followed numbers that Python has made, at the present time."""
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Report the changes that the kernel has made, from the log of a block that has been committed."""
+        """Report changes of followed numbers that the kernel has made, from the log of a committed block."""
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
@@ -247,7 +247,7 @@ class Core:
         self.clock.call_later(self.time_ns(block.end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
-        """Continue after a block.  After a block without events the motor may rest."""
+        """Compute the next block; after a block without events, let a motor at rest sleep."""
         if self._phase is Phase.STOPPED:
             return
         self._plan += 1
@@ -266,7 +266,7 @@ class Core:
             self._engine.forget()
 
     def _rests(self) -> bool:
-        """True if nothing more happens, except that a WAIT may end."""
+        """True if the motor rests: nothing will happen except the end of a WAIT."""
         if self._restless:
             return False
         i = self.i
@@ -303,7 +303,7 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Commit the part of the block that is in the past, and discard the rest."""
+        """Commit the samples of the block that are past, and discard the later samples."""
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -327,13 +327,13 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on copies of the committed state: in plain Python at first, compiled when compiling pays.
+    """Runs the kernel on copies of the committed state, in plain Python first and compiled for long runs.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
 
     plain_samples: ClassVar[int] = 0
-    """Samples computed in plain Python so far; no motor behaves differently because of it."""
+    """Samples computed in plain Python, of all motors; affects only the computing time."""
     compiled: ClassVar[Callable[..., int] | None] = None
 
     def __init__(self, core: Core) -> None:
@@ -349,13 +349,11 @@ class _Engine:
 
     @property
     def longest(self) -> int:
-        """Samples of the longest block that does not delay a host noticeably."""
+        """Samples in the longest block that does not noticeably delay a host."""
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute up to `most` samples after the committed state.  Return the reason for stopping, and the number of
-        samples.
-        """
+        """Compute up to `most` samples from the committed state.  Return the reason for stopping, and their number."""
         core = self._core
         self._make_room(most)
         if compiled := self._compiled():
@@ -371,7 +369,7 @@ class _Engine:
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Return compiled code if available, or if compiling pays and no user waits in real time."""
+        """Return the compiled kernel if it is loaded, or if a long run without a waiting user justifies loading it."""
         if _Engine.compiled is None:
             enough = _Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
@@ -379,7 +377,7 @@ class _Engine:
         return _Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Commit the result of the last computation."""
+        """Commit the last computed block: its state becomes the committed state."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
@@ -388,7 +386,7 @@ class _Engine:
             core.on_samples.emit(block.first + 1, self.shaft[: block.samples], self.commanded[: block.samples])
 
     def forget(self) -> None:
-        """Release memory while nothing is computed."""
+        """Release the memory of the copies while no samples are computed."""
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
@@ -402,7 +400,7 @@ class _Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """Renew NumPy's views of the arrays if an array has been replaced."""
+        """Create NumPy views of the arrays again if an array has been replaced."""
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:
             return

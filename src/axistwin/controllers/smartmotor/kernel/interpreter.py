@@ -2,7 +2,7 @@
 
 A program is a flat list of integers.  A statement is an operation, its number, the place of the next statement, and
 the operands; an expression is in postfix order and ends in RESULT.  `expressions.py` and `program.py` write this
-code.  Both functions run at least once per sample, so they use only integers in arrays.
+code.  `statement` and `evaluate` run in every sample, so they use only integers in arrays.
 
 Arithmetic is that of signed 32-bit integers.  A result that does not fit, and a division by zero, set Bd.  An index
 outside the array sets Bu.  Text that is not an expression sets Bs (NO_VALUE).  In each case the statement is
@@ -19,7 +19,7 @@ Ints = MutableSequence[int]
 
 LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 STACK = 64
-"""Intermediate results that an expression can have at once."""
+"""Number of intermediate results that an expression can have at once."""
 
 # Result of a statement
 DONE, TRAP, HELD, FETCH = range(4)
@@ -28,11 +28,13 @@ DONE, TRAP, HELD, FETCH = range(4)
 RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
 (
     ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,
-    EQUAL, UNEQUAL, LESS, GREATER, AT_MOST, AT_LEAST,
+    EQ, NE, LT, GT, LE, GE,
 ) = range(13, 28)  # fmt: skip
 
 # Values of COMPUTED
-POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_TOLD = range(9)
+POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_REPORTED = (
+    range(9)
+)
 
 # Operations of statements
 (
@@ -49,7 +51,7 @@ MOST_POWER = 4
 def computed(i: Ints, what: int) -> int:
     """Return a system variable that is computed on demand (6 of the base language).
 
-    Using `I` clears Bi, and the next index is captured.
+    Reading `I` clears Bi and enables the capture of the next index.
     """
     if what == POSITION:
         return actual_position(i)
@@ -64,7 +66,7 @@ def computed(i: Ints, what: int) -> int:
         return i[s.PINS] & 0x7F
     if what == AT_STATEMENT:
         return 0 if i[s.PROGRAM] == s.STOPPED else i[s.STATEMENT] + 1
-    if what == MODE_TOLD:
+    if what == MODE_REPORTED:
         return s.M_RELATIVE if i[s.MODE] == s.M_POSITION and i[s.FACTOR] else i[s.MODE]
     bits = 16 if what == STATUS_WORD else 8
     word = 0
@@ -75,10 +77,18 @@ def computed(i: Ints, what: int) -> int:
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
-    """Return the level of a pin that an assignment reads; note a read of the brake's signal (5.1)."""
+    """Return the level of a pin that an assignment reads; set BRAKE_READ if the pin carries the brake signal (5.1)."""
     if i[s.BRAKE_PIN] == 1 << bit:
         i[s.BRAKE_READ] = 1
     return (i[s.PINS] >> bit) & 1
+
+
+@sampled
+def system_value(i: Ints, operation: int, place: int) -> int:
+    """Return the level of a pin, or a system variable that is computed on demand."""
+    if operation == PIN:
+        return (i[s.PINS] >> place) & 1
+    return taken(i, place) if operation == TAKEN_PIN else computed(i, place)
 
 
 @sampled
@@ -139,17 +149,17 @@ def combined(operation: int, left: int, right: int) -> int:
         return left + right
     if operation == SUBTRACT:
         return left - right
-    if operation == EQUAL:
+    if operation == EQ:
         return int(left == right)
-    if operation == UNEQUAL:
+    if operation == NE:
         return int(left != right)
-    if operation == LESS:
+    if operation == LT:
         return int(left < right)
-    if operation == GREATER:
+    if operation == GT:
         return int(left > right)
-    if operation == AT_MOST:
+    if operation == LE:
         return int(left <= right)
-    if operation == AT_LEAST:
+    if operation == GE:
         return int(left >= right)
     if operation == AND:
         return left & right
@@ -170,7 +180,7 @@ def combined(operation: int, left: int, right: int) -> int:
 
 @sampled
 def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int:
-    """Evaluate an expression, to stack[0].  Return the next place, or -1 without a value: Bd, Bu or Bs is set."""
+    """Evaluate an expression into stack[0].  Return the place after it; -1: no value, and Bd, Bu or Bs is set."""
     top = -1
     while True:
         operation = code[at]
@@ -182,12 +192,8 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
             value = v[code[at + 1]]
         elif operation == SLOT:
             value = i[code[at + 1]]
-        elif operation == PIN:
-            value = (i[s.PINS] >> code[at + 1]) & 1
-        elif operation == TAKEN_PIN:
-            value = taken(i, code[at + 1])
-        elif operation == COMPUTED:
-            value = computed(i, code[at + 1])
+        elif operation in (PIN, TAKEN_PIN, COMPUTED):
+            value = system_value(i, operation, code[at + 1])
         else:
             if BYTE <= operation <= LONG:
                 if outside(operation, stack[top]):
@@ -217,7 +223,7 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
 
 @sampled
 def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
-    """Execute an assignment to an array: number of values, array, first index, values."""
+    """Execute an assignment to an array, coded as number of values, array, first index and values."""
     count, kind = code[at], code[at + 1]
     at = evaluate(i, v, stack, code, at + 2)
     index = stack[0]
@@ -234,7 +240,7 @@ def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
 
 @sampled
 def call_again(i: Ints) -> None:
-    """End C1.  A fault that has occurred within C1 calls C1 again."""
+    """Return from C1, and call C1 again if a fault has occurred within C1."""
     if i[s.FAULT_AGAIN] != 0:
         i[s.FAULT_AGAIN] = 0
         i[s.PENDING] |= s.CALL_FAULT

@@ -1,4 +1,4 @@
-"""Compile the functions of a sample: the same source on lists (plain Python) or arrays (Numba), with the same bits.
+"""Compile the functions of a sample: the same source on lists (plain Python) or arrays (Numba), with identical results.
 
 `@sampled` marks a function and returns it unchanged.  `best(function)` is its compiled copy, if compilation is
 available.  All marked functions are compiled together, in copies of their globals that hold the compiled ones.
@@ -96,7 +96,7 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 class _Sealing:
-    """A compiled function that seals the cache after the first call, when the machine code exists."""
+    """A compiled function whose first call marks the cached machine code as complete."""
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
         self._function, self._directory = function, directory
@@ -118,7 +118,7 @@ def _sums(directory: Path) -> dict[str, str]:
 
 
 def _seal(directory: Path) -> None:
-    """Record that the machine code is complete; remove caches that have not been used for long."""
+    """Mark the machine code as complete by its checksums; remove old caches that are no longer used."""
     try:
         write_whole(directory / SEAL, json.dumps(_sums(directory)).encode())
         os.utime(directory)
@@ -131,7 +131,7 @@ def _seal(directory: Path) -> None:
 
 
 def _whole(directory: Path) -> bool:
-    """True if the machine code was sealed and is not damaged; remove damaged files."""
+    """True if the cached machine code is complete and undamaged; remove damaged files."""
     try:
         sealed = json.loads((directory / SEAL).read_bytes())
     except (OSError, ValueError):
@@ -144,7 +144,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return the globals of each module with compiled functions, which call one another."""
+    """Return each module's globals with compiled functions that call one another."""
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}

@@ -27,11 +27,11 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Reasons for stopping.  The first three come before their sample, the others at its end.
+# Reasons for stopping: the first three before a sample, the others at the end of a sample
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # a statement that Python carries out
-VALUE_WAITS = 2  # a value that Python fetches
-CALL_WAITS = 4  # C1 or C2 is to be called
+STATEMENT_WAITS = 1  # a statement that Python must execute
+VALUE_WAITS = 2  # an external value that Python must fetch
+CALL_WAITS = 4  # Python must call C1 or C2
 TRAJECTORY = 8  # Bt has changed
 PLUS, MINUS = 16, 32  # a limit
 ERROR, HEAT = 64, 128  # position error, overheat
@@ -184,7 +184,7 @@ def inputs(i: Ints) -> int:
 
 @sampled
 def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
-    """Compute one sample, after its statements."""
+    """Compute motion, protection and inputs of one sample, after its statements."""
     i[s.SAMPLE] += 1
     i[s.BUDGET] = i[s.STATEMENTS_PER_SAMPLE]
     busy = i[s.BT]

@@ -1,4 +1,4 @@
-"""The numbers inside the motor's processor that a trace follows, compared after every sample.
+"""A log of the processor's numbers that a trace follows: each number is compared after every sample.
 
 Variables and buffered parameters are compared only after statements, which alone change them.
 The kernel writes changes into an array of integers; the core reads it when a block becomes the committed state:
@@ -21,16 +21,16 @@ from axistwin.controllers.smartmotor.kernel.state import BUFFERED_FACTOR, SAMPLE
 
 FOLLOWED, USED, ROOM, MOVING, HEAD = range(5)
 NUMBER, CHANGE = 4, 3
-"""Lengths of the two kinds of entries."""
+"""Lengths of an entry in the head, and of a logged change."""
 KINDS = COMPUTED, SLOT, VARIABLE
-"""Their order in the log."""
+"""The kinds of numbers, in their order in the log."""
 CHANGES = 1 << 14
 """Smallest number of changes in one block that fit."""
 
 
 @sampled
 def value(i: Ints, v: Ints, operation: int, place: int) -> int:
-    """Return a number as it is now; reading it changes nothing."""
+    """Return the present value of a followed number; reading has no side effect."""
     if operation == SLOT:
         return i[place]
     if operation == COMPUTED:
@@ -46,7 +46,7 @@ def room(log: Ints) -> bool:
 
 @sampled
 def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
-    """Write down which of the first `numbers` have changed since the last time."""
+    """Log those of the first `numbers` followed numbers that have changed since the last call."""
     to = HEAD + NUMBER * log[FOLLOWED] + CHANGE * log[USED]
     for at in range(HEAD, HEAD + NUMBER * numbers, NUMBER):
         now = value(i, v, log[at], log[at + 1])
@@ -58,7 +58,7 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Return a log without numbers."""
+    """Return a log that follows no numbers."""
     return array("q", [0] * HEAD)
 
 
@@ -70,9 +70,7 @@ def moving(operation: int, place: int) -> bool:
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """Return a log of these numbers, each an operation and a place, with the present values or those of a log
-    `before`.
-    """
+    """Return a log of these numbers, each an operation and a place; keep the last values of the log `before`."""
     log = array("q", [len(numbers), 0, max(CHANGES, len(numbers)), sum(moving(*number) for number in numbers)])
     order = sorted(range(len(numbers)), key=lambda k: (KINDS.index(numbers[k][0]), not moving(*numbers[k])))
     for k in order:
@@ -89,7 +87,7 @@ def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
 
 
 class Snapshot:
-    """The values of all numbers at once; does the work of `note`, fast in Python, where every event needs it."""
+    """The last values of all followed numbers, compared at once: does the same as `note`, fast in plain Python."""
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))
@@ -112,12 +110,12 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the part of a log before the changes."""
+    """Return the head of a log: everything before the logged changes."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 
 def changes(log: "array[int]") -> "tuple[array[int], array[int], array[int]]":
-    """Return the changes: samples, indices of numbers, and their new values."""
+    """Return the logged changes: samples, indices of numbers, and new values."""
     first = head(log).stop
     written = log[first : first + CHANGE * log[USED]]
     return written[0::CHANGE], written[1::CHANGE], written[2::CHANGE]

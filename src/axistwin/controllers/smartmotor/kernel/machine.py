@@ -1,4 +1,4 @@
-"""The machine in the kernel: the floats `f`, calculated from the data sheets, and outside influences on the shaft.
+"""The physical model: the floats `f`, calculated from the data sheets, and external influences on the shaft.
 
 The units are counts and samples, so that a sample needs few operations (`servo.py`).
 """
@@ -19,35 +19,32 @@ HEAT_BLOCK = 256
 AMBIENT_C = 25.0
 MOST_TORQUE_NM = 1000.0
 LEAST = 1e-6
-"""Remainder of a quantity that has gone, so that a division by it is possible."""
+"""Smallest share of magnetism or voltage, so that no division by zero occurs."""
 
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]
 
 # Floats `f`
 _slots = count()
-SPEED = next(_slots)  # of the shaft, counts per sample
-FRACTION = next(_slots)  # of a count, to add to SHAFT
-OUTSIDE = next(_slots)  # torque from outside and gravity, counts/sample²
-COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction, counts/sample²
-JAM = next(_slots)  # more friction: 0 or infinite
-VISCOUS = next(_slots)  # friction, per count/sample of speed
-OPEN_GAIN, CLOSED_GAIN = (
-    next(_slots),
-    next(_slots),
-)  # share of the speed left by viscous friction, and by closed windings
-PER_AMP = next(_slots)  # counts/sample² per A
-AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # final current at standstill; loss by back-EMF
-AMPS_NOW = next(_slots)  # through the windings, at the end of a sample
+SPEED = next(_slots)  # shaft speed, counts per sample
+FRACTION = next(_slots)  # fraction of a count, to be added to SHAFT
+OUTSIDE = next(_slots)  # external torque and gravity, as an acceleration in counts/sample²
+COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction torques, as an acceleration in counts/sample²
+JAM = next(_slots)  # additional friction of a jammed shaft: 0 or infinite
+VISCOUS = next(_slots)  # viscous friction, per count/sample of speed
+OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)  # share of the speed left per sample: open, closed windings
+PER_AMP = next(_slots)  # torque constant: counts/sample² per A
+AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # steady current per PWM unit; its loss by back-EMF
+AMPS_NOW = next(_slots)  # current through the windings at the end of a sample
 AMPS_KEPT = next(_slots)  # share of the current that inductance keeps for one sample, 0 to 1
-MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # share left on average over a sample; and 1 minus that share
-LAG = next(_slots)  # part of a sample's change of speed that is missing in the distance, 0 to 1/2
+MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # mean share of the old current during a sample; 1 minus that
+LAG = next(_slots)  # part of a change of speed that adds no distance in its sample, 0 to 1/2
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
-WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # final rise, K per A²: over the housing, over the air
-WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))  # share of a difference that flows in one block
+WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # steady temperature rise, K per A²: over housing, over air
+WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))  # share of a difference lost per block
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
-PER_NM = next(_slots)  # counts/sample² per N·m
+PER_NM = next(_slots)  # acceleration by a torque: counts/sample² per N·m
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
 
@@ -143,7 +140,7 @@ def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply:
 
 
 def set_encoder(i: Ints, of: int, out_of: int) -> None:
-    """Let the encoder count `of` for each `out_of` counts."""
+    """Make the encoder report `of` counts for every `out_of` counts of the shaft."""
     good = of == out_of
     i[s.COUNTS_OF], i[s.COUNTS_OUT_OF] = (0, 0) if good else (of, out_of)
     if good:

@@ -1,4 +1,4 @@
-"""The brushless motor that the servo law (`servo_law.py`) drives, its protection, and its rest; once per sample.
+"""Model of the brushless motor in each sample: motion, current, heat, overload protection, and rest.
 
 The shaft's speed is found from the torques at the end of the sample (the implicit Euler method), so that no inertia,
 winding or friction makes it unstable.  In units of counts and samples, with `amps` through the windings on average:
@@ -70,7 +70,7 @@ def stall_amps(i: Ints, f: Floats) -> float:
 
 @sampled
 def mean_amps(f: Floats, settled: float) -> float:
-    """Return the average current over this sample, on the way from AMPS_NOW to `settled`."""
+    """Return the mean current in this sample, which changes from AMPS_NOW towards `settled`."""
     return f[m.MEAN_KEPT] * f[m.AMPS_NOW] + f[m.MEAN_REACHED] * settled
 
 
@@ -107,7 +107,7 @@ def friction(i: Ints, f: Floats) -> float:
 
 @sampled
 def slowed(push: float, against: float) -> float:
-    """Return a push reduced by friction."""
+    """Return the acceleration `push` reduced by friction; 0 if friction is larger."""
     if push > against:
         return push - against
     if push < -against:
@@ -171,7 +171,7 @@ def tracked(i: Ints) -> int:
 
 @sampled
 def ideal_rests(i: Ints, f: Floats) -> int:
-    """Return 1 if `ideal` changes nothing."""
+    """Return 1 if `ideal` would not move the shaft."""
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return 1
     if i[s.MODE] == s.M_TORQUE:
@@ -205,7 +205,7 @@ def cool(i: Ints, f: Floats) -> None:
 
 @sampled
 def resting(i: Ints, f: Floats) -> int:
-    """Return 1 if only temperatures will change while the inputs and the trajectory do not."""
+    """Return 1 if only temperatures will change, until an input or the trajectory changes."""
     if (cools(i, f) if i[s.HOT] != 0 else keeps_cool(i, f)) == 0:
         return 0
     if i[s.IDEAL] != 0:
@@ -251,7 +251,7 @@ def cools(i: Ints, f: Floats) -> int:
 
 @sampled
 def rest(i: Ints, f: Floats, samples: int) -> None:
-    """Pass samples at rest in one step, with the same bits as one by one."""
+    """Compute many samples of a motor at rest in one step, with the same results as one by one."""
     i[s.SAMPLE] += samples
     if i[s.IDEAL] != 0:
         return
@@ -267,6 +267,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # all further blocks are equal
+            left %= m.HEAT_BLOCK  # temperatures are steady: all further blocks are equal
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

@@ -36,7 +36,7 @@ def control(i: Ints) -> None:
 
 @sampled
 def pid(i: Ints, error: int) -> None:
-    """Do one step of the PID: keep the integral and the difference, set PWM to the output."""
+    """Compute one step of the PID: update integral and difference, set PWM to the output."""
     i[s.INTEGRAL] = integrated(i, error)
     if i[s.TUNING + 4] <= 1 or (i[s.SAMPLE] // i[s.PID_RATE]) % i[s.TUNING + 4] == 0:
         i[s.DIFFERENCE] = error - i[s.ERROR_BEFORE]
@@ -78,7 +78,7 @@ def clear_integral(i: Ints) -> None:
 
 @sampled
 def steady(i: Ints) -> int:
-    """Return 1 if the servo law would repeat its output."""
+    """Return 1 if the servo law would give the same PWM in the next sample."""
     if i[s.MODE] == s.M_TORQUE:
         return 1 if i[s.PWM] == i[s.DIRECTION] * clipped(i[s.T], i[s.AMPS]) else 0
     error = following_error(i)

@@ -22,7 +22,7 @@ WRAP = 1 << 48
 
 @sampled
 def stopping_distance(speed: int, acceleration: int) -> int:
-    """Return the distance to a stop, `speed` > 0 in this sample and `acceleration` less in each further one."""
+    """Return the distance of a stop from `speed` > 0, which `acceleration` reduces in each further sample."""
     n = (speed + acceleration - 1) // acceleration
     return n * speed - acceleration * (n * (n - 1) // 2)
 
@@ -48,7 +48,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
     if speed > max_velocity:
         wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
-        return wanted * way  # still in the wrong direction, or at rest
+        return wanted * way  # the motor still moves away from the target, or is at rest
     # An upper bound first: stopping_distance(w) <= w²/2A + w/2 + A/8
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
@@ -67,7 +67,7 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Turn the external encoder for a sample: to its announced count, or at constant speed."""
+    """Advance the external encoder by one sample: to its predicted count, or at constant speed."""
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]
         i[s.PREDICTED_AT] += 1
@@ -97,7 +97,7 @@ def show_master(i: Ints, before: int) -> None:
     """Set pins A and B to the levels of the external encoder; for a step source, B is the direction and A is low."""
     if i[s.MASTER] != before:
         i[s.STEP_UP] = 1 if i[s.MASTER] > before else 0
-    levels = 2 * i[s.STEP_UP] if i[s.STEPS] != 0 else quadrature(i[s.MASTER] - i[s.BY_HAND])
+    levels = 2 * i[s.STEP_UP] if i[s.STEPS] != 0 else quadrature(i[s.MASTER] - i[s.PIN_EDGES])
     i[s.PINS] = (i[s.PINS] & ~i[s.SHOWN]) | (levels & i[s.SHOWN])
     for bit in range(2):
         if i[s.SHOWN] >> bit & 1:

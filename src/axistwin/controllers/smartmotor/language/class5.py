@@ -11,12 +11,12 @@ from axistwin.numbers import clipped
 
 PINS = "ABCDEFG"
 """Pins by their Class 5 numbers, from 0."""
-RATES = "its number is for 8000 samples/s, here there are 4069"
+RATES = "its value is for 8000 samples/s, 4.76 has 4069"
 RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A form of Class 5.  `here`: the form in 4.76, in terms of the groups; `sure`: the values have the same unit."""
+    """A Class 5 word as a pattern, and `here` the 4.76 word for it.  `sure`: both take values in the same unit."""
 
     form: str
     here: str
@@ -25,7 +25,7 @@ class Later(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A Class 5 word that has been recognised, and what 4.76 has for it."""
+    """A Class 5 word found in a text, and the 4.76 word for it."""
 
     word: str
     here: str
@@ -58,7 +58,7 @@ COMMANDS = (
     Later(r"REA", "RPE", sure=True),
     Later(r"RVA", "RV", RATES),
     Later(r"RCTR\([01]\)", "RCTR", sure=True),
-    Later(r"RW\(\d+\)", "RW", "the bits are others"),
+    Later(r"RW\(\d+\)", "RW", "the bits differ"),
     Later(r"RB\(\d+,\d+\)", "RBx with the flag's letter"),
     Later(r"(MV|MP|MT|MC|G|X|S|TWAIT)\((?:\d+)?\)", r"\1"),
     Later(r"(MFR|MSR)\(\d+\)", r"\1"),
@@ -71,7 +71,7 @@ COMMANDS = (
     Later(r"BAUD\([01]\)=(?P<v>.+)", r"BAUD\g<v>"),
     Later(r"ADDR=(?P<v>.+)", r"SADDR\g<v>"),
 )
-"""In the order in which they are tried."""
+"""Class 5 commands, in the order in which the patterns are tried."""
 VALUES = (
     Later(r"PA", "@P", sure=True),
     Later(r"EA", "@PE", sure=True),
@@ -87,13 +87,13 @@ VALUES = (
 
 
 def message(found: Found) -> str:
-    """Return the message of the checker."""
+    """Return the checker's message about a Class 5 word."""
     note = f" ({found.note})" if found.note else ""
     return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 uses {found.here}{note}"
 
 
 def find(text: str, table: tuple[Later, ...]) -> Found | None:
-    """Return the Class 5 word of a table that a text is, and what 4.76 has for it; None: it is none."""
+    """Return the Class 5 word that a text matches in a table; None: the text matches no entry."""
     for later in table:
         if match := re.fullmatch(later.form, text, re.ASCII):
             pin = PINS[int(match["pin"])] if "pin" in match.re.groupindex else ""

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NoReturn
 
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
@@ -20,13 +21,13 @@ from axistwin.controllers.smartmotor.processor import Processor
 
 CHAPTER = "Variables and mathematics"
 DEEPEST = 20
-"""Parentheses and indices within one another."""
+"""The largest depth of nested parentheses and indices."""
 
 LEVELS = (
     {"|": ops.OR},
     {"!|": ops.EXCLUSIVE_OR},
     {"&": ops.AND},
-    {"==": ops.EQUAL, "!=": ops.UNEQUAL, "<=": ops.AT_MOST, ">=": ops.AT_LEAST, "<": ops.LESS, ">": ops.GREATER},
+    {"==": ops.EQ, "!=": ops.NE, "<=": ops.LE, ">=": ops.GE, "<": ops.LT, ">": ops.GT},
     {"+": ops.ADD, "-": ops.SUBTRACT},
     {"*": ops.MULTIPLY, "/": ops.DIVIDE, "%": ops.REMAINDER},
     {"^": ops.POWER},
@@ -48,11 +49,11 @@ class Problem:
     """The index after the wrong part; 0: the end of the statement."""
 
 
-class Malformed(Exception):  # noqa: N818  # it is caught where the statement is read
-    """Text that is not an expression or a command.  The reader of a statement catches this error."""
+class Malformed(Exception):  # noqa: N818  # internal: `read` catches this error
+    """Raised for text that is not an expression or a command; caught by `read` and `First`."""
 
     def __init__(
-        self, position: int, message: str, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
+        self, message: str, position: int, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
     ) -> None:
         super().__init__(message)
         self.problem = Problem(position, message, chapter, rule, end)
@@ -60,7 +61,7 @@ class Malformed(Exception):  # noqa: N818  # it is caught where the statement is
 
 @dataclass(frozen=True)
 class Index:
-    """An array index that is known beforehand, for the checker."""
+    """A constant array index, which the checker compares with the array's size."""
 
     position: int
     array: str
@@ -76,28 +77,28 @@ class Computed:
     """Fetch the external values for the hidden variables, in the order of the text."""
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()
-    """The variables in it, in the order of the text."""
+    """The names of the variables, in the order of the text."""
     taken: tuple[str, ...] = ()
-    """Those of them that are the level of a pin which is assigned to a variable (5.1, note 2)."""
+    """The pins whose level is assigned to a variable (5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the external values."""
+        """Fetch the external values of the operand into the hidden variables."""
         for number, fetch in enumerate(self.fetches):
             motor.v[s.HIDDEN + number] = fetch(motor)
 
 
 @dataclass(frozen=True)
 class Expression(Computed):
-    """A number in a statement."""
+    """An operand that gives one number."""
 
     @cached_property
     def constant(self) -> int | None:
-        """The value, if it is constant."""
+        """Value of a constant expression; otherwise None."""
         known = len(self.code) == 3 and self.code[0] == ops.CONSTANT
         return self.code[1] if known else None
 
     def value(self, motor: Processor) -> int | None:
-        """Return the present value; None: the expression has no value, and a flag is set."""
+        """Return the expression's present value; None: no value exists, and a flag is set."""
         self.fetch(motor)
         stack = [0] * STACK
         return stack[0] if evaluate(motor.i, motor.v, stack, self.code, 0) >= 0 else None
@@ -117,18 +118,18 @@ class Reader:
         self._taken: list[str] = []
 
     def expression(self) -> Expression:
-        """Return the expression that begins here.  Raises Malformed."""
+        """Return the expression at the current index.  Raises Malformed."""
         self._binary(0)
         return self._read()
 
     def element(self) -> Expression:
-        """Return the array element that begins here.  Raises Malformed."""
+        """Return the array element at the current index.  Raises Malformed."""
         self._array(self._next())
         return self._read()
 
     def _read(self) -> Expression:
         if self._highest > STACK:
-            raise Malformed(self.at, "this expression is too long")
+            raise Malformed("this expression is too long", self.at)
         code = tuple(number for word in self._code for number in word)
         return Expression(
             (*code, ops.RESULT),
@@ -139,18 +140,18 @@ class Reader:
         )
 
     def index(self) -> Expression:
-        """Return the index that begins here, in brackets.  Raises Malformed."""
+        """Return the array index, in brackets, at the current index.  Raises Malformed."""
         self._nested("]")
         return self._read()
 
     def _next(self) -> str:
-        """Return the next token; empty: the end of the text, or no token."""
+        """Return the next token; empty at the end of the text, or if no token matches."""
         match = _token.match(self.text, self.at)
         return match[0] if match else ""
 
     def _expect(self, token: str) -> None:
         if self._next() != token:
-            raise Malformed(self.at, f"{token} is missing")
+            raise Malformed(f"{token} is missing", self.at)
         self.at += len(token)
 
     def _emit(self, *word: int) -> None:
@@ -173,7 +174,7 @@ class Reader:
             self._combine(operation)
 
     def _combine(self, operation: int) -> None:
-        """Add an operation, or what it gives, if that is known."""
+        """Add an operation, or its result if both values are constant."""
         left, right = self._code[-2:] if len(self._code) > 1 else ([], [])
         if left[:1] == right[:1] == [ops.CONSTANT]:
             value = combined(operation, left[1], right[1])
@@ -192,7 +193,7 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            for _ in range(2 - minuses % 2 if minuses else 0):  # two negations may overflow, unlike none
+            for _ in range(2 - minuses % 2 if minuses else 0):  # two negations may overflow, zero cannot
                 self._negate()
 
     def _negate(self) -> None:
@@ -227,22 +228,22 @@ class Reader:
                 self._hidden(variable.fetch)
             self.at += len(token)
         else:
-            raise self._unknown(token)
+            self._refuse(token)
 
-    def _unknown(self, token: str) -> Malformed:
+    def _refuse(self, token: str) -> NoReturn:
         if not self.text[self.at :]:
-            return Malformed(self.at, "a value is missing at the end")
+            raise Malformed("a value is missing at the end", self.at)
         if not token or not token[-1].isalnum():
-            return Malformed(self.at, f"a value is missing before {self.text[self.at]!r}")
+            raise Malformed(f"a value is missing before {self.text[self.at]!r}", self.at)
         if later := class5.find(token, class5.VALUES):
-            return Malformed(self.at, class5.message(later), rule=rules.LATER, end=self.at + len(token))
+            raise Malformed(class5.message(later), self.at, rule=rules.LATER, end=self.at + len(token))
         hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
-        return Malformed(self.at, f"there is no variable {token}{hint}", rule=rules.VARIABLE, end=self.at + len(token))
+        raise Malformed(f"there is no variable {token}{hint}", self.at, rule=rules.VARIABLE, end=self.at + len(token))
 
     def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
-            raise Malformed(self.at, f"more than {s.HIDDEN_MOST} external values in one statement")
+            raise Malformed(f"more than {s.HIDDEN_MOST} external values in one statement", self.at)
         self._fetches.append(fetch)
         self._push(ops.VARIABLE, s.HIDDEN + place)
 
@@ -250,7 +251,7 @@ class Reader:
         self.at += 1
         self._deep += 1
         if self._deep > DEEPEST:
-            raise Malformed(self.at, f"more than {DEEPEST} nested parentheses")
+            raise Malformed(f"more than {DEEPEST} nested parentheses", self.at)
         self._binary(0)
         self._expect(closing)
         self._deep -= 1
@@ -259,7 +260,7 @@ class Reader:
         self.at += len(name)
         position = self.at + 1
         if self._next() != "[":
-            raise Malformed(self.at, f"{name} is an array: [ is missing")
+            raise Malformed(f"{name} is an array: [ is missing", self.at)
         self._nested("]")
         operation, _ = ARRAY_SIZES[name]
         if self._code[-1][0] == ops.CONSTANT:

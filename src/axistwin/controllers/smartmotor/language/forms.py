@@ -45,7 +45,7 @@ class Instruction(Command):
 
     @property
     def syntax(self) -> str:
-        """The written syntax."""
+        """The syntax of the command, as the documentation shows it."""
         if self.written:
             return self.written
         code = str(self.code)

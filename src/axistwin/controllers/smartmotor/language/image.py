@@ -60,7 +60,7 @@ def _sum(text: str) -> int:
 
 @dataclass
 class _Block:
-    """An IF, WHILE or SWITCH that is open."""
+    """An IF, WHILE or SWITCH block whose end has not been read yet."""
 
     word: str
     place: int
@@ -71,7 +71,7 @@ class _Block:
 
 
 def encode(text: str) -> bytes:
-    """The image of a text, as UP sends it."""
+    """Return the image of a program's text, as UP sends it."""
     targets = dict(_targets(text))
     program = _flow.sub(lambda match: _with_target(match, targets), text)
     table = "".join(f"{number:04X}{place:04X}" for number, place in labels(text).items())
@@ -101,7 +101,7 @@ class Decoder:
             self._decode(max(self._rest.rfind(end) for end in "\n\r\0") + 1)
 
     def result(self) -> tuple[str, bool]:
-        """The whole text, and whether it is intact by its header."""
+        """The whole text, and True if the sums in its header are right."""
         self._begin(whole=True)
         self._decode(len(self._rest))
         text = "".join(self._lines)
@@ -147,7 +147,7 @@ def _words(text: str) -> Iterator[tuple[int, str, int]]:
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
-    """Return the place of each word that jumps, and the target.  A word without its counterpart has no target."""
+    """Return the place of each word that jumps, and the jump's target.  A word without its counterpart has none."""
     blocks: list[_Block] = []
     left: list[_Block] = []  # by BREAK
     for place, word, behind in _words(text):
@@ -169,7 +169,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """The jumps that are known when a block has come to this word."""
+    """Yield the jumps of a block whose targets are known at this word."""
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place
     block.waiting = None if word == "ELSE" else place

@@ -1,6 +1,6 @@
 """The command language (3 of the base language): the text of one command or statement becomes a `Statement`.
 
-One reader for what a host sends, for the program and for the checker.  Invalid text becomes a statement that sets Bs
+Host commands, programs and the checker use the same parser.  Invalid text becomes a statement that sets Bs
 when executed.
 """
 
@@ -23,12 +23,12 @@ from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruc
 from axistwin.controllers.smartmotor.processor import Processor
 
 LEXICAL = "Lexical rules"
-EQUAL_SIGN = "8.1 Forced equal sign"
+EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
 
 
 @dataclass(frozen=True)
 class Elements(Computed):
-    """The interpreter's code of an assignment to an array: number of values, array, first index, values."""
+    """An assignment to an array as code of the interpreter: number of values, array, first index, values."""
 
     count: int = 1
 
@@ -45,7 +45,7 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the run that begins here; None: no such variable or element exists."""
+        """Return the range of variables or elements that begins with this one; None: no such variable exists."""
         if "[" not in self.name:
             group = values(self.name)
             return None if group is None else Run(ops.VARIABLE, group.start, len(group))
@@ -77,11 +77,11 @@ class Statement:
 
     @property
     def computed(self) -> tuple[Computed, ...]:
-        """The operands that are computed."""
+        """The operands that the interpreter computes."""
         return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the external values of an assignment or a condition; the interpreter does the rest."""
+        """Fetch the external values of an assignment or a condition; the interpreter then executes the statement."""
         for part in self.computed:
             part.fetch(motor)
 
@@ -105,7 +105,7 @@ class Statement:
         for part in self.operands:
             value = part.value(motor) if isinstance(part, Expression | Elements) else part
             if value is None:
-                return None  # abandoned: Bd or Bu has the reason
+                return None  # no value: Bd or Bu has been set, and the statement ends
             given.append(value)
         named = self.command.form is Form.LET
         answer = self.command.handler(motor, value=given[0]) if named else self.command.handler(motor, *given)
@@ -118,22 +118,22 @@ def command(text: str) -> Statement:
     statement = read(text)
     found = statement.command
     if statement.problem is None and found is not None and Accept.HOST not in found.accepted:
-        problem = Problem(0, f"{found.code} stands in a program only", LEXICAL, rules.PROGRAM_ONLY)
+        problem = Problem(0, f"{found.code} is valid only in a program", LEXICAL, rules.PROGRAM_ONLY)
         return Statement(text, found, (), problem)
     return statement
 
 
 @lru_cache(maxsize=4096)
 def read(text: str) -> Statement:
-    """Return one statement of a program."""
+    """Return the statement of a text, without the check that a host may send it."""
     found: Instruction | None = None
     try:
         found, begin = _find(text)
         if found is None:
             rule, message = _unknown(text)
-            raise Malformed(0, message, rule.chapter, rule)
+            raise Malformed(message, 0, rule.chapter, rule)
         if Accept.REMOVED in found.accepted:
-            raise Malformed(0, f"{found.code} has been removed in 4.76: {found.instead}", found.chapter, rules.REMOVED)
+            raise Malformed(f"{found.code} has been removed in 4.76: {found.instead}", 0, found.chapter, rules.REMOVED)
         return Statement(text, found, _READERS[found.form](text, begin, found))
     except Malformed as malformed:
         condition = found is not None and found.form is Form.AFTER
@@ -191,9 +191,9 @@ def _unknown(text: str) -> tuple[Rule, str]:
     if later := class5.find(text, class5.COMMANDS):
         return rules.LATER, class5.message(later)
     if len(text) > 1 and not text.strip(text[0]) and not text[0].isalnum():
-        return rules.NO_COMMENT, f"{text[:20]} is no command, and no comment: ' begins one"
+        return rules.NO_COMMENT, f"{text[:20]} is neither a command nor a comment: a comment begins with '"
     if text.startswith("=") or text.endswith("="):
-        return rules.BLANKS, f"{text}: no blanks stand around ="
+        return rules.BLANKS, f"{text}: blanks around = are not allowed"
     if find(text) is not None:
         return rules.VALUE, f"{text} is a value, not a command: R{text} reports it"
     if _find(text.upper())[0] is not None:
@@ -207,10 +207,10 @@ _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
 
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Read digits that belong to the name: GOSUB5."""
+    """Read the number at the end of a command's name, such as GOSUB5."""
     digits, field = text[at:].lstrip("0") or "0", found.parameters[0]
     if len(digits) > 9 or not field.allows(int(digits)):
-        raise Malformed(at, f"{text[at:][:20]} is out of range: {field}", found.chapter, rules.NUMBER)
+        raise Malformed(f"{text[at:][:20]} is out of range: {field}", at, found.chapter, rules.NUMBER)
     return (int(digits),)
 
 
@@ -224,7 +224,7 @@ def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, as
 def _expect_end(reader: Reader, found: Instruction) -> None:
     rest = reader.text[reader.at :]
     if rest:
-        raise Malformed(reader.at, f"{rest[:20]} is not valid after this expression", found.chapter)
+        raise Malformed(f"{rest[:20]} is not valid after this expression", reader.at, found.chapter)
 
 
 def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
@@ -232,7 +232,7 @@ def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     if found.code != "CASE":
         return (expression,)
     if expression.constant is None:
-        raise Malformed(at, "CASE takes a constant", found.chapter)
+        raise Malformed("CASE takes a constant", at, found.chapter)
     return (expression.constant,)
 
 
@@ -268,10 +268,11 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         listed[-1] = -listed[-1] if match[1].startswith("-") else listed[-1]
         at = match.end()
     if not listed:
-        raise Malformed(at, f"{array}[…] needs = and a value, or a list of values", EQUAL_SIGN, rules.ELEMENTS)
+        raise Malformed(f"{array}[…] needs = and a value, or a list of values", at, EQUAL_SIGN, rules.ELEMENTS)
+    if at == len(text):
+        raise Malformed("these values do not end with a period", at, FEATURES_ADDED, rules.ELEMENTS)
     if text[at:].strip() != ".":
-        message = "these values do not end with a period" if at == len(text) else f"{text[at:][:20]} is not a number"
-        raise Malformed(at, message, "1.1 Features added", rules.ELEMENTS)
+        raise Malformed(f"{text[at:][:20]} is not a number", at, FEATURES_ADDED, rules.ELEMENTS)
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
     code = (len(listed), kind, *first.code, *(word for value in listed for word in _constant(value)))
@@ -293,9 +294,10 @@ def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
             at += 1
         elif text[at:] == ")":
             return tuple(items)
+        elif not text[at:]:
+            raise Malformed(") is missing", at, found.chapter, rules.PRINTED)
         else:
-            behind = f"{text[at:][:20]} cannot stand here" if text[at:] else ") is missing"
-            raise Malformed(at, behind, found.chapter, rules.PRINTED)
+            raise Malformed(f"{text[at:][:20]} is not valid here", at, found.chapter, rules.PRINTED)
 
 
 _byte = re.compile(r"#(\d+)", re.ASCII)
@@ -305,13 +307,13 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
     if text.startswith('"', at):
         end = text.find('"', at + 1)
         if end < 0:
-            raise Malformed(at, "this text has no closing quote", found.chapter, rules.PRINTED)
+            raise Malformed("this text has no closing quote", at, found.chapter, rules.PRINTED)
         return text[at + 1 : end], end + 1
     if text.startswith("#", at):
         match = _byte.match(text, at)
         digits = (match[1].lstrip("0") or "0") if match else "999"
         if match is None or len(digits) > 3 or int(digits) > 255:
-            raise Malformed(at, "# takes the code of a character, 0…255", found.chapter, rules.PRINTED)
+            raise Malformed("# takes the code of a character, 0…255", at, found.chapter, rules.PRINTED)
         return bytes((int(digits),)), match.end()
     reader = Reader(text, at)
     return reader.expression(), reader.at
@@ -320,20 +322,20 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
 def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     """Read the text between the parentheses; VST and VLD take a variable and a number of them."""
     if not text.endswith(")"):
-        raise Malformed(len(text), ") is missing", found.chapter, rules.ARGUMENTS)
+        raise Malformed(") is missing", len(text), found.chapter, rules.ARGUMENTS)
     inner = text[at:-1]
     if len(found.parameters) != 2:
         return (inner,)
     name, comma, _ = inner.rpartition(",")
     if not comma:
-        raise Malformed(at, f"{found.code} takes a variable and a number of variables", found.chapter, rules.ARGUMENTS)
+        raise Malformed(f"{found.code} takes a variable and a number of variables", at, found.chapter, rules.ARGUMENTS)
     return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
     """Read the name after the R: Ra, RAINA1."""
     if find(text[1:]) is None:
-        raise Malformed(1, f"{text[1:][:20]} does not exist: {found.syntax}", found.chapter, rules.ARGUMENTS)
+        raise Malformed(f"{text[1:][:20]} does not exist: {found.syntax}", 1, found.chapter, rules.ARGUMENTS)
     return (_whole(text, 1, found),)
 
 
@@ -352,8 +354,8 @@ def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     match = _port.match(text, at)
     digital = found.code == "DOUTp"
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):
-        message = f"{found.syntax}: device A…H{', channel 0…63' if digital else ''}"
-        raise Malformed(at, message, found.chapter, rules.ARGUMENTS)
+        channel = ", channel 0…63" if digital else ""
+        raise Malformed(f"{found.syntax}: device A…H{channel}", at, found.chapter, rules.ARGUMENTS)
     value = _whole(text, match.end(), found)
     return (match[1], int(match[2]), value) if digital else (match[1], value)
 

@@ -46,7 +46,7 @@ def _skip(text: str, at: int) -> int:
 
 
 def _extended(text: str, begin: int, end: int) -> int:
-    """The end of a statement whose first word ends at `end`."""
+    """Return the end of a statement whose first word ends at `end`."""
     if text[begin:end] in BEFORE_EXPRESSION:
         match = _next_word.match(text, end)
         return match.end() if match else end

@@ -82,28 +82,28 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return the same program with announcements of these statements; its `heads` correspond one by one."""
+        """Return the same program with announcements of these statements; `heads` has the same length in both."""
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement at this head; at the end of the program, the number of statements."""
+        """Return the number of the statement at this place of `heads`; at the end, the number of statements."""
         number = self.code[head + 1]
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the announcement at this head, before the operation itself."""
+        """Return the length of the announcement before the operation at this place of `heads`; 0: not announced."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 
 class Compilation:
-    """A compilation in progress, done in pieces, so that no piece takes long even for a long program."""
+    """A compilation in progress, done in short pieces, so that a long program causes no long delay."""
 
     def __init__(self, text: str, announces: frozenset[int] = frozenset()) -> None:
         self._pieces = _pieces(text, announces)
         self._program: Program | None = None
 
-    def go_on(self) -> bool:
-        """Compile one more piece.  Return True if the program is complete."""
+    def step(self) -> bool:
+        """Continue the compilation by one piece.  Return True if the program is complete."""
         if self._program is None:
             try:
                 next(self._pieces)
@@ -112,8 +112,8 @@ class Compilation:
         return self._program is not None
 
     def result(self) -> Program:
-        """Compile the rest.  Return the program."""
-        while not self.go_on():
+        """Complete the compilation.  Return the program."""
+        while not self.step():
             pass
         assert self._program is not None
         return self._program
@@ -163,7 +163,7 @@ class _Matcher:
         self._broken = 0
 
     def match(self) -> Iterator[None]:
-        """Find all blocks, in pieces."""
+        """Find all blocks; a generator, so that a long program can be matched in pieces."""
         for number, statement in enumerate(self.statements):
             keyword = word(statement)
             if keyword in OPENS.values():
@@ -188,7 +188,7 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """The innermost open block, if it is of this kind."""
+        """Return the innermost open block if it is of this kind, otherwise None."""
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
     def _close(self, number: int, keyword: str) -> None:
@@ -263,7 +263,7 @@ class _Writer:
         """The same for a label: the word, the label, and where the statement begins and ends."""
 
     def write(self) -> Iterator[None]:
-        """Write the code of all statements, and of the end of the program, in pieces."""
+        """Write the code of all statements; a generator, so that a long program can be written in pieces."""
         for number, statement in enumerate(self.statements):
             self.begins.append(len(self.code))
             self._entries.append(len(self.code))
@@ -277,7 +277,7 @@ class _Writer:
             self._find_label(*call)
 
     def _head(self, operation: int, number: int) -> int:
-        """Begin a statement whose target is at first the statement itself.  Return the place of the target."""
+        """Write the head of a statement.  Return the place where the target of its jump must be inserted."""
         self.heads.append(len(self.code))
         if number in self._announces and not self._within(number):
             self.code += (ops.S_FETCH, ~number, len(self.code) + ops.HEAD)
@@ -286,7 +286,7 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if an announced statement continues here."""
+        """True if the operation belongs to a statement that has been announced already."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:
@@ -398,7 +398,7 @@ class _Writer:
 
 
 def digits(statement: Statement) -> int:
-    """The number of a label, GOTO, GOSUB or CASE."""
+    """Return the number in a label, GOTO, GOSUB or CASE."""
     value = statement.operands[0]
     assert isinstance(value, int)
     return value

@@ -8,7 +8,7 @@ from axistwin.controllers.smartmotor.language.lexer import begins_list
 LONGEST = 64
 """Characters of a command; a longer one is dropped."""
 LONGEST_LIST = 204
-"""Values of `ab[0] 1 2 3.`: there are no more elements."""
+"""Most values in a list such as `ab[0] 1 2 3.`: the size of the array."""
 
 SPACE, CR, QUOTE = ord(" "), ord("\r"), ord('"')
 TERMINATORS = (SPACE, CR, ord("\n"), 0)

@@ -43,17 +43,17 @@ FLAGS = {ChannelError.OVERFLOW: s.BC, ChannelError.FRAMING: s.BF, ChannelError.S
 
 
 class Transfer(Protocol):
-    """A download or an upload: it takes the characters while they are not commands."""
+    """A download or an upload, which receives the characters of a channel instead of the command parser."""
 
     def take(self, byte: int) -> None:
-        """Take a received character."""
+        """Handle a received character."""
 
     def spoil(self) -> None:
         """Handle a character with a line error."""
 
 
 class Dispatcher(Protocol):
-    """The processor as a channel uses it."""
+    """The operations of the processor that a channel uses."""
 
     clock: Clock
     i: "array[int]"
@@ -70,7 +70,7 @@ class Dispatcher(Protocol):
         """Execute a command of the host."""
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record."""
+        """Execute a binary record: a point of host mode, or A, V or P."""
 
     def report_host_mode(self, channel: "Channel") -> None:
         """Send the status of host mode."""
@@ -96,7 +96,7 @@ class Channel:
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
-        self._record, self._spoilt = bytearray(), False  # reads a binary record; True if it contains a line error
+        self._record, self._spoilt = bytearray(), False  # bytes of a binary record; True if one had a line error
         self._timeout_ns = 0
         """Time within which a command must end, from its first character; 0: no time-out."""
         self._begun_ns: int | None = None
@@ -149,7 +149,7 @@ class Channel:
         self.motor.update_outputs()
 
     def end_transfer(self) -> None:
-        """Interpret characters as commands again."""
+        """End a download or upload: characters are commands again."""
         self.transfer = None
         self._words.forget()
 
@@ -160,7 +160,7 @@ class Channel:
         return byte
 
     def take(self, byte: int) -> None:
-        """Pass a character to its receiver."""
+        """Pass a character to its receiver: data, transfer, binary record or command."""
         if self.transfer is not None:
             self.transfer.take(byte)
         elif self._data_mode:
@@ -221,7 +221,7 @@ class Channel:
         return self.addressed and not self.asleep
 
     def flag_new(self, error: ChannelError) -> None:
-        """Set the flag of a receive error.  If the flag is set already, a motor at rest is not disturbed."""
+        """Set the flag of a receive error.  If the flag is already set, a motor at rest stays at rest."""
         self.motor.catch_up(changing=False)
         if self.motor.i[FLAGS[error]] and error & self.errors:
             return
@@ -233,13 +233,13 @@ class Channel:
         """Set the flag of an error, and note the error for RCHN of this channel."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            for channel in self.motor.channels:  # the flag has been cleared since
+            for channel in self.motor.channels:  # a cleared flag makes the errors noted before obsolete
                 channel.errors &= ~error
         self.motor.i[slot] = 1
         self.errors |= error
 
     def status(self) -> ChannelError:
-        """RCHN of this channel: return the errors whose flags have not been cleared since."""
+        """RCHN of this channel: return the noted errors whose flags are still set."""
         return ChannelError(sum(bit for bit, slot in FLAGS.items() if bit & self.errors and self.motor.i[slot]))
 
     def _spoil(self, byte: int, errors: LineError) -> None:

@@ -20,7 +20,7 @@ DECODED_AT_ONCE = 256
 GIVE_UP_NS = 5 * S
 """Time without a character after which a download ends."""
 SECOND_END_NS = 50 * MS
-"""Delay of the answer to an FF that ends a block, since it may be the first of the two at the end."""
+"""Delay of the answer to an FF that ends a block, because a second FF would end the program."""
 
 
 class Download:
@@ -30,7 +30,7 @@ class Download:
         self.motor, self.channel = motor, channel
         self._decoder = image.Decoder()
         self._size, self._fresh = 0, bytearray()  # bytes of the decoded text, and bytes not decoded yet
-        self._complete = False  # FF has been received; the rest is a compiler's note
+        self._complete = False  # FF has been received; further characters are a compiler's note
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
@@ -42,7 +42,7 @@ class Download:
         ended = byte == self._last == END
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
-        if self._size == self.motor.options.program_bytes:  # the rest of a program that is too long is ignored
+        if self._size == self.motor.options.program_bytes:  # characters that exceed the memory are ignored
             self._sound &= self._complete
         elif not self._complete:
             self._keep(byte)
