@@ -58,19 +58,22 @@ def test_a_status_word_by_letter_and_an_error_in_its_colour():
     show(bench_of("smartmotor", line="instant"), of("smartmotor"), play)
 
 
-def test_the_list_of_all_registers_is_made_when_it_is_opened_and_kept_open_for_this_person():
+@pytest.mark.parametrize("model", FAMILIES)
+def test_the_list_of_all_registers_is_made_when_it_is_opened_and_kept_open_for_this_person(model):
     def play(visit):
         visit.run(1.1)
-        assert not visit.user.find(marker="1811-registers").elements.pop().value
+        register = next(iter(visit.bench[model].registers))
+        assert not visit.user.find(marker=f"{model}-registers").elements.pop().value
         with pytest.raises(AssertionError):
-            visit.found("1811-register-status")
-        visit.choose("1811-registers", True)
+            visit.found(f"{model}-register-{register}")
+        visit.choose(f"{model}-registers", True)
         for _ in range(5):
             visit.frame()
-        assert visit.found("1811-register-status").text == str(0x50)
-        assert visit.context.person.settings["1811 registers"] is True
+        assert visit.found(f"{model}-register-{register}").text == str(visit.bench[model].registers[register].read())
+        assert model != "1811" or visit.found("1811-register-status").text == str(0x50)
+        assert visit.context.person.settings[f"{model} registers"] is True
 
-    show(bench_of("1811"), of("1811"), play)
+    show(bench_of(model), of(model), play)
 
 
 def test_another_bench_takes_the_place_of_the_one_before():

@@ -45,15 +45,20 @@ def get(address, **headers):
         connection.close()
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 0)])
-def test_it_ends_at_once_and_without_a_word_also_with_a_browser(number, code):
-    """Run at maximum speed, because in real time a busy computer would cause a message about delays."""
-    with started("if1", "--panel", 0, "--speed", "max") as (program, address):
-        place = urlsplit(address)
-        with socket.create_connection((place.hostname, place.port), timeout=PATIENCE_S) as browser:
-            browser.sendall(f"GET / HTTP/1.1\r\nHost: {place.netloc}\r\n\r\n".encode())
-            assert browser.recv(12) == b"HTTP/1.1 200"
-            assert ended(program, number) == (code, "")
+@contextmanager
+def browser(address):
+    """Fetch the page, and keep the connection open."""
+    place = urlsplit(address)
+    with socket.create_connection((place.hostname, place.port), timeout=PATIENCE_S) as connection:
+        connection.sendall(f"GET / HTTP/1.1\r\nHost: {place.netloc}\r\n\r\n".encode())
+        assert connection.recv(12) == b"HTTP/1.1 200"
+        yield
+
+
+def test_interrupted_it_ends_at_once_and_without_a_word_also_with_a_browser():
+    """At full speed: in real time, a loaded computer would cause a message about delays."""
+    with started("if1", "--panel", 0, "--speed", "max") as (program, address), browser(address):
+        assert ended(program, signal.SIGINT) == (130, "")
 
 
 def test_a_scene_without_ports_may_be_looked_at_but_not_served_otherwise(tmp_path):
@@ -62,8 +67,8 @@ def test_a_scene_without_ports_may_be_looked_at_but_not_served_otherwise(tmp_pat
     (tmp_path / "a.if1").write_text("X10$\n")
     code, words = refused("serve", scene)
     assert (code, "add ports to a controller" in words) == (2, True)
-    with started(scene, "--panel", 0) as (program, _):
-        assert ended(program) == (0, "")
+    with started(scene, "--panel", 0, "--speed", "max") as (program, address), browser(address):
+        assert ended(program, signal.SIGTERM) == (0, "")
 
 
 def test_a_port_that_is_taken():
@@ -103,38 +108,35 @@ def test_a_token_is_for_a_panel_and_has_letters_and_digits():
     assert (code, "letters and digits only" in words) == (2, True)
 
 
-def test_beyond_this_machine_a_token_is_made_up_and_wanted():
-    with started("if1", "--panel", "0.0.0.0:0") as (_, address):
+def test_beyond_this_machine_a_token_is_made_up_and_wanted_and_the_page_of_a_scene_is_called_virtual():
+    with started("examples/winder/scene.toml", "--panel", "0.0.0.0:0") as (program, address):
         place = urlsplit(address)
         here = f"http://127.0.0.1:{place.port}/"
         assert len(place.query.removeprefix("token=")) > 20
         assert get(here)[0] == 403
         status, headers, _ = get(f"{here}?{place.query}")
         assert (status, headers["location"]) == (303, "/")
-        assert get(here, Cookie=headers["set-cookie"].partition(";")[0])[0] == 200
-
-
-def test_a_token_of_ones_own_also_on_loopback_and_the_page_of_a_scene_is_called_virtual():
-    with started("examples/winder/scene.toml", "--panel", 0, "--panel-token", "letmein") as (program, address):
-        assert urlsplit(address).query == "token=letmein"
-        here = address.partition("?")[0]
-        assert get(here)[0] == 403
-        cookie = get(address)[1]["set-cookie"].partition(";")[0]
-        status, _, text = get(here, Cookie=cookie)
+        status, _, text = get(here, Cookie=headers["set-cookie"].partition(";")[0])
         assert status == 200
         assert "<title>VIRTUAL: Winder</title>" in text
         assert program.poll() is None
 
 
-def test_state_speed_and_ports_are_as_without_a_panel(tmp_path):
+def test_state_speed_and_ports_are_as_without_a_panel_also_with_a_token_of_ones_own_on_loopback(tmp_path):
+    options = ("--speed", "max", "--line", "instant", "--state", tmp_path, "--panel-token", "letmein")
     for first in (True, False):
-        with started("if2", "--panel", 0, "--speed", "max", "--line", "instant", "--state", tmp_path) as (program, _):
+        with started("if2", "--panel", 0, *options) as (program, address):
+            assert urlsplit(address).query == "token=letmein"
             port = int(program.stdout.readline().rpartition(":")[2])
             with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as host:
                 answers = []
                 for text in (b"(", b"U61\rE\r", b"[\rE\r"):
                     host.sendall(text)
                     answers.append(host.recv(16))
+            if first:
+                here = address.partition("?")[0]
+                assert get(here)[0] == 403
+                assert get(here, Cookie=get(address)[1]["set-cookie"].partition(";")[0])[0] == 200
             assert answers == [b"U\r", b"C\r" if first else b"[\r", b"[\r"]
             assert ended(program)[0] == 0
 

@@ -1,5 +1,7 @@
 """Terminals on the page: switches, sliders, the joystick, control lines; all actions go through the session."""
 
+import pytest
+
 from axistwin.panel.views.pins import pins
 from axistwin.sim import connect
 
@@ -14,22 +16,25 @@ def keys(name):
     return [f"{name}-high", f"{name}-low", f"{name}-release"]
 
 
-def test_an_input_is_driven_high_and_low_and_released():
+@pytest.mark.parametrize(("model", "name"), [("if1", "input2"), ("1811", "trigger2"), ("smartmotor", "F")])
+def test_an_input_is_driven_high_and_low_and_released(model, name):
     def play(visit):
-        pin = visit.bench["if1"].pins["input2"]
-        assert visit.pressed(*keys("if1-input2")) == ["if1-input2-release"]
-        visit.press("if1-input2-high")
+        pin, mark = visit.bench[model].pins[name], f"{model}-{name}"
+        released = pin.level
+        assert visit.pressed(*keys(mark)) == [f"{mark}-release"]
+        visit.press(f"{mark}-high")
         assert (pin.level, pin.driven) == (True, True)
-        assert visit.lit("if1-input2-level")
-        assert visit.pressed(*keys("if1-input2")) == ["if1-input2-high"]
-        assert visit.found("if1-input2-why").text == "driven"
-        visit.press("if1-input2-low")
+        assert visit.lit(f"{mark}-level")
+        assert visit.pressed(*keys(mark)) == [f"{mark}-high"]
+        assert visit.found(f"{mark}-why").text == "driven"
+        visit.press(f"{mark}-low")
         assert (pin.level, pin.driven) == (False, True)
-        visit.press("if1-input2-release")
-        assert (pin.level, pin.driven) == (False, False)
-        assert visit.found("if1-input2-why").text == ""
+        assert not visit.lit(f"{mark}-level")
+        visit.press(f"{mark}-release")
+        assert (pin.level, pin.driven) == (released, False)
+        assert visit.found(f"{mark}-why").text == ""
 
-    show(bench_of("if1"), of("if1"), play)
+    show(bench_of(model), of(model), play)
 
 
 def test_it_is_told_who_decides_about_a_level():

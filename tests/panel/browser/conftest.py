@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from .using import PATIENCE_MS, quiet
+from .using import PATIENCE_MS, Panel, quiet
 
 ROOT = Path(__file__).resolve().parents[3]
 ARTEFACTS = ROOT / "tests" / "artefacts"
@@ -28,9 +28,11 @@ STILL = """addEventListener("DOMContentLoaded", () => {
 """Disables transitions on the page."""
 PANEL = re.compile(r"panel on (http://\S+)")
 SCENES = ("drill", "winder", "cut-to-length")
+DESK, PHONE = {"width": 1280, "height": 900}, {"width": 360, "height": 740}
+"""Sizes of a page."""
 
 
-@pytest.hookimpl(trylast=True)
+@pytest.hookimpl(tryfirst=True)  # before `-m browser` selects
 def pytest_collection_modifyitems(items):
     """Put the tests in a browser last, machine by machine: the first one of a machine starts a program."""
     for item in items:
@@ -44,8 +46,9 @@ def pytest_collection_modifyitems(items):
 def _order(item):
     parameters = item.callspec.params if hasattr(item, "callspec") else {}
     if item.get_closest_marker("browser") is None:
-        return -1
-    return SCENES.index(parameters["machine"]) if "machine" in parameters else len(SCENES)
+        return -1, False
+    place = SCENES.index(parameters["machine"]) if "machine" in parameters else len(SCENES)
+    return place, "phone" not in item.fixturenames
 
 
 @pytest.fixture(scope="package")
@@ -83,9 +86,9 @@ def _shown(scene, *options, told=None):
 class Visit:
     """One browser at a panel.  Its requests to other hosts and its errors are recorded."""
 
-    def __init__(self, browser, address, width=1280, height=900):
+    def __init__(self, browser, address, size=DESK):
         self.address = address
-        self.context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
+        self.context = browser.new_context(viewport=size, accept_downloads=True)
         self.context.set_default_timeout(PATIENCE_MS)
         self.context.add_init_script(STILL)
         self.page = self.context.new_page()
@@ -96,10 +99,15 @@ class Visit:
         self.page.goto(address)
         quiet(self.page)
 
-    def keep_picture(self, name):
+    def resize(self, size):
+        """Give the page this size."""
+        if self.page.viewport_size != size:
+            self.page.set_viewport_size(size)
+
+    def keep_picture(self):
         """Save a screenshot as an artefact."""
         ARTEFACTS.mkdir(exist_ok=True)
-        self.page.screenshot(path=ARTEFACTS / f"{name}.png", full_page=True)
+        self.page.screenshot(path=ARTEFACTS / "failed.png", full_page=True)
 
     def close(self):
         """Close the page, and check that it has sent no requests to other hosts."""
@@ -119,12 +127,12 @@ def visiting(browser):
     """Return a context manager: `with visiting(address) as visit:` opens a page of any size."""
 
     @contextmanager
-    def visit(address, **size):
-        one = Visit(browser, address, **size)
+    def visit(address, size=DESK):
+        one = Visit(browser, address, size)
         try:
             yield one
         except BaseException:
-            one.keep_picture("failed")
+            one.keep_picture()
             one.context.close()
             raise
         one.close()
@@ -141,15 +149,24 @@ def machine(request, shown):
 
 @pytest.fixture(scope="package")
 def driver(machine, visiting):
-    """Open the driver's page for all tests of a machine."""
-    with visiting(machine[1]) as visit:
+    """Open the driver's page for all tests of a machine, on a phone; later it is resized."""
+    with visiting(machine[1], PHONE) as visit:
         visit.page.get_by_text("you drive").wait_for()
         yield visit
 
 
 @pytest.fixture
 def panel(machine, driver):
-    """Return the driver's page as `Panel`."""
-    from .using import Panel
+    """Return the driver's page on a desk."""
+    return _panel(machine, driver, DESK)
 
+
+@pytest.fixture
+def phone(machine, driver):
+    """Return the driver's page on a phone."""
+    return _panel(machine, driver, PHONE)
+
+
+def _panel(machine, driver, size):
+    driver.resize(size)
     return Panel(machine[0], driver)

@@ -24,7 +24,7 @@ def main():
         for take in (drill, cut_to_length):
             name = take.__name__.replace("_", "-")
             with _shown(f"examples/{name}/scene.toml") as address:
-                visit = Visit(browser, address, 1280, 1000)
+                visit = Visit(browser, address, {"width": 1280, "height": 1000})
                 visit.page.get_by_text("you drive").wait_for()
                 take(Panel(name, visit))
                 visit.context.close()

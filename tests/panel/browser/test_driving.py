@@ -26,6 +26,7 @@ def test_it_is_marked_virtual_runs_and_stands(panel):
     panel.paused()
 
 
+@on("drill", "winder")
 def test_steps(panel):
     panel.begin()
     click(panel.button("event"))

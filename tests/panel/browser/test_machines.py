@@ -18,9 +18,9 @@ def test_what_moves_is_drawn_where_it_is(panel):
     who, axis = panel.facts.moving.split()[0].split(".")
     place = panel.region(who).locator(".axis", has=panel.page.get_by_role("heading", name=axis, exact=True))
     expect(place.locator('[data-part="position"]').first).to_have_text("1\u2009000")
-    panel.visit.keep_picture(f"{panel.machine}-moving")
 
 
+@on("drill")
 def test_power(panel):
     moving(panel)
     key = panel.button(f"power of {panel.facts.who}")
@@ -32,6 +32,7 @@ def test_power(panel):
     expect(key).to_have_attribute("aria-pressed", "true")
 
 
+@on("drill")
 def test_a_pin_is_driven_and_released(panel):
     moving(panel)
     panel.tab(panel.facts.who, "Pins")
@@ -47,7 +48,7 @@ def test_a_pin_is_driven_and_released(panel):
     expect(row).not_to_contain_text("driven")
 
 
-@on("drill", "cut-to-length")
+@on("drill")
 def test_the_host_lets_a_control_line_go(panel):
     who = "feeder" if panel.machine == "cut-to-length" else panel.facts.who
     moving(panel)
@@ -122,6 +123,7 @@ def test_the_joystick(panel):
     expect(told).to_have_text("joystick: at zero")
 
 
+@on("drill")
 def test_a_fault_of_each_kind_of_place_is_put_in_and_mended(panel):
     moving(panel)
     faults = panel.region("faults")
@@ -141,6 +143,7 @@ def test_a_fault_of_each_kind_of_place_is_put_in_and_mended(panel):
     click(title)
 
 
+@on("drill")
 def test_fronts_tell_what_they_mean_and_all_registers(panel):
     moving(panel)
     card = panel.region(panel.facts.who)
@@ -169,7 +172,6 @@ def test_a_table_from_above_its_tool_and_its_third_dimension(panel):
     card.locator("canvas").wait_for()
     click(panel.button("turn left"))
     click(panel.button("turn right"))
-    panel.visit.keep_picture("drill-3-D")
     click(switch)
     card.locator("canvas").wait_for(state="hidden")
 

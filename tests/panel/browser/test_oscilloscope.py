@@ -44,7 +44,7 @@ def test_a_trigger(panel, scope):
         click(panel.button(f"{word} {name}"))
         click(panel.button("event"))
         panel.paused()
-    panel.speed("1")
+    panel.speed("5")
     panel.run()
     expect(scope.get_by_role("status")).to_contain_text("view paused")
     panel.pause()

@@ -62,6 +62,7 @@ def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(
     panel.pause()
 
 
+@on("cut-to-length")
 def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
     loaded(panel)
     panel.run()
@@ -81,6 +82,7 @@ def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
     panel.button("Breaks").wait_for()
 
 
+@on("drill")
 def test_what_is_wrong_in_a_program_is_told_with_its_place_and_nothing_is_loaded(panel):
     panel.begin()
     program = panel.tab(panel.facts.who, "Program")
@@ -93,6 +95,7 @@ def test_what_is_wrong_in_a_program_is_told_with_its_place_and_nothing_is_loaded
     dialog.wait_for(state="hidden")
 
 
+@on("drill")
 def test_off_and_on(panel):
     panel.begin()
     panel.run_until(panel.facts.moving)

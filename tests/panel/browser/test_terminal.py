@@ -22,15 +22,13 @@ def ready(panel):
     return who, tab, said
 
 
-def test_what_host_and_controller_say_appears(panel):
-    _, _, said = ready(panel)
-    if panel.machine == "cut-to-length":
-        _, said = terminal(panel, "feeder")
-    expect(said).to_contain_text("velocity-time data" if panel.machine == "winder" else "U61<CR>")
-
-
-def test_a_line_is_typed_and_answered(panel):
+def test_what_is_said_appears_and_a_line_is_typed_and_answered(panel):
     who, _, said = ready(panel)
+    if panel.machine == "cut-to-length":
+        _, heard = terminal(panel, "feeder")
+        expect(heard).to_contain_text("U61<CR>")
+    else:
+        expect(said).to_contain_text("velocity-time data" if panel.machine == "winder" else "U61<CR>")
     panel.speed("5")
     panel.say(panel.field(f"say to {who}"), panel.facts.says)
     expect(said).to_contain_text(f"> {panel.facts.says}" if panel.machine != "winder" else "> 83")
@@ -40,18 +38,7 @@ def test_a_line_is_typed_and_answered(panel):
     expect(panel.field(f"say to {who}")).to_have_value("")
 
 
-@on("drill", "cut-to-length")
-def test_how_a_line_ends(panel):
-    who, tab, said = ready(panel)
-    panel.choose("ended by", "LF", tab)
-    panel.field(f"say to {who}").fill("Q")
-    click(panel.button("Send", tab))
-    panel.run()
-    expect(said).to_contain_text("Q<LF>")
-    panel.pause()
-    panel.choose("ended by", "CR", tab)
-
-
+@on("drill", "winder")
 def test_keys_go_out_one_by_one_from_the_screen_itself(panel):
     _, _, said = ready(panel)
     click(said)
@@ -64,9 +51,16 @@ def test_keys_go_out_one_by_one_from_the_screen_itself(panel):
     panel.pause()
 
 
-@on("drill", "cut-to-length")
-def test_break_lines_and_format(panel):
-    _, tab, said = ready(panel)
+@on("drill")
+def test_how_a_line_ends_break_lines_and_format(panel):
+    who, tab, said = ready(panel)
+    panel.choose("ended by", "LF", tab)
+    panel.field(f"say to {who}").fill("Q")
+    click(panel.button("Send", tab))
+    panel.run()
+    expect(said).to_contain_text("Q<LF>")
+    panel.pause()
+    panel.choose("ended by", "CR", tab)
     click(panel.button("Break", tab))
     panel.run()
     expect(said).to_contain_text("<BREAK 0.25 s>")
@@ -74,10 +68,9 @@ def test_break_lines_and_format(panel):
     panel.say(panel.field("format", tab), "2400 7E1")
     panel.say(panel.field("format", tab), "fast")
     panel.message("fast")
-    if panel.machine == "drill":
-        for line in ("DTR", "RTS"):
-            switch = tab.get_by_role("switch", name=line)
-            click(switch)
-            expect(switch).not_to_be_checked()
-            click(switch)
-            expect(switch).to_be_checked()
+    for line in ("DTR", "RTS"):
+        switch = tab.get_by_role("switch", name=line)
+        click(switch)
+        expect(switch).not_to_be_checked()
+        click(switch)
+        expect(switch).to_be_checked()

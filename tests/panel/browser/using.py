@@ -8,13 +8,33 @@ from playwright.sync_api import expect
 
 PATIENCE_MS = 20_000
 QUIET = """async ([states, patience, frame]) => {
-  const began = performance.now();
   if (frame) await new Promise(requestAnimationFrame);
-  while (!states.includes(document.body.dataset.state)) {
-    if (performance.now() > began + patience) throw new Error(`the page is ${document.body.dataset.state}`);
-    await new Promise(requestAnimationFrame);
-  }
+  const state = () => document.body.dataset.state;
+  if (states.includes(state())) return;
+  await new Promise((resolve, reject) => {
+    const late = setTimeout(() => reject(new Error(`the page is ${state()}`)), patience);
+    const changes = new MutationObserver(() => {
+      if (!states.includes(state())) return;
+      changes.disconnect();
+      clearTimeout(late);
+      resolve();
+    });
+    changes.observe(document.body, { attributeFilter: ["data-state"] });
+  });
 }"""
+AT = """() => {
+  const visible = (each) => each?.getClientRects().length > 0;
+  const toolbar = document.querySelector('[role=toolbar][aria-label=driving]');
+  return {
+    open: [...document.querySelectorAll('.q-menu, .q-dialog')].some(visible),
+    drives: [...document.querySelectorAll('button')].some(
+      (each) => visible(each) && each.innerText.includes('you drive')),
+    clock: document.querySelector('[data-test=clock]').innerText,
+    state: toolbar.querySelector('[role=status]').innerText,
+    speed: document.querySelector('[aria-label="times real time"]').value,
+  };
+}"""
+"""Returns where a page is; one message to the browser instead of one for each question."""
 
 expect.set_options(timeout=PATIENCE_MS)
 
@@ -24,14 +44,14 @@ def on(*machines):
     return pytest.mark.parametrize("machine", machines, indirect=True)
 
 
-def quiet(page, *states):
+def quiet(page):
     """Wait until the page has handled all messages and shows the present state."""
-    page.evaluate(QUIET, [states or ("quiet", "running"), PATIENCE_MS, True])
+    page.evaluate(QUIET, [("quiet", "running"), PATIENCE_MS, True])
 
 
-def ready(page):
+def ready(page, *states):
     """Wait as `quiet`, without a frame if the page is quiet now: before an act."""
-    page.evaluate(QUIET, [("quiet", "running"), PATIENCE_MS, False])
+    page.evaluate(QUIET, [states or ("quiet", "running"), PATIENCE_MS, False])
 
 
 def click(locator):
@@ -164,7 +184,7 @@ class Panel:
         return float(self.clock.inner_text().removesuffix(" s"))
 
     def paused(self, why=""):
-        quiet(self.page, "quiet")
+        ready(self.page, "quiet")
         expect(self.state).to_contain_text(f"paused{why}")
 
     def run(self):
@@ -194,17 +214,22 @@ class Panel:
 
     def begin(self):
         """Go to time 0, delete the recording, and set the maximum speed; the bench is paused."""
-        strike(self.page, "Escape")
-        if self.button("you drive").is_hidden():  # a failed test may have left another driver
+        ready(self.page)
+        at = self.page.evaluate(AT)
+        if at["open"]:
+            strike(self.page, "Escape")
+        if not at["drives"]:  # a failed test may have left another driver
             click(self.page.get_by_role("button", name="drives").first)
             click(self.button("Drive"))
             strike(self.page, "Escape")
-        self.pause()
-        if self.seconds > 0:
+        if not at["state"].startswith("paused"):
+            self.pause()
+        if at["clock"] != "0.000000 s" or "replaying" in at["state"]:
             self.go_to(0)
             click(self.button("Live from here"))
             expect(self.state).to_have_text("paused")
-        self.speed("max")
+        if at["speed"] != "max":
+            self.speed("max")
 
     def speed(self, text):
         self.say(self.field("times real time"), text)
