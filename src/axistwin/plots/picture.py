@@ -12,6 +12,7 @@ from axistwin.units import S
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import LayoutEngine
 
 SUFFIXES = (".svg", ".png")
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # distinguishable for colour-blind readers
@@ -84,14 +85,30 @@ def show(chart: Chart) -> None:
         plt.show()
 
 
+def _layout_engine() -> "LayoutEngine":
+    """Return Matplotlib's constrained layout with rounded positions.
+
+    Its solver returns positions that differ by 1e-16 between two runs, and the names in an SVG file depend on them.
+    """
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.transforms import Bbox
+
+    class Rounded(ConstrainedLayoutEngine):
+        def execute(self, fig: "Figure") -> None:
+            super().execute(fig)
+            for axes in fig.axes:
+                axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
+                axes.set_in_layout(True)  # `set_position` has excluded the axes from the next layout
+
+    return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
+
+
 class _Picture:
     def __init__(self, chart: Chart) -> None:
         self.chart = chart
         self.edges = chart.from_ns / S, chart.edge_ns / S
 
     def draw(self, figure: "Figure") -> "Figure":
-        from matplotlib.layout_engine import ConstrainedLayoutEngine
-
         chart = self.chart
         lanes = len(chart.lanes) + len(chart.states)
         heights = [panel.height for panel in chart.panels] + [0.2 + LANE * lanes] * bool(lanes)
@@ -99,7 +116,7 @@ class _Picture:
             heights.append(max(min(WORDS * len(chart.words), ALL_WORDS), WORDS))
         levels = len({level for *_, level, _ in self._packed()})
         figure.set_size_inches(WIDTH, sum(heights) + 0.16 * len(heights) + 0.9 + levels * FAULT_LEVEL / 72)
-        figure.set_layout_engine(ConstrainedLayoutEngine(hspace=0.02, h_pad=0.05, w_pad=0.12))
+        figure.set_layout_engine(_layout_engine())
         grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)
         rows = list(grid[:, 0])
         rows[0].set_xlim(*self.edges)
