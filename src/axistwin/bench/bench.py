@@ -39,7 +39,7 @@ class Bench:
         self.controllers: dict[str, Controller] = {}
         self.lines: dict[str, SharedLine] = {}
         self.origin: dict[str, str] = {}
-        """Origin of the bench: `scene` (its name and hash), `seed`."""
+        """Origin of the bench: `scene` (its name and hash), `title` of the scene, `seed`."""
         self.agenda_ns = 0
         """Time of the last planned action, e.g. of a scene's script."""
         self.attendants: dict[str, BusHost] = {}

@@ -131,7 +131,7 @@ class _Picture:
             self._draw_words(rows.pop(0))
         figure.align_ylabels()
         if chart.title:
-            figure.suptitle(chart.title, x=0.012, ha="left", fontsize=11, color=INK)
+            figure.suptitle(chart.title, x=0.012, ha="left", fontsize=11, color=INK, parse_math=False)
         return figure
 
     def _draw_marks(self, rows: Sequence["Axes"]) -> None:
@@ -189,8 +189,15 @@ class _Picture:
         if panel.filled:
             row.axhline(0, color=GREY, linewidth=0.6)
         if any(line.legend for line in panel.lines):
-            row.legend(loc="best", frameon=False, fontsize=7.5)
+            row.legend(
+                loc="lower right", bbox_to_anchor=(1, 1), ncols=len(panel.lines), frameon=False, fontsize=7.5,
+                borderaxespad=0, borderpad=0.1,
+            )  # fmt: skip
         _dress(row, panel.label)
+        values = {value for line in panel.lines for value in line.curve.values}
+        if len(values) == 1:  # Matplotlib would choose a range of rounding errors, e.g. 1e-17
+            value = values.pop()
+            row.set_ylim(value - 1, value + 1)
 
     def _draw_lanes(self, row: "Axes") -> None:
         """Draw a lane for each signal: a level as a line, a text in a box."""
@@ -239,6 +246,11 @@ class _Picture:
                     at_ns / S, place + 0.22 + 0.3 * level, text,
                     family="monospace", fontsize=WORDS_SIZE, color=INK, parse_math=False,
                 )  # fmt: skip
+        if not speakers:  # the picture has no other row
+            row.text(
+                0.5, 0.5, "no signal changes in this time", transform=row.transAxes, ha="center", va="center",
+                color=GREY, fontsize=WORDS_SIZE + 1,
+            )  # fmt: skip
         row.set_ylim(-0.1, max(len(speakers), 1))
         row.set_yticks([len(speakers) - 1 - n + 0.35 for n in range(len(speakers))], speakers)
         row.tick_params(axis="y", length=0)

@@ -119,7 +119,7 @@ class _Drawn:
         else:
             who = f"host to {scope}" if which == "host_says" else scope
         words = [w for w in messages(track) if self.chart.from_ns <= w.time_ns <= self.chart.to_ns]
-        if words or self._alone:
+        if words:
             self.chart.words[who] = words
 
 

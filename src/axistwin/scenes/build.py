@@ -85,6 +85,8 @@ class Builder:
     def _note_origin(self) -> None:
         digest = sha256(self.source.text.encode()).hexdigest()
         self.bench.origin["scene"] = f"{self.source.file.name} sha256:{digest[:16]}"
+        if title := " ".join(self.contents.title.split()):
+            self.bench.origin["title"] = title
         if self.contents.seed is not None:
             self.bench.origin["seed"] = str(self.contents.seed)
 

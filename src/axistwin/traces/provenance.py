@@ -10,7 +10,7 @@ from axistwin.version import VERSION
 
 
 def provenance(bench: Bench) -> dict[str, str]:
-    """Return the provenance as keys and values: version (`axistwin`), `scene`, `seed`, controllers and shared lines."""
+    """Return the provenance as keys and values: version (`axistwin`), `scene`, `title`, `seed`, controllers, lines."""
     found = {"axistwin": VERSION, **bench.origin}
     for name, controller in bench.controllers.items():
         given = json.dumps(controller.given, sort_keys=True, default=str) if controller.given else ""

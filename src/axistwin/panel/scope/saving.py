@@ -48,7 +48,8 @@ def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: in
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / f"scope{suffix}"
         if suffix in PICTURES:
-            picture.save(of_trace(_read(path, pieces, from_ns, to_ns), from_ns=from_ns, to_ns=to_ns), path)
+            trace, title = _read(path, pieces, from_ns, to_ns), record.about.get("title", "")
+            picture.save(of_trace(trace, from_ns=from_ns, to_ns=to_ns, title=title), path)
         else:
             _write(path, pieces, {**record.about, **_coarse(record, signals, from_ns)}, from_ns, to_ns)
         return path.read_bytes()
