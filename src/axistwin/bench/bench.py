@@ -147,7 +147,7 @@ class Bench:
 
         `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
         format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of stored moves per axis
-        (for a servo, ten samples with motion per move).  An axis name takes that axis's options (`limits`,
+        (for a servo, ten samples with motion per move).  An axis name takes that axis's options (`units`, `limits`,
         `home`, `encoder`, `motor`, `load`); all other keywords are options of the model.
         """
         made = product(model)
@@ -163,7 +163,7 @@ class Bench:
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in for_axes.items()}
         store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
-        fit_switches(made, device, axes, for_axes)
+        fit_switches(made, device, axes)
         plug = fit_plug(self.clock, device.abilities, line, made.line)
         controller = Controller(name, made, device, axes, plug)
         controller.bench, controller.given, controller.store = self, given, store
