@@ -46,6 +46,8 @@ class Bench:
         """Hosts that send whole commands to boards on a bus, by board name; each board has at most one."""
         self.senders: dict[str, Process] = {}
         """Hosts that send loaded programs, by controller name."""
+        self.wires: list[tuple[str, str]] = []
+        """Wires of the scene: the names of both terminals, e.g. ("table.output1", "table.input1")."""
         self._faults: Faults | None = None
 
     @property

@@ -146,6 +146,7 @@ class Builder:
             with self.source.placing_errors("wire", number, "to"):
                 _check_wire(source, target, wire, laid)
             laid[target] = source, wire
+            self.bench.wires.append((wire.from_, wire.to))
             with self.source.placing_errors("wire", number, "delay_ms"):
                 connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 
