@@ -1,9 +1,9 @@
 // The plot of the oscilloscope: draws the messages of the server, and sends messages about mouse, fingers and keys.
 window.axistwinScope = (() => {
-  const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, LINE = 15, FOLDED = 0.36, NAMES = 160, BELOW = 40, NEAR = 9, CLICK = 4;
+  const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, LINE = 15, FOLDED = 0.36, COLUMN = 420, NAMES = 160, BELOW = 40, NEAR = 9, CLICK = 4;
   const COLOURS = ["#0072B2", "#BB4E00", "#00805D", "#B04C86", "#8A6000", "#2F79A3"], DASHES = ["solid", "dashed", "dotted"];
   const INK = "#1c2430", RULE = "#d5dae1", CURSORS = ["#2457c5", "#8a2be2"], TRIGGER = "#d0342c";
-  let last = null, shape = "", waiting = 0;
+  let last = null, shape = "", waiting = 0, columns = 1;
 
   const tell = (what) => emitEvent("scope", what);
 
@@ -91,15 +91,19 @@ window.axistwinScope = (() => {
     return [lines, names, words, upright("A", CURSORS[0], "solid"), upright("B", CURSORS[1], "dashed"), upright("T", TRIGGER, "dotted")];
   }
 
-  // Returns the legend of overlaid signals: one line for each, above the curves.
+  // Returns the number of lines of the legend.
+  const legendLines = (frame) => Math.ceil(frame.signals.length / columns);
+
+  // Returns the legend of overlaid signals, in columns above the curves.
   function legend(frame) {
     return frame.lanes ? [] : frame.signals.map((signal, n) => (
-      { id: `name${n}`, type: "text", silent: true, left: LEFT, top: 2 + LINE * n, style: { text: label(signal),
+      { id: `name${n}`, type: "text", silent: true, left: LEFT + COLUMN * Math.floor(n / legendLines(frame)),
+        top: 2 + LINE * (n % legendLines(frame)), style: { text: label(signal),
         fill: COLOURS[n % COLOURS.length], font: "600 11px sans-serif" } }));
   }
 
   function options(frame) {
-    const above = frame.lanes ? ABOVE : ABOVE + LINE * frame.signals.length;
+    const above = frame.lanes ? ABOVE : ABOVE + LINE * legendLines(frame);
     return {
       animation: false, grid: { left: LEFT, right: RIGHT, top: above, bottom: BELOW },
       xAxis: { type: "value", nameLocation: "middle", nameGap: 24, axisLine: { lineStyle: { color: INK } },
@@ -118,7 +122,8 @@ window.axistwinScope = (() => {
       waiting = setTimeout(() => draw(id, last), 50);
       return;
     }
-    const now = JSON.stringify([id, frame.lanes, frame.signals.map((signal) => [signal.name, signal.folded])]);
+    columns = Math.max(Math.floor(chart.getWidth() / COLUMN), 1);
+    const now = JSON.stringify([id, frame.lanes, columns, frame.signals.map((signal) => [signal.name, signal.folded])]);
     if (shape !== now) chart.setOption(options(frame), { notMerge: true });
     shape = now;
     chart.setOption({
