@@ -175,3 +175,40 @@ def test_a_bench_with_units():
     for wrong in ({"units": {"per": 80}}, {"units": 3}, {"limits": ("-1 mm", "20 mm")}):
         with pytest.raises(UsageError, match="axis X"):
             bench.add("if1", "other", X=wrong)
+
+
+STAND_IN = """
+[[controller]]
+model = "if1"
+axes.X = { units = { per = 80, of = "mm" } }
+[stand-in]
+[[stand-in.board]]
+name = "uno"
+port = "/dev/ttyUSB0"
+[[stand-in.axis]]
+axis = "if1.X"
+step = "PD2"
+direction = "PD5"
+enable = "PB0"
+travel = ["-1 mm", "290 mm"]
+max_rate = "50 mm/s"
+"""
+
+
+def test_the_bounds_of_a_stand_in(tmp_path):
+    from axistwin.standin import reading
+
+    (tmp_path / "s.toml").write_text(STAND_IN)
+    scene = Scene.load(tmp_path / "s.toml")
+    ((_, wiring),) = reading.read(scene, scene.build()).boards
+    assert (wiring.axes[0].travel, wiring.axes[0].max_rate) == ((-80, 23_200), 4000)
+    for old, new, message in (
+        ("290 mm", "290 cm", ":14:1: 'cm' is not the unit of the axis: expected mm"),
+        ("50 mm/s", "50 mm", ":15:1: expected a number of counts/s, or e.g. '50 mm/s'"),
+        ('"50 mm/s"', "-3", ":15:1: stand-in.axis.max_rate: expected a rate above 0, e.g. 4000 or '50 mm/s', not -3"),
+        ('"-1 mm"', "1.5", ":14:11: stand-in.axis.travel: expected a position, e.g. 1000 or '12.5 mm', not 1.5"),
+    ):
+        (tmp_path / "s.toml").write_text(STAND_IN.replace(old, new))
+        with pytest.raises(SceneError) as error:
+            reading.read(scene := Scene.load(tmp_path / "s.toml"), scene.build())
+        assert str(error.value).endswith(message)
