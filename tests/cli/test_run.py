@@ -137,18 +137,30 @@ def test_traces_and_a_plot(axistwin, tmp_path):
     Path("a.if1").write_text("S1$\nX100Y-50$\n")
     code, _, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace", "a.vcd", "--plot", "a.svg")
     assert (code, err) == (0, "")
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.csv", "a.if1", "a.svg", "a.vcd"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.csv", "a.gtkw", "a.if1", "a.svg", "a.vcd"]
+
+
+def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):
+    Path("a.if1").write_text("X1000$\n")
+    code, out, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace-limit", "5kB")
+    assert (code, "X 0 → 1000" in out) == (0, True)
+    assert "the trace a.csv ends at" in err
+    assert "because the file has reached its limit of 0.005 MB" in err
+    code, _, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace-limit", "none")
+    assert (code, err) == (0, "")
+    assert Path("a.csv").stat().st_size > 5_000
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (("if1", "a.if1", "--trace-limit", "much"), "invalid size 'much': expected a size or none, e.g. 200MB"),
         (("if1", "none.if1"), "none.if1 cannot be read: No such file"),
         (("if9", "a.if1"), "no model 'if9'"),
         (("if1", "a.if1", "--option", "wires=3"), "no option 'wires'"),
         (("if1", "a.if1", "--option", "wires"), "NAME=VALUE"),
         (("if1", "a.if1", "--plot", "a.pdf"), ".svg or .png"),
-        (("if1", "a.if1", "--trace", "a.txt"), ".csv, .vcd or .parquet"),
+        (("if1", "a.if1", "--trace", "a.txt"), ".sigrok.vcd or .parquet"),
         (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
         (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
         (("a.toml", "a.if1", "--state", "x"), "set these in the scene"),

@@ -13,7 +13,7 @@ import click
 
 from axistwin.bench import FAMILIES, Bench, product
 from axistwin.cli.common.completing import complete_program, complete_target
-from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.parameters import FILE, TRACE_LIMIT, Number, Size
 from axistwin.cli.common.target import bench_for
 from axistwin.controllers.product import Product
 from axistwin.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
@@ -33,11 +33,17 @@ SECONDS = Number(min=0)
 @click.argument("program", type=FILE, required=False, shell_complete=complete_program)
 @click.option("--for", "seconds", type=SECONDS, help="Total virtual time in seconds, from power-up.")
 @click.option(
-    "--trace", "traces", type=FILE, multiple=True, help="Write a trace: FILE.csv, .vcd (GTKWave) or .parquet."
+    "--trace",
+    "traces",
+    type=FILE,
+    multiple=True,
+    help="Write a trace: FILE.csv, .vcd (GTKWave), .sigrok.vcd or .parquet.",
 )
 @click.option(
     "--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.  See docs/traces.md."
 )
+@click.option("--trace-limit", type=Size(), default=TRACE_LIMIT, show_default=True, metavar="SIZE|none",
+              help="Largest size of each trace, e.g. 5GB.")  # fmt: skip
 @click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
 @click.option("--strict", is_flag=True, help="Exit with 1 if the controller refuses a line.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
@@ -51,6 +57,7 @@ def run(
     seconds: float | None,
     traces: tuple[Path, ...],
     signals: str | None,
+    trace_limit: int | None,
     plot: Path | None,
     strict: bool,
     as_json: bool,
@@ -97,7 +104,7 @@ def run(
     loaded.prepare(bench)
     what, title = (target, target) if program is None else (program.name, f"{target}  {program.name}")
     with _drawing(bench, plot, title), recording_run(bench) as record:
-        with _tracing(bench, traces, signals), _progress(_Progress(what, bench, seconds, traces)):
+        with _tracing(bench, traces, signals, trace_limit), _progress(_Progress(what, bench, seconds, traces)):
             outcome, interrupted = _perform(loaded, bench, seconds)
         for controller in bench.controllers.values():
             controller.store.end()
@@ -134,7 +141,7 @@ def _drawing(bench: Bench, plot: Path | None, title: str) -> Iterator[None]:
 
 
 @contextmanager
-def _tracing(bench: Bench, files: Sequence[Path], signals: str | None) -> Iterator[None]:
+def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: int | None) -> Iterator[None]:
     """Trace the run to files within this context."""
     with ExitStack() as stack:
         for file in files:
@@ -142,7 +149,7 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None) -> Iterat
             from axistwin.traces.trace import tracing
 
             stack.enter_context(
-                tracing(bench, file, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True))
+                tracing(bench, file, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True), limit)
             )
         yield
 
