@@ -32,7 +32,7 @@ class Number(click.FloatRange):
         return found
 
 
-class Size(click.ParamType):
+class Size(click.ParamType[Any]):
     """A number of bytes such as `500MB`, `1GB` or `2e6`; `none`: None."""
 
     name = "size"
