@@ -42,6 +42,8 @@ class Bench:
         """Origin of the bench: `scene` (its name and hash), `seed`."""
         self.agenda_ns = 0
         """Time of the last planned action, e.g. of a scene's script."""
+        self.planned: list[tuple[int, str]] = []
+        """Planned actions with their times in nanoseconds, as text for users, e.g. `script: table power off`."""
         self.attendants: dict[str, BusHost] = {}
         """Hosts that send whole commands to boards on a bus, by board name; each board has at most one."""
         self.senders: dict[str, Process] = {}

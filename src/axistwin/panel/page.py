@@ -21,7 +21,6 @@ from axistwin.panel.views.driving import driving
 from axistwin.panel.views.faults import faults, power
 from axistwin.panel.views.front import front
 from axistwin.panel.views.machines import machines
-from axistwin.panel.views.people import people
 from axistwin.panel.views.pins import pins
 from axistwin.panel.views.program import program
 from axistwin.panel.views.scope import scope
@@ -67,6 +66,7 @@ async def page(enter: Callable[[], Context]) -> None:
         context.common(Memory).keep()
     client.run_javascript(BUILT)
     visits.shown(client, background_tasks.create(_Frames(client, context, made).show(), name="panel"))
+    context.session.welcome()
 
 
 class Visits:
@@ -153,21 +153,7 @@ def views(context: Context) -> Iterator[Refresh]:
 def _header(context: Context) -> Iterator[Refresh]:
     with ui.header():
         ui.link("to the machines", "#bench").classes("skip")
-        with ui.row().classes("driving"):
-            ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-            yield _clock(context)
-            yield people(context)
         yield driving(context)
-
-
-def _clock(context: Context) -> Refresh:
-    """Show the virtual time, to a millisecond while running and to a microsecond while paused."""
-    label = ui.label().classes("clock").mark("clock").props("data-test=clock")
-
-    def refresh() -> None:
-        label.text = f"{context.session.seconds:.{3 if context.session.running else 6}f} s"
-
-    return refresh
 
 
 def _body(context: Context) -> Iterator[Refresh]:

@@ -242,6 +242,8 @@ class Builder:
                 path: Path_ = ("script", number, "do", which)
                 with self.source.placing_errors(*path):
                     acts.append((path, self._act(table, text)))
+            who = f"{table.on} " if table.on else ""
+            self.bench.planned.append((at_ns, f"script: {who}{', '.join(table.do)}"))
             self._plan_acts(at_ns, acts)
 
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:

@@ -92,6 +92,11 @@ class Scene:
         return self._contents.stand_in
 
     @property
+    def waits(self) -> bool:
+        """True if virtual time is to start when the first browser or host connects."""
+        return self._contents.panel.wait
+
+    @property
     def file(self) -> Path:
         """The file of the scene; its programs are relative to the folder of this file."""
         return self._source.file

@@ -322,6 +322,13 @@ class StandInTable(Table):
     """Outputs, one [[stand-in.output]] each."""
 
 
+class PanelTable(Table):
+    """How the panel shows the scene."""
+
+    wait: bool = False
+    """`true`: virtual time starts when the first browser or host connects to `axistwin serve`."""
+
+
 class SceneFile(Table):
     """Contents of a scene file."""
 
@@ -344,6 +351,8 @@ class SceneFile(Table):
     """Actions at the machine, one [[script]] each."""
     stand_in: Annotated[StandInTable | None, Field(alias="stand-in")] = None
     """Real motors on motion boards."""
+    panel: PanelTable = PanelTable()
+    """Settings for `axistwin serve` and its panel."""
 
 
 @cache
