@@ -43,7 +43,7 @@ class Bench:
         self.agenda_ns = 0
         """Time of the last planned action, e.g. of a scene's script."""
         self.planned: list[tuple[int, str]] = []
-        """Planned actions with their times in nanoseconds, as text for users, e.g. `script: table power off`."""
+        """Time in nanoseconds and text of each planned action, for users."""
         self.attendants: dict[str, BusHost] = {}
         """Hosts that send whole commands to boards on a bus, by board name; each board has at most one."""
         self.senders: dict[str, Process] = {}

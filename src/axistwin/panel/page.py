@@ -21,6 +21,7 @@ from axistwin.panel.views.driving import driving
 from axistwin.panel.views.faults import faults, power
 from axistwin.panel.views.front import front
 from axistwin.panel.views.machines import machines
+from axistwin.panel.views.operator import operator
 from axistwin.panel.views.pins import pins
 from axistwin.panel.views.program import program
 from axistwin.panel.views.scope import scope
@@ -157,8 +158,11 @@ def _header(context: Context) -> Iterator[Refresh]:
 
 
 def _body(context: Context) -> Iterator[Refresh]:
-    columns = max(2, len(context.bench.controllers) + len(context.bench.lines))
+    columns = len(context.bench.controllers) + len(context.bench.lines)
     with ui.element("div").classes("bench").props("id=bench tabindex=-1").style(f"--columns: {columns}"):
+        if context.session.operator.items:
+            with ui.card().classes("machine wide").props('role=region aria-label="operator panel"'):
+                yield operator(context)
         for name in context.bench.controllers:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 yield from _machine(context, name)
@@ -166,7 +170,7 @@ def _body(context: Context) -> Iterator[Refresh]:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 ui.label(name).classes("machine-name")
                 yield terminal(context, name)
-        with ui.element("div").classes("beside" if len(context.bench.controllers) == 1 else "beside wide"):
+        with ui.element("div").classes("beside wide"):
             yield scope(context)
             with ui.card().classes("machine").props("role=region aria-label=faults"):
                 ui.label("Faults").classes("machine-name")
@@ -179,15 +183,17 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
         ui.label(name).classes("machine-name")
         ui.label(context.bench[name].product.title).classes("quiet")
         yield power(context, name)
-    yield front(context, name)
-    yield machines(context, name)
     kinds: Kinds = {"Pins": partial(pins, context, name)}
     if context.bench[name].product.programs:
         kinds["Program"] = partial(program, context, name)
     for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
         if endpoint in endpoints.names(context.bench):
             kinds[title] = partial(terminal, context, endpoint)
-    yield tabs(context, name, kinds)
+    with ui.element("div").classes("work"):
+        yield machines(context, name)
+        with ui.element("div").classes("side"):
+            yield tabs(context, name, kinds)
+    yield front(context, name)
 
 
 class _Frames:

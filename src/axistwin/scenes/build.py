@@ -26,7 +26,7 @@ from axistwin.programs import stored_programs
 from axistwin.scenes import hosting, toml_places
 from axistwin.scenes.source import Source, instead
 from axistwin.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
-from axistwin.sim.pins import Pin, connect
+from axistwin.sim.pins import Pin, UserPin, connect
 from axistwin.units import to_ns
 
 Path_ = toml_places.Path
@@ -77,6 +77,7 @@ class Builder:
         self._connect_wires()
         self._add_shared_lines()
         self._open_second_channels()
+        self._check_operator()
         self._plan_faults()
         self._plan_script()
         self._start_hosts()
@@ -232,6 +233,23 @@ class Builder:
                 seed = FAULTS_A_SCENE * whole + number
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()
+
+    def _check_operator(self) -> None:
+        """Raise SceneError for a terminal of the operator panel that does not exist, or that cannot be driven."""
+        panel = self.contents.operator
+        for number, button in enumerate(panel.button):
+            self._check_operated(button.pin, ("operator", "button", number, "pin"))
+        for number, lamp in enumerate(panel.lamp):
+            self._pin(lamp.pin, ("operator", "lamp", number, "pin"))
+        for number, selector in enumerate(panel.selector):
+            for word, pin in selector.positions.items():
+                if pin:
+                    self._check_operated(pin, ("operator", "selector", number, "positions", word))
+
+    def _check_operated(self, name: str, path: Path_) -> None:
+        found = self._pin(name, path)
+        if found.is_output and not isinstance(found, UserPin):
+            raise self.source.error(path, f"{name} is an output: expected an input")
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):

@@ -41,7 +41,7 @@ from axistwin.controllers.product import Product
 from axistwin.scenes.addresses import check_ports
 from axistwin.scenes.build import Builder, is_in_loop
 from axistwin.scenes.source import Given, Source
-from axistwin.scenes.tables import SceneFile, StandInTable, shared_lines
+from axistwin.scenes.tables import OperatorTable, SceneFile, StandInTable, shared_lines
 
 if TYPE_CHECKING:
     from axistwin.scenes.copying import Copy
@@ -95,6 +95,11 @@ class Scene:
     def waits(self) -> bool:
         """True if virtual time is to start when the first browser or host connects."""
         return self._contents.panel.wait
+
+    @property
+    def operator(self) -> OperatorTable:
+        """The operator panel; empty if the scene has none."""
+        return self._contents.operator
 
     @property
     def file(self) -> Path:

@@ -21,6 +21,7 @@ from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.server import Server
 from axistwin.scenes.scene import Scene
+from axistwin.scenes.tables import OperatorTable
 from axistwin.sessions import programs, saving, steps
 from axistwin.sessions.breaks import Break
 from axistwin.sessions.external_input import ExternalInput, Replay
@@ -107,6 +108,11 @@ class Session:
     def title(self) -> str:
         """Title of the scene, or names of the controllers."""
         return (self._scene.title if self._scene is not None else "") or ", ".join(self.bench.controllers)
+
+    @property
+    def operator(self) -> OperatorTable:
+        """The operator panel of the scene; empty without one."""
+        return OperatorTable() if self._scene is None else self._scene.operator
 
     @property
     def finished(self) -> bool:

@@ -25,6 +25,7 @@ QUIET = """async ([states, patience, frame]) => {
 AT = """() => {
   const visible = (each) => each?.getClientRects().length > 0;
   return {
+    folded: visible(document.querySelector('button.more')) && !visible(document.querySelector('.speed-box')),
     open: [...document.querySelectorAll('.q-menu, .q-dialog')].some(visible),
     drives: [...document.querySelectorAll('button')].some(
       (each) => visible(each) && each.innerText.includes('you drive')),
@@ -217,6 +218,8 @@ class Panel:
         at = self.page.evaluate(AT)
         if at["open"]:
             strike(self.page, "Escape")
+        if at["folded"]:
+            click(self.button("more controls"))
         if not at["drives"]:  # a failed test may have left another driver
             click(self.page.get_by_role("button", name="drives").first)
             click(self.button("Drive"))
