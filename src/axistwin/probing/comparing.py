@@ -169,18 +169,22 @@ def _compare(
     if case.moves and not end.exact:
         tolerance = None  # a case that moves cannot be repeated
     verdict, reason, received = Verdict.SAME, "", expected
+    best: list[Answer] = []
     for _ in range(1 if case.moves else ATTEMPTS):
         received = tuple(
             end.ask(said, len(answer.data), case.wait_s) for said, answer in zip(case.says, expected, strict=True)
         )
+        if _only_late(expected, received):  # load of the computer only delays: the shortest time counts
+            best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
+            received = tuple(best)
         verdict, reason = _judge(case, expected, received, family, settings, tolerance)
-        if verdict is not Verdict.DIFFERS or not _only_late(expected, received):
+        if verdict is not Verdict.DIFFERS or not best:
             break
     return Result(case, verdict, reason, expected, received)
 
 
 def _only_late(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
-    """True if the answers are the same, so that the computer's load could have caused the difference."""
+    """True if the bytes are the same, so that the computer's load could have caused a difference."""
     return [answer.data for answer in expected] == [answer.data for answer in received]
 
 

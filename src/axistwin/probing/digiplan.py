@@ -116,6 +116,15 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
         case("back after both moves", "$", b"X-100$"),
         case("a sequence", ":", b":X+10:X-10:$", b"O"),
         case("a repeat", "=", b":X+5:=3,1:X-20:$", b"N", b"N"),
+        Case(
+            "a long repeat",
+            commands["="].chapter,
+            tuple(text + end for text in (b":X+1:=250,1:Y+1:$", b"E", b"#", b"E")),
+            moves=True,
+            writes=True,
+            wait_s=0.3,
+            timed=False,
+        ),
         # the position after a run depends on the host's timing
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
