@@ -51,7 +51,6 @@ def test_small_motion_makes_pulses(model):
     [
         ("if1", "busy", "ignore", 'busy="ignore"', SMALL),
         ("1811", "part_number", "94-012345-02B", 'part_number="94-012345-02B"', SMALL),
-        ("1811", "reply_ms", 8.0, "reply_ms=8.0", Settings()),
     ],
 )
 def test_an_option_that_explains_the_differences(model, option, value, text, settings):
@@ -59,6 +58,12 @@ def test_an_option_that_explains_the_differences(model, option, value, text, set
     found = probe(model, end, settings)
     assert found.of(Verdict.DIFFERS)
     assert text in found.fits
+
+
+def test_late_answers_differ():
+    _, end = controller("1811", reply_ms=8.0)
+    found = probe("1811", end, Settings(find_options=False))
+    assert {result.reason for result in found.of(Verdict.DIFFERS)} == {"the answer takes 0.0090 s instead of 0.0050 s"}
 
 
 def test_values_of_the_machine_are_inconclusive_and_compared_only_as_new():
