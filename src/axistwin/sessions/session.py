@@ -289,6 +289,12 @@ class Session:
                 self._restart()
             await self._advance_to(time_ns)
 
+    async def advance_to(self, seconds: float) -> None:
+        """Run as fast as possible to a later time, and pause; breakpoints are suspended meanwhile."""
+        self.pause()
+        with self._moving():
+            await self._advance_to(max(to_ns(seconds), self.bench.now))
+
     def forget_rest(self) -> None:
         """Delete the part of the recording after the present time, and accept new input."""
         self._check_free()

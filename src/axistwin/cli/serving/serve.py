@@ -17,6 +17,7 @@ import click
 from axistwin.bench import Bench, product
 from axistwin.bench.options import read_options
 from axistwin.cli.common.completing import complete_target
+from axistwin.cli.common.parameters import Number
 from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.served import Ports
@@ -66,6 +67,12 @@ CATCH_UP_S = 0.1
 @click.option(
     "--panel", metavar="[H:]P", help="Serve a panel for browsers at this port. Without a host: only this machine."
 )
+@click.option(
+    "--to",
+    type=Number(min=0),
+    metavar="SECONDS",
+    help="With --panel: run to this virtual time at full speed, and pause.",
+)
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
 @click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
 @click.option("--show-hosts", is_flag=True, help="Print connection lines for pyserial, PyVISA and EPICS asyn.")
@@ -84,6 +91,7 @@ def serve(
     record: str | None,
     panel: str | None,
     panel_token: str | None,
+    to: float | None,
     show_hosts: bool,
     as_json: bool,
     options: tuple[str, ...],
@@ -109,10 +117,13 @@ def serve(
     axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
     axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
     axistwin serve examples/drill/scene.toml --panel 8080           then open http://127.0.0.1:8080/
+    axistwin serve scene.toml --panel 8080 --to 4.2                 paused at 4.2 s, to be examined
     axistwin serve if2 --panel 0.0.0.0:8080         for other machines; the token is printed
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
     times = read_speed(speed)
+    if to is not None and panel is None:
+        raise UsageError("--to needs a panel: expected also --panel, e.g. --panel 8080")
     served = _served(what, ports, {"state": state, "line": line}, options, with_panel=panel is not None)
     headers = {"model": what, "options": shlex.join(options), "line": line or ""} if served.scene is None else None
     _log_to_stderr()
@@ -132,7 +143,7 @@ def serve(
             server = shown.session.serve(flow=Flow(flow), reset=reset_on_connect)
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
-        return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), files))
+        return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), files, to))
 
 
 def _served(
@@ -265,7 +276,9 @@ Show = Callable[[str | None], None]
 """Prints the ports; the argument is the panel's address."""
 
 
-async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Show, files: _Files) -> int:
+async def _serve(
+    server: Server, wanted: Ports, shown: "Panel | None", show: Show, files: _Files, to: float | None
+) -> int:
     ended = ending()
     server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances virtual time
     try:
@@ -273,7 +286,7 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Sho
             await server.open(name, url)
         panel = None if shown is None else await shown.open()
         _freeze_objects()
-        _start(server, shown)
+        await _start(server, shown, to)
         show(panel)
         if files.open:
             _catch_up_regularly(server.pacer, files)
@@ -290,9 +303,11 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Sho
             logging.getLogger("axistwin.links").warning("%s", late)
 
 
-def _start(server: Server, shown: "Panel | None") -> None:
+async def _start(server: Server, shown: "Panel | None", to: float | None) -> None:
     if shown is None:
         server.start()
+    elif to is not None:
+        await shown.session.advance_to(to)
     else:
         shown.session.run()
 
