@@ -140,15 +140,9 @@ class Sweep:
         runner, found = self.check(design, seconds)
         results = Journal(out, self.plan(design, seconds), self._types(found))
         if not results.complete:
-            engine = self._engine(runner, workers, limit, tell)
+            engine = engine_for(runner, workers, limit, tell)
             self._run(runner, results, engine, design, found, progress)
         return journal.read(out)
-
-    def _engine(self, runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
-        count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
-        count = (os.cpu_count() or 1) if count is None else count
-        prepare(runner)  # compile once, before the workers start
-        return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
     def _run(
         self, runner: Runner, results: Journal, engine: Engine, design: Design, found: Points, progress: Progress | None
@@ -188,6 +182,14 @@ class Sweep:
             types |= {name: "truth", f"{name}.robustness": "number", f"{name}.at_s": "number"}
         texts = dict.fromkeys(("difference", "notes", "worker", "version", "scene"), "text")
         return {**types, "ended": "text", "seconds": "number", "wall_s": "number", **texts}
+
+
+def engine_for(runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
+    """Return worker processes, one for each core if `workers` is None, or with 0 workers this process."""
+    count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
+    count = (os.cpu_count() or 1) if count is None else count
+    prepare(runner)  # compile once, before the workers start
+    return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
 
 def _is_list(text: str) -> bool:

@@ -105,16 +105,10 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
 def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, float | None]:
     made = Sweep(target, options["program"], options["host"])
     for each in options["vary"]:
-        path, equals, values = each.partition("=")
-        if not equals or not path:
-            raise UsageError(f"--vary {each!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
-        made.vary(path, values)
+        made.vary(*path_and_values("vary", each))
     for option, add in (("measure", made.measure), ("claim", made.claim)):
         for each in options[option]:
-            name, colon, sentence = each.partition(":")
-            if not colon or " " in name.strip():
-                raise UsageError(f"--{option} {each!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
-            add(name.strip(), sentence.strip())
+            add(*named(option, each))
     if not made.varied:
         raise UsageError("nothing varies: add --vary PATH=VALUES, e.g. --vary seed=0..99")
     return (
@@ -122,6 +116,22 @@ def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design,
         Design(options["design"] or "grid", options["runs"], options["seed"] or 0, options["search"]),
         options["seconds"],
     )
+
+
+def path_and_values(option: str, text: str) -> tuple[str, str]:
+    """Split PATH=VALUES.  Raises UsageError."""
+    path, equals, values = text.partition("=")
+    if not equals or not path:
+        raise UsageError(f"--{option} {text!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
+    return path, values
+
+
+def named(option: str, text: str) -> tuple[str, str]:
+    """Split NAME:SENTENCE.  Raises UsageError."""
+    name, colon, sentence = text.partition(":")
+    if not colon or " " in name.strip():
+        raise UsageError(f"--{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
+    return name.strip(), sentence.strip()
 
 
 def _from_file(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, float | None]:
