@@ -83,6 +83,8 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
       axistwin sweep scene.toml --vary 'knife.KP=normal(80, 8)' --runs 200 --for 5 \\
           --measure 'error: max |knife.shaft.following_error|' --out gains.parquet
       axistwin sweep scene.toml --vary script.0.at=0.1..5.0 --search 500 --claim 'safe: …' --out worst.parquet
+      axistwin sweep scene.toml --vary table.X.load.torque=0.1..0.5 --vary wire.0.delay_ms=1..50 --runs 64 \\
+          --design saltelli --measure 'cycle: …' --out shares.parquet --summary
       axistwin sweep study.toml --out study.parquet
       axistwin sweep study.parquet --summary
     """
