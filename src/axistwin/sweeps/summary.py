@@ -107,8 +107,7 @@ def lines(found: Mapping[str, Any]) -> Iterator[str]:
         yield ""
         yield f"{_columns(f'share of {name}', 'alone', '± 95 %', 'total', '± 95 %')}"
         for path, one in (paths or {}).items():
-            shown = (f"{one[key]:.3f}" for key in ("first", "first_95", "total", "total_95"))
-            yield _columns(path, *shown)
+            yield _columns(path, *(f"{one[key]:.3f}" for key in ("first", "first_95", "total", "total_95")))
         if paths is None:
             yield "results are missing or all equal"
 

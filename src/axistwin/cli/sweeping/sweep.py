@@ -53,6 +53,7 @@ COUNT = click.IntRange(min=1)
     type=click.IntRange(min=0),
     help="Number of processes; 0: run in this process; default: one for each core.",
 )
+@click.option("--scheduler", metavar="tcp://HOST:PORT", help="Run on the Dask cluster of this scheduler.")
 @click.option(
     "--limit",
     type=Number(min=0, min_open=True),
@@ -85,6 +86,7 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
       axistwin sweep scene.toml --vary script.0.at=0.1..5.0 --search 500 --claim 'safe: …' --out worst.parquet
       axistwin sweep scene.toml --vary table.X.load.torque=0.1..0.5 --vary wire.0.delay_ms=1..50 --runs 64 \\
           --design saltelli --measure 'cycle: …' --out shares.parquet --summary
+      axistwin sweep study.toml --scheduler tcp://127.0.0.1:8786 --out study.parquet
       axistwin sweep study.toml --out study.parquet
       axistwin sweep study.parquet --summary
     """
@@ -94,6 +96,7 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
         raise UsageError("the file for the results is missing: expected e.g. --out results.parquet")
     made, design, seconds = _from_file(target, options) if is_sweep_file(target) else _from_options(target, options)
     run = {"seconds": seconds, "design": design, "workers": options["workers"], "limit": options["limit"]}
+    run["scheduler"] = options["scheduler"]
     try:
         with _progress() as progress:
             made.run(out, **run, progress=progress, tell=lambda words: click.echo(f"axistwin: {words}", err=True))
