@@ -15,6 +15,7 @@ def scheduler():
     options = {"processes": False, "dashboard_address": None, "n_workers": 1, "threads_per_worker": 1}
     with distributed.LocalCluster(**options, protocol="tcp", host="127.0.0.1") as local:
         yield local.scheduler_address
+        cluster.end_processes()
 
 
 def sweep(directory):

@@ -28,8 +28,8 @@ def tuning(directory):
 
 
 def test_the_same_trials_after_an_interruption_and_the_worst_case_counts(tmp_path):
-    whole = tuning(tmp_path).run(tmp_path / "a.db", trials=10, seconds=4, workers=0)
-    assert len({json.dumps(trial.values) for trial in whole.trials}) > 5
+    whole = tuning(tmp_path).run(tmp_path / "a.db", trials=7, seconds=4, workers=0)
+    assert len({json.dumps(trial.values) for trial in whole.trials}) > 4
     for trial in (*whole.trials, whole.delivered):
         assert (trial.score, len(trial.results)) == (min(trial.results), 2)
         assert trial.feasible == (trial.violations["low"] <= 0)
@@ -37,17 +37,17 @@ def test_the_same_trials_after_an_interruption_and_the_worst_case_counts(tmp_pat
     assert whole.best.score == max(trial.score for trial in whole.trials if trial.feasible)
 
     def stop(done, every, best, delivered):
-        assert (every, delivered.values) == (10, {})
-        if done == 6:
+        assert (every, delivered.values) == (7, {})
+        if done == 5:
             raise StoppedError
 
     with pytest.raises(StoppedError):
-        tuning(tmp_path).run(tmp_path / "b.db", trials=10, seconds=4, workers=0, progress=stop)
-    assert len(load(tmp_path / "b.db")[2]) == 6
-    again = tuning(tmp_path).run(tmp_path / "b.db", trials=10, seconds=4, workers=0)
+        tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0, progress=stop)
+    assert len(load(tmp_path / "b.db")[2]) == 5
+    again = tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0)
     assert again.trials == whole.trials
     with pytest.raises(AxistwinError, match="seed was 0, now 1"):
-        tuning(tmp_path).run(tmp_path / "b.db", trials=10, seconds=4, workers=0, seed=1)
+        tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0, seed=1)
 
 
 def test_the_command_prints_lines_for_the_program_and_draws_the_study(tmp_path):

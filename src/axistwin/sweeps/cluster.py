@@ -4,6 +4,7 @@ A few tasks for each thread of the cluster are under way at a time.  Each thread
 as Dask cannot stop a run that exceeds the time limit.  Dask repeats the run of a lost worker on another worker.
 """
 
+import atexit
 import pickle
 import socket
 from collections.abc import Iterable, Iterator
@@ -113,6 +114,8 @@ def perform(setup: bytes, task: Task, limit_s: float) -> Row:
     """Run a task on a worker, in the process of this thread."""
     from distributed import get_worker
 
+    if not _processes:
+        atexit.register(end_processes)
     known, process = _processes.get(get_ident(), (b"", None))
     if process is None or known != setup:
         if process is not None:
@@ -122,3 +125,10 @@ def perform(setup: bytes, task: Task, limit_s: float) -> Row:
         _processes[get_ident()] = setup, process
     (row,) = process.map([task])
     return {**row, "worker": str(get_worker().address)}
+
+
+def end_processes() -> None:
+    """End the processes of this worker."""
+    while _processes:
+        _, (_, process) = _processes.popitem()
+        process.__exit__()
