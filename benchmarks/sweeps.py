@@ -1,6 +1,6 @@
-"""Sweeps: equal results with any number of workers, scaling, overhead of a run, and the search for a hidden failure.
+"""Sweeps: equal results with any number of workers, scaling, overhead of a run, memory, and the search for a failure.
 
-    python benchmarks/sweeps.py [--seed 1] [--runs 300] [--seeds 10]
+    python benchmarks/sweeps.py [--seed 1] [--runs 300] [--seeds 10] [--memory 10000] [--cluster]
 
 The pinch is a button pressed in the 6 ms of a minute in which a table passes a place: one run of 10,000 at random.
 code 1 if a goal is missed.
@@ -8,6 +8,7 @@ code 1 if a goal is missed.
 
 import argparse
 import random
+import resource
 import subprocess
 import sys
 import tempfile
@@ -31,7 +32,7 @@ at = 0.5
 do = "input2 high"
 """
 LINES = "".join(f"X{way}8000@4000$\n" for way in ("", "-", "", "-"))
-SCALING, OVERHEAD_MS, KILLS = 0.9, 3.0, 10
+SCALING, OVERHEAD_MS, KILLS, MEMORY_MB = 0.9, 3.0, 10, 50
 CLAIM = "never table.input2 rises while table.X.position > 3997 and table.X.position < 4003"
 
 
@@ -90,6 +91,27 @@ def timed(directory: Path, runs: int, workers: int) -> tuple[float, float, str]:
     return whole_s, sum(row["wall_s"] for row in rows), digest(made.run(workers=workers))
 
 
+def memory(directory: Path, runs: int) -> float:
+    """Return by how many MB the memory of this process changes during a sweep of runs of ten seconds; Linux only."""
+    used: list[float] = []
+
+    def note(done: int, *_: int) -> None:
+        if done % 100 == 0:
+            pages = int(Path("/proc/self/statm").read_text().split()[1])
+            used.append(pages * resource.getpagesize() / 1e6)
+
+    study(directory, runs).run(directory / "memory.parquet", seconds=10, workers=2, progress=note)
+    return max(used) - min(used)
+
+
+def clustered(directory: Path, runs: int) -> str:
+    """Return the hash of the results of a Dask cluster with two workers."""
+    from distributed import LocalCluster  # lazy import: the extra may be missing
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+        return digest(study(directory, runs).run(scheduler=cluster.scheduler_address))
+
+
 def found(directory: Path, seed: int, design: str) -> bool:
     """Return True if 500 runs of a search, or of drawn points, find the failure."""
     made = Sweep(scene(directory)).vary("script.0.at", "0.0..60.0").vary("table.X.load.torque", "0.05..0.3")
@@ -104,6 +126,8 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--runs", type=int, default=300)
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--memory", type=int, default=0, metavar="RUNS")
+    parser.add_argument("--cluster", action="store_true")
     given = parser.parse_args()
     goals = {}
     with tempfile.TemporaryDirectory() as name:
@@ -116,6 +140,13 @@ def main() -> int:
         goals["equal tables with 1 and 2 workers and after kills"] = len({first, second, third}) == 1
         goals[f"scaling {share:.2f} of a control loop's: at least {SCALING}"] = share >= SCALING
         goals[f"overhead {overhead_ms:.2f} ms a run: at most {OVERHEAD_MS}"] = overhead_ms <= OVERHEAD_MS
+        if given.cluster:
+            goals["equal tables with a Dask cluster"] = clustered(directory, given.runs) == first
+        if given.memory:
+            change_mb = memory(directory, given.memory)
+            goals[f"memory changes by {change_mb:.1f} MB in {given.memory:,} runs: at most {MEMORY_MB}"] = (
+                change_mb <= MEMORY_MB
+            )
         if given.seeds:
             searched = sum(found(directory, seed, "search") for seed in range(given.seeds))
             drawn = sum(found(directory, seed, "random") for seed in range(given.seeds))

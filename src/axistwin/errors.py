@@ -44,8 +44,8 @@ class MissingExtraError(UsageError):
 
 
 def installed(library: str) -> bool:
-    """True if a library can be imported."""
-    return find_spec(library.lower()) is not None
+    """True if a library can be imported; its module has its name, or its name in lower case."""
+    return find_spec(library) is not None or find_spec(library.lower()) is not None
 
 
 def require(library: str, extra: str) -> None:

@@ -11,7 +11,7 @@ from axistwin import Scene
 from axistwin.cli.main import axistwin
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-SCENES = "drill", "winder", "cut-to-length"
+SCENES = "drill", "winder", "cut-to-length", "gains"
 
 
 def build(name):

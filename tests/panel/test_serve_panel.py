@@ -104,6 +104,8 @@ def test_without_its_extra_one_line_says_what_to_install():
 def test_a_token_is_for_a_panel_and_has_letters_and_digits():
     code, words = refused("serve", "if1", "--panel-token", "abc")
     assert (code, "--panel-token needs a panel" in words) == (2, True)
+    code, words = refused("serve", "if1", "--to", "4.2")
+    assert (code, "--to needs a panel" in words) == (2, True)
     code, words = refused("serve", "if1", "--panel", 0, "--panel-token", "a&b")
     assert (code, "letters and digits only" in words) == (2, True)
 

@@ -6,7 +6,7 @@ from math import exp, inf
 
 import pytest
 
-from axistwin.controllers.smartmotor.kernel import machine, state
+from axistwin.controllers.smartmotor.kernel import machine, servo, state
 from axistwin.errors import UsageError
 from axistwin.plant import FRAME17, FRAME23, FRAME34, SERVO_MOTORS, ServoLoad
 
@@ -35,6 +35,26 @@ def test_no_load_speed(frame, pwm):
     rig.seconds(0.5)
     assert rig.rad_per_s == pytest.approx(expected if pwm > 0 else -expected, rel=1e-9)
     assert abs(rig.rad_per_s) < volts / k
+
+
+def test_energy_is_the_integral_of_voltage_times_current():
+    """At constant speed U·I per second; at a locked shaft R·I²; the same in one step (`rest`) as sample by sample."""
+    rig = driven(FRAME23, 600)
+    rig.seconds(0.5)
+    before, elapsed = rig.i[state.ENERGY], rig.seconds(0.1)
+    volts = FRAME23.supply_voltage_v * 600 / 1023
+    amps = (volts - FRAME23.torque_constant_nm_per_a * rig.rad_per_s) / FRAME23.winding_resistance_ohm
+    assert (rig.i[state.ENERGY] - before) / 1e9 == pytest.approx(volts * amps * elapsed, rel=1e-5)
+    rig = driven(FRAME17, 100)
+    machine.set_jam(rig.f, True)
+    elapsed = rig.seconds(0.1)
+    assert rig.i[state.ENERGY] / 1e9 == pytest.approx((100 * 24 / 1023) ** 2 / 2.5 * elapsed, rel=1e-5)
+    before = rig.i[state.ENERGY]
+    servo.rest(rig.i, rig.f, 1000)
+    at_once, before = rig.i[state.ENERGY] - before, rig.i[state.ENERGY]
+    for _ in range(1000):
+        servo.rotate(rig.i, rig.f)
+    assert rig.i[state.ENERGY] - before == at_once
 
 
 def test_stall_current():

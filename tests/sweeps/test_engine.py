@@ -1,5 +1,6 @@
 """Runs of a sweep: workers, interrupted sweeps, scenes of failing runs, search, the command and the sweep file."""
 
+import asyncio
 import json
 import os
 import signal
@@ -7,6 +8,7 @@ import signal
 import pytest
 
 from axistwin import AxistwinError, Scene
+from axistwin.sessions import Session
 from axistwin.sweeps import Sweep, digest, read
 from axistwin.sweeps.job import Runner
 from axistwin.sweeps.sweep import Design
@@ -38,9 +40,15 @@ def test_one_row_a_run(tmp_path):
     assert last["lost"] > 0
     assert "none: no event 'table.input3 rises'" in first["notes"]
     kept = tmp_path / "found-failing" / "run-0" / "scene.toml"
-    bench = Scene.load(kept).build()
-    bench.run(first["near.at_s"])
-    assert bench["table"].axes["X"].position == 2750
+    scene, at_s = Scene.load(kept), first["near.at_s"]
+    assert f"--panel 8080 --to {at_s:.9f}" in kept.read_text()
+
+    async def replayed():
+        session = Session(scene.build, scene=scene)
+        await session.advance_to(at_s)
+        return session.bench["table"].axes["X"].position, session.seconds, session.running
+
+    assert asyncio.run(replayed()) == (2750, at_s, False)
 
 
 def test_workers_and_this_process_agree_even_if_a_worker_is_killed(tmp_path):

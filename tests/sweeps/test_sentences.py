@@ -1,12 +1,14 @@
 """Measures and claims: of known signals, and compared with a simple reference that evaluates every second."""
 
+import random
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import AxistwinError, Scene
-from axistwin.sweeps import CLAIMS, MEASURES
+from axistwin.sweeps import CLAIMS, MEASURES, Sweep
 from axistwin.sweeps.recording import Recording
 from axistwin.sweeps.sentences import claim, measure
 from axistwin.sweeps.series import Series
@@ -216,3 +218,47 @@ def test_signals_of_a_servo(tmp_path):
     velocity = record.series("shaft.velocity")
     assert float(np.sum(velocity.values * velocity.seconds)) == pytest.approx(axis.position)
     assert record.series("RKP").values[-1] == 60
+
+
+def test_energy_of_a_move_and_of_axes_without_windings(tmp_path):
+    """A move and back gives heat only; before power-up of the drive there is none."""
+    rows = (
+        Sweep(motor(tmp_path))
+        .vary("knife.a", [2000, 20_000])
+        .measure("joules", "energy knife.shaft")
+        .claim("economical", "energy shaft < 1000")
+        .run(workers=0, seconds=1)
+        .to_pylist()
+    )
+    short, long = (row["joules"] for row in rows)
+    assert 0 < short < long < 1000
+    assert [row["economical.robustness"] for row in rows] == [1000 - short, 1000 - long]
+    for axis, told in (("table.X", "no data sheet"), ("table.Q", "no axis")):
+        with pytest.raises(AxistwinError, match=told):
+            Sweep(stepper(tmp_path)).measure("joules", f"energy {axis}").check()
+
+
+AGREEING = [
+    ("always x < 3", "always(x < 3)"),
+    ("never x > 3", "always(not(x > 3))"),
+    ("always y <= 0 or |x| < 4", "always((y <= 0) or (abs(x) < 4))"),
+    ("eventually x > 2 within 4 s", "eventually[0:4](x > 2)"),
+    ("eventually x > 2 and y > 0", "eventually((x > 2) and (y > 0))"),
+    ("x < 4 until y > 0 within 6 s", "(x < 4) until[0:6] (y > 0)"),
+]
+
+
+@pytest.mark.parametrize(("ours", "theirs"), AGREEING)
+def test_claims_agree_with_rtamt(ours, theirs):
+    """An independent implementation of signal temporal logic, for 20 pairs of signals that change at whole seconds."""
+    rtamt = pytest.importorskip("rtamt", reason="rtamt (Python 3.11 and 3.12 only) is not installed")
+    chance = random.Random(1)
+    for _ in range(20):
+        x, y = ([chance.randint(-5, 5) for _ in range(13)] for _ in "xy")
+        monitor = rtamt.StlDiscreteTimeSpecification()
+        for name in ("x", "y", "out"):
+            monitor.declare_var(name, "float")
+        monitor.spec = f"out = {theirs}"
+        monitor.parse()
+        robustness = monitor.evaluate({"time": list(range(13)), "x": x, "y": y})[0][1]
+        assert claim(ours).answer(Record(12, x=dict(enumerate(x)), y=dict(enumerate(y)))).robustness == robustness

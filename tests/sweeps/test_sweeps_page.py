@@ -1,4 +1,4 @@
-"""The examples and tables of `docs/sweeps.md` are correct and complete."""
+"""The examples and tables of `docs/sweeps.md` are correct and complete, and those of `docs/tuning.md` are correct."""
 
 import re
 import shlex
@@ -12,7 +12,8 @@ from ..command import run
 from ..test_tutorials import acts, files
 
 pytest.importorskip("pyarrow", reason="the extra [traces] is not installed")
-PAGE = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+PAGES = Path(__file__).parents[2] / "docs"
+PAGE = (PAGES / "sweeps.md").read_text(encoding="utf-8")
 
 
 def table(forms):
@@ -41,3 +42,16 @@ def test_the_page_does_what_it_shows(tmp_path, monkeypatch):
     )
     Path("study.toml").write_text(study)
     assert run("check", "study.toml").code == 0
+
+
+def test_the_page_of_tuning_does_what_it_shows(tmp_path, monkeypatch):
+    pytest.importorskip("optuna", reason="the extra [tune] is not installed")
+    monkeypatch.chdir(tmp_path)
+    page = (PAGES / "tuning.md").read_text(encoding="utf-8")
+    for name, body in files(page).items():
+        Path(name).write_text(body)
+    ((command, shown),) = acts(page)
+    done = run(*shlex.split(command)[1:], "--workers", 0)
+    assert done.out + done.err == shown
+    (program,) = re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    exec(compile(program, "docs/tuning.md", "exec"), {})

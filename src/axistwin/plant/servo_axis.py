@@ -67,6 +67,9 @@ class Source(Protocol):
     def temperature(self) -> float:
         """Temperature of the motor, in degrees Celsius."""
 
+    def energy_nj(self) -> int:
+        """Energy that the windings have taken since the bench was made, in nJ."""
+
     def push(self, counts: int) -> None:
         """Displace the shaft by `counts` now."""
 
@@ -110,6 +113,10 @@ class AtRest:
     def temperature(self) -> float:
         """The ambient temperature."""
         return self._axis.ambient
+
+    def energy_nj(self) -> int:
+        """The energy up to the loss of power."""
+        return self._axis.energy_nj
 
     def push(self, counts: int) -> None:
         """Displace the shaft; it stays there."""
@@ -170,6 +177,8 @@ class ServoAxis:
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
         """State of the physics: it belongs to the machine, and the source updates it."""
+        self.energy_nj = 0
+        """Energy that the windings have taken up to the last loss of power, in nJ."""
         self.shaft = 0
         """Position of the shaft while the source is `AtRest`."""
         self.counts_of, self.counts_out_of = 1, 1
@@ -286,6 +295,14 @@ class ServoAxis:
     def temperature(self) -> float:
         """Temperature of the motor, in degrees Celsius."""
         return self._source.temperature()
+
+    @property
+    def energy(self) -> float:
+        """Energy that the windings have taken since the bench was made, in J: heat of the windings, and work.
+
+        The energy decreases while the motor brakes into the supply.  Without a data sheet the energy is 0.
+        """
+        return self._source.energy_nj() / 1e9
 
     @property
     def ambient(self) -> float:

@@ -1,7 +1,8 @@
 """Designs: the combinations of values that a sweep runs.
 
 `grid` runs every combination.  `zip` runs the first values of all paths, then the second values, and so on.
-`random`, `lhs` (Latin hypercube) and `sobol` draw `runs` points from all values.  A grid runs each combination `runs`
+`random`, `lhs` (Latin hypercube) and `sobol` draw `runs` points from all values.  `saltelli` draws the points for Sobol
+indices: `runs` times the number of paths plus 2.  A grid runs each combination `runs`
 times; each of these runs draws its own values from distributions.
 """
 
@@ -12,6 +13,7 @@ from typing import Any
 
 from axistwin.errors import UsageError, require
 from axistwin.fault_injection.chance import Chance
+from axistwin.sweeps import sensitivity
 from axistwin.sweeps.values import MOST, Value, Values
 
 Points = Sequence[tuple[Value, ...]]
@@ -98,6 +100,10 @@ def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
 
 
+def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
+    return at_fractions(varied, sensitivity.fractions(len(varied), _count(runs), seed))
+
+
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
     """Return one point for each row of fractions; a fraction selects a value from its path's distribution."""
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
@@ -117,5 +123,5 @@ def _qmc() -> Any:
 
 
 DESIGNS: dict[str, Callable[[Mapping[str, Values], int | None, int], Points]] = {
-    "grid": _grid, "zip": _zip, "random": _random, "lhs": _lhs, "sobol": _sobol,
+    "grid": _grid, "zip": _zip, "random": _random, "lhs": _lhs, "sobol": _sobol, "saltelli": _saltelli,
 }  # fmt: skip

@@ -75,7 +75,7 @@ class Runner:
         self._program()
         for name, sentence in {**self.measures, **self.claims}.items():
             try:
-                recording.check(self.variation.base.build(), sentence.signals, sentence.events)
+                recording.check(self.variation.base.build(), sentence.signals, sentence.events, sentence.axes)
             except UsageError as error:
                 message = str(error).partition("when=")[2] or str(error)
                 raise UsageError(f"{name}: {message}") from None
@@ -146,12 +146,22 @@ class Runner:
         """Return the texts of a scene that repeats a run, and of its programs, by file name."""
         scene = self.variation.scene([row[path] for path in self.job.paths])
         scene.build()
+        data = {key: _without_ports(value) for key, value in scene.data.items()}
         failed = [name for name in self.claims if row[name] is False]
         end_s = self.job.for_s if self.job.for_s is not None else row["seconds"]
         told = [f"# {name}: {self.claims[name].text}: fails at {row[f'{name}.at_s']:.9f} s\n" for name in failed]
         program = f" {self.job.program}" if self.job.program else ""
-        note = f"# Run {row['run']}: axistwin run scene.toml{program} --for {end_s:.9g}\n"
-        return {**scene.programs, "scene.toml": f"{note}{''.join(told)}\n{tables(scene.data)}"}
+        note = f"# Run {row['run']}: axistwin run scene.toml{program} --for {end_s:.9f}\n"
+        at_s = min((row[f"{name}.at_s"] for name in failed), default=end_s)
+        note += f"# In the panel: axistwin serve scene.toml --panel 8080 --to {at_s:.9f}\n" if not program else ""
+        return {**scene.programs, "scene.toml": f"{note}{''.join(told)}\n{tables(data)}"}
+
+
+def _without_ports(value: Any) -> Any:
+    """Return the tables of a scene without ports: in the panel, the scene's own hosts then act."""
+    if not isinstance(value, list):
+        return value
+    return [{key: each for key, each in table.items() if key not in ("ports", "rs485_ports")} for table in value]
 
 
 def _note(name: str, finding: Finding) -> list[str]:

@@ -48,11 +48,11 @@ class Journal:
 
     def _open(self) -> None:
         if self.complete:
-            _check_plan(self.out, plan_of(self.out), self.plan)
+            check_plan(self.out, plan_of(self.out), self.plan)
             return
         told = self.parts / "plan.json"
         if told.exists():
-            _check_plan(self.parts, json.loads(told.read_text(encoding="utf-8")), self.plan)
+            check_plan(self.parts, json.loads(told.read_text(encoding="utf-8")), self.plan)
             return
         self.parts.mkdir(parents=True, exist_ok=True)
         write_whole(told, json.dumps(self.plan, indent=2, ensure_ascii=False).encode())
@@ -182,7 +182,7 @@ def digest(found: "pa.Table") -> str:
     return sha256("\n".join(rows).encode()).hexdigest()[:16]
 
 
-def _check_plan(place: Path, old: Plan, new: Plan) -> None:
+def check_plan(place: Path, old: Plan, new: Plan) -> None:
     """Raise UsageError if two plans differ; the message gives the first difference."""
     new = json.loads(json.dumps(new))
     for key in dict.fromkeys((*old, *new)):

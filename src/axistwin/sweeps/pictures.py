@@ -1,6 +1,7 @@
 """Plot the results of a sweep: one row of plots for each measure and for each claim's robustness.
 
-A row has a histogram, a scatter plot over each path, and a heat map if exactly two numeric paths vary.  Runs that fail
+A row has a histogram, a scatter plot over each path, and a heat map if exactly two numeric paths vary or,
+for the design `saltelli`, the Sobol indices as bars.  Runs that fail
 a claim are red; the worst runs of a claim are labelled with their run numbers.
 """
 
@@ -11,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from axistwin.errors import TraceError
-from axistwin.plots.picture import ALARM, COLOURS, INK, STYLE, check_suffix, write_figure
+from axistwin.plots.picture import ALARM, COLOURS, GREY, INK, STYLE, check_suffix, write_figure
+from axistwin.sweeps import sensitivity
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -42,7 +44,8 @@ def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = ""
 
 def _drawn(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: Sequence[str], title: str) -> "Figure":
     paths = [path for path in plan["varied"] if _is_number(table, path)][:MOST_PATHS]
-    maps = len(paths) == 2
+    shares = sensitivity.indices(table, plan)
+    maps = len(paths) == 2 or bool(shares)
     columns = 1 + len(paths) + maps
     figure.set_size_inches(_SIZE[0] * columns, _SIZE[1] * len(names) + 0.4)
     figure.set_layout_engine("constrained")
@@ -60,7 +63,9 @@ def _drawn(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: 
             for n in marked[np.isfinite(values[marked])]:
                 at = float(table[path][int(n)].as_py()), float(values[n])
                 axes.annotate(str(runs[n]), at, fontsize=7, color=INK, xytext=(3, 3), textcoords="offset points")
-        if maps:
+        if shares:
+            _bars(row[-1], shares.get(name))
+        elif maps:
             _heat_map(figure, row[-1], paths, [_numbers(table[path].to_pylist()) for path in paths], values)
     if title:
         figure.suptitle(title, x=0.012, ha="left", fontsize=11, color=INK)
@@ -89,6 +94,21 @@ def _scatter(axes: "Axes", path: str, at: Any, values: Any, failing: Any) -> Non
     axes.scatter(at[~failing], values[~failing], s=8, color=COLOURS[0], linewidths=0)
     axes.scatter(at[failing], values[failing], s=8, color=ALARM, linewidths=0)
     axes.set_xlabel(path)
+
+
+def _bars(axes: "Axes", shares: Mapping[str, Mapping[str, float]] | None) -> None:
+    """Draw the Sobol indices of a measure with their 95 % intervals: the first-order index above the total index."""
+    if shares is None:
+        axes.set_axis_off()
+        return
+    for shift, kind, label, colour in ((-0.2, "first", "alone", COLOURS[0]), (0.2, "total", "total", GREY)):
+        values, errors = ([one[key] for one in shares.values()] for key in (kind, f"{kind}_95"))
+        places = [n + shift for n in range(len(shares))]
+        axes.barh(places, values, 0.38, xerr=errors, color=colour, label=label, error_kw={"linewidth": 0.8})
+    axes.set_yticks(range(len(shares)), [*shares], fontsize=6)
+    axes.invert_yaxis()
+    axes.set_xlabel("share of the variance")
+    axes.legend(fontsize=7, frameon=False)
 
 
 def _heat_map(figure: "Figure", axes: "Axes", paths: Sequence[str], at: Sequence[Any], values: Any) -> None:

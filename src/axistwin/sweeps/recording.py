@@ -98,6 +98,16 @@ class Recording:
         """Return the times of an event, in order."""
         return np.array(self._events[sentence], np.int64)
 
+    def energy(self, name: str) -> float:
+        """Return the energy in J that an axis has taken.  Raises UsageError for an axis without modelled windings."""
+        axes = {f"{scope}.{n}": axis for scope, each in self.bench.controllers.items() for n, axis in each.axes.items()}
+        axis = axes.get(name) or axes.get(f"{self._here}.{name}")
+        if axis is None:
+            raise UsageError(f"no axis {name!r} here: {instead(name, [*axes])}")
+        if not isinstance(axis, ServoAxis) or axis.motor is None:
+            raise UsageError(f"{name} has no data sheet of its windings: expected a servo axis, e.g. motor = 'frame23'")
+        return axis.energy
+
     def _happened(self, times: list[int]) -> None:
         times.append(self.bench.now)
 
@@ -198,7 +208,8 @@ class Recording:
         return Series.of(starts[order][within], values[order][within], self.end_ns)
 
 
-def check(bench: Bench, signals: Sequence[str], events: Sequence[str]) -> None:
-    """Raise UsageError if the bench has no such signal, or if an event is impossible on this bench."""
-    with Recording(bench, signals, events):
-        pass
+def check(bench: Bench, signals: Sequence[str], events: Sequence[str], axes: Sequence[str]) -> None:
+    """Raise UsageError for a missing signal, an impossible event, or an axis whose energy is not modelled."""
+    with Recording(bench, signals, events) as record:
+        for name in axes:
+            record.energy(name)

@@ -36,12 +36,13 @@ class Finding:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A parsed measure or claim, with the signals and events that it needs."""
+    """A parsed measure or claim, with the signals and events that it needs, and the axes whose energy it needs."""
 
     text: str
     signals: tuple[str, ...]
     events: tuple[str, ...]
     answer: Callable[[Recording], Finding]
+    axes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -179,6 +180,11 @@ def _spans(begins: Any, ends: Any) -> Iterator[float]:
 def _count(text: str, parts: Mapping[str, str]) -> Sentence:
     event = _event(parts["event"])
     return Sentence(text, (), (event,), lambda record: Finding(float(len(record.times(event)))))
+
+
+def _energy(text: str, parts: Mapping[str, str]) -> Sentence:
+    axis = parts["axis"]
+    return Sentence(text, (), (), lambda record: Finding(record.energy(axis)), (axis,))
 
 
 # Claims
@@ -354,7 +360,7 @@ def _bounded(text: str, parts: Mapping[str, str]) -> Sentence:
         values = np.array(found.value if isinstance(found.value, list) else [found.value])
         return _verdict(bool(truth(values).all()), minimum(margin(values)), record.end_ns)
 
-    return Sentence(text, inner.signals, inner.events, answer)
+    return Sentence(text, inner.signals, inner.events, answer, inner.axes)
 
 
 _SECONDS = r"(?P<{}>[\d.eE+-]+) s"
@@ -375,6 +381,11 @@ MEASURES = (
         "from table.output1 rises to table.output1 falls", _from_to,
     ),
     Form("count EVENT", r"count (?P<event>.+)", "the number of events", "count knife raises Be", _count),
+    Form(
+        "energy AXIS", r"energy (?P<axis>[^ ]+)",
+        "the energy in J that the windings of a servo motor with a data sheet take from the supply",
+        "energy knife.shaft", _energy,
+    ),
 )  # fmt: skip
 """Forms of measures."""
 CLAIMS = (
@@ -415,7 +426,7 @@ CLAIMS = (
     ),
     Form(
         "MEASURE < NUMBER (or <= > >= = !=)",
-        r"(?P<measure>(?:final|max|min|mean|rms|integral|from|count) .+?)"
+        r"(?P<measure>(?:final|max|min|mean|rms|integral|from|count|energy) .+?)"
         r" ?(?P<sign><=|>=|!=|<|>|=) ?(?P<number>[\d.eE+-]+)",
         "the measure is within a limit", "from table.output1 rises to table.output1 falls < 1.5", _bounded,
     ),

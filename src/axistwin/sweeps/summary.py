@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from axistwin.sweeps import sensitivity
 from axistwin.sweeps.journal import digest
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ def summary(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
         "ended": dict(Counter(row["ended"] for row in rows)),
         "measures": {name: _measure(rows, name) for name in plan["measures"]},
         "claims": {name: _claim(rows, name, list(plan["varied"])) for name in plan["claims"]},
+        "sensitivity": sensitivity.indices(table, plan),
         "without_effect": without_effect(rows, plan),
         "hash": digest(table),
     }
@@ -101,6 +103,13 @@ def lines(found: Mapping[str, Any]) -> Iterator[str]:
             worst = next((f"{_number(w['robustness'])}, {w['run']}" for w in one["worst"]), "")
             counts = (str(one[key]) for key in ("holds", "fails", "missing"))
             yield f"{_columns(name, *counts)}   {worst}"
+    for name, paths in found["sensitivity"].items():
+        yield ""
+        yield f"{_columns(f'share of {name}', 'alone', '± 95 %', 'total', '± 95 %')}"
+        for path, one in (paths or {}).items():
+            yield _columns(path, *(f"{one[key]:.3f}" for key in ("first", "first_95", "total", "total_95")))
+        if paths is None:
+            yield "results are missing or all equal"
 
 
 def _columns(first: str, *rest: str) -> str:

@@ -23,6 +23,7 @@ from axistwin.errors import UsageError
 from axistwin.scenes.scene import Scene
 from axistwin.storage import write_whole
 from axistwin.sweeps import journal, searching
+from axistwin.sweeps.cluster import Cluster
 from axistwin.sweeps.designs import Points, points
 from axistwin.sweeps.job import Job, Row, Runner, check_names
 from axistwin.sweeps.journal import Journal
@@ -122,33 +123,32 @@ class Sweep:
         workers: int | None = None,
         limit: float = LIMIT_S,
         progress: Progress | None = None,
+        scheduler: str | None = None,
         tell: Callable[[str], None] = lambda words: None,
     ) -> "pa.Table":
         """Run all points and return a table with one row per run.
 
         `out`: Parquet file for the table; an interrupted sweep is resumed.  `seconds`: virtual time of each run.
         `workers`: number of processes; 0: run in this process; None: one process per core.  `limit`: longest real time
-        of a run in seconds.  Raises UsageError before the first run.
+        of a run in seconds.  `scheduler`: address of a Dask cluster, which runs
+        instead of processes of this computer.  Raises UsageError before the first run.
         """
         if out is None:
             with TemporaryDirectory() as directory:
                 return self.run(
                     Path(directory) / "sweep.parquet", seconds=seconds, design=design, workers=workers, limit=limit,
-                    progress=progress, tell=tell,
+                    progress=progress, scheduler=scheduler, tell=tell,
                 )  # fmt: skip
         design, out = design or Design(), Path(out)
         runner, found = self.check(design, seconds)
+        if scheduler:
+            with Cluster(runner, scheduler):  # raises UsageError before the first run
+                pass
         results = Journal(out, self.plan(design, seconds), self._types(found))
         if not results.complete:
-            engine = self._engine(runner, workers, limit, tell)
+            engine = Cluster(runner, scheduler, limit) if scheduler else engine_for(runner, workers, limit, tell)
             self._run(runner, results, engine, design, found, progress)
         return journal.read(out)
-
-    def _engine(self, runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
-        count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
-        count = (os.cpu_count() or 1) if count is None else count
-        prepare(runner)  # compile once, before the workers start
-        return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
     def _run(
         self, runner: Runner, results: Journal, engine: Engine, design: Design, found: Points, progress: Progress | None
@@ -188,6 +188,14 @@ class Sweep:
             types |= {name: "truth", f"{name}.robustness": "number", f"{name}.at_s": "number"}
         texts = dict.fromkeys(("difference", "notes", "worker", "version", "scene"), "text")
         return {**types, "ended": "text", "seconds": "number", "wall_s": "number", **texts}
+
+
+def engine_for(runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
+    """Return worker processes, one for each core if `workers` is None, or with 0 workers this process."""
+    count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
+    count = (os.cpu_count() or 1) if count is None else count
+    prepare(runner)  # compile once, before the workers start
+    return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
 
 def _is_list(text: str) -> bool:

@@ -48,7 +48,7 @@ class SweepFile(BaseModel):
     """A Python host, MODULE:FUNCTION, that is called with the bench of each run."""
     seconds: float | None = Field(default=None, alias="for", gt=0)
     """Virtual time of each run in seconds; if left out, a run ends when nothing moves and no event is due."""
-    design: Literal["grid", "zip", "random", "lhs", "sobol"] = "grid"
+    design: Literal["grid", "zip", "random", "lhs", "sobol", "saltelli"] = "grid"
     """Design: the combinations of values that are run."""
     runs: Annotated[int, Field(ge=1)] | None = None
     """Number of runs of a random design, or number of runs for each point of a grid."""

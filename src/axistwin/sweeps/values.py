@@ -34,6 +34,8 @@ class Values:
     listed: Sequence[Value]
     at: Callable[[float], Value]
     """Returns the value at a fraction of the distribution; 0 <= fraction < 1."""
+    interval: tuple[float, float, bool] | None = None
+    """Ends of a range without a count, and True for a logarithmic range; the ends of whole numbers are whole."""
     ordered: bool = True
     """False for a list with values other than numbers: a search needs numbers."""
 
@@ -98,6 +100,7 @@ def _range(text: str, found: re.Match[str]) -> Values:
     if logarithmic and low <= 0:
         raise UsageError(f"{text}: a logarithmic range must begin above 0: expected e.g. 1..1000:4:log")
     whole_ends = isinstance(low, int) and isinstance(high, int)
+    interval = None if found["count"] else (low, high, logarithmic)
     if found["count"] is not None:
         listed = _points(text, low, high, int(found["count"]), logarithmic)
     else:
@@ -105,8 +108,8 @@ def _range(text: str, found: re.Match[str]) -> Values:
     if len(listed) > MOST:
         raise UsageError(f"{text}: {len(listed):,} values: expected at most {MOST:,}; give a count, e.g. {text}:100")
     if whole_ends and (found["count"] is None or all(isinstance(value, int) for value in listed)):
-        return Values(text, listed, partial(_whole_at, int(low), int(high), logarithmic))
-    return Values(text, listed, partial(_between, low, high, logarithmic))
+        return Values(text, listed, partial(_whole_at, int(low), int(high), logarithmic), interval)
+    return Values(text, listed, partial(_between, low, high, logarithmic), interval)
 
 
 def _points(text: str, low: float, high: float, count: int, logarithmic: bool) -> Sequence[Value]:

@@ -41,7 +41,7 @@ def plot(
     """Draw position, velocity, following error, pins, registers and messages on one time axis.
 
     TRACE is a file written by `--trace`: .csv, .vcd or .parquet.  Results of `axistwin sweep` are drawn as histograms,
-    scatter plots and heat maps.
+    scatter plots and heat maps; a study of `axistwin tune` (.db) as its trials and its best values.
 
     \b
     Examples:
@@ -65,6 +65,10 @@ def plot(
             raise UsageError(f"{trace} holds results of a sweep: expected no option but --out and --title")
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
+    if trace.suffix == ".db":
+        if on_screen or signals or since is not None or until is not None:
+            raise UsageError(f"{trace} holds a study: expected no option but --out and --title")
+        return _plot_study(trace, path or trace, title)
     with working(f"reading {trace.name}"):
         found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
@@ -97,6 +101,15 @@ def _plot_sweep(results: Path, path: Path, title: str | None) -> int:
     from axistwin.sweeps import journal, pictures
 
     pictures.save(journal.read(results), journal.plan_of(results), path, results.name if title is None else title)
+    click.echo(f"axistwin: {path}", err=True)
+    return 0
+
+
+def _plot_study(study: Path, path: Path, title: str | None) -> int:
+    from axistwin.sweeps import study_picture
+    from axistwin.sweeps.study import load
+
+    study_picture.save(*load(study), path, study.name if title is None else title)
     click.echo(f"axistwin: {path}", err=True)
     return 0
 

@@ -6,7 +6,7 @@ import json
 import logging
 import shlex
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,7 @@ import click
 from axistwin.bench import Bench, product
 from axistwin.bench.options import read_options
 from axistwin.cli.common.completing import complete_target
-from axistwin.cli.common.parameters import TRACE_LIMIT, Size
+from axistwin.cli.common.parameters import TRACE_LIMIT, Number, Size
 from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.served import Ports
@@ -70,6 +70,12 @@ CATCH_UP_S = 0.1
     "--panel", metavar="[H:]P", help="Serve a panel for browsers at this port. Without a host: only this machine."
 )
 @click.option("--wait", is_flag=True, help="Start virtual time when the first browser or host connects.")
+@click.option(
+    "--to",
+    type=Number(min=0),
+    metavar="SECONDS",
+    help="With --panel: run to this virtual time at full speed, and pause.",
+)
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
 @click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
 @click.option("--show-hosts", is_flag=True, help="Print connection lines for pyserial, PyVISA and EPICS asyn.")
@@ -90,6 +96,7 @@ def serve(
     panel: str | None,
     panel_token: str | None,
     wait: bool,
+    to: float | None,
     show_hosts: bool,
     as_json: bool,
     options: tuple[str, ...],
@@ -116,10 +123,13 @@ def serve(
     axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
     axistwin serve examples/drill/scene.toml --panel 8080           then open http://127.0.0.1:8080/
     axistwin serve xy.toml --wait                   virtual time starts with the first host or browser
+    axistwin serve scene.toml --panel 8080 --to 4.2                 paused at 4.2 s, to be examined
     axistwin serve if2 --panel 0.0.0.0:8080         for other machines; the token is printed
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
     times = read_speed(speed)
+    if to is not None and panel is None:
+        raise UsageError("--to needs a panel: expected also --panel, e.g. --panel 8080")
     served = _served(what, ports, {"state": state, "line": line}, options, with_panel=panel is not None)
     headers = {"model": what, "options": shlex.join(options), "line": line or ""} if served.scene is None else None
     _log_to_stderr()
@@ -139,7 +149,7 @@ def serve(
             server = shown.session.serve(flow=Flow(flow), reset=reset_on_connect)
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
-        start = partial(_start, server, shown, waits=wait or served.waits)
+        start = partial(_start, server, shown, waits=wait or served.waits, to=to)
         return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, files))
 
 
@@ -276,7 +286,12 @@ Show = Callable[[str | None], None]
 
 
 async def _serve(
-    server: Server, wanted: Ports, shown: "Panel | None", show: Show, start: Callable[[], None], files: _Files
+    server: Server,
+    wanted: Ports,
+    shown: "Panel | None",
+    show: Show,
+    start: Callable[[], Awaitable[None]],
+    files: _Files,
 ) -> int:
     ended = ending()
     server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances virtual time
@@ -285,7 +300,7 @@ async def _serve(
             await server.open(name, url)
         panel = None if shown is None else await shown.open()
         _freeze_objects()
-        start()
+        await start()
         show(panel)
         if files.open:
             _catch_up_regularly(server.pacer, files)
@@ -302,9 +317,11 @@ async def _serve(
             logging.getLogger("axistwin.links").warning("%s", late)
 
 
-def _start(server: Server, shown: "Panel | None", *, waits: bool) -> None:
-    """Start virtual time, or (`waits`) let the first browser or host start it."""
-    if shown is not None:
+async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: float | None) -> None:
+    """Start virtual time, or (`waits`) let the first browser or host start it, or pause at the time `to` in seconds."""
+    if shown is not None and to is not None:
+        await shown.session.advance_to(to)
+    elif shown is not None:
         (shown.session.wait if waits else shown.session.run)()
     elif waits:
         server.start_on_connection()

@@ -53,6 +53,7 @@ COUNT = click.IntRange(min=1)
     type=click.IntRange(min=0),
     help="Number of processes; 0: run in this process; default: one for each core.",
 )
+@click.option("--scheduler", metavar="tcp://HOST:PORT", help="Run on the Dask cluster of this scheduler.")
 @click.option(
     "--limit",
     type=Number(min=0, min_open=True),
@@ -83,6 +84,9 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
       axistwin sweep scene.toml --vary 'knife.KP=normal(80, 8)' --runs 200 --for 5 \\
           --measure 'error: max |knife.shaft.following_error|' --out gains.parquet
       axistwin sweep scene.toml --vary script.0.at=0.1..5.0 --search 500 --claim 'safe: …' --out worst.parquet
+      axistwin sweep scene.toml --vary table.X.load.torque=0.1..0.5 --vary wire.0.delay_ms=1..50 --runs 64 \\
+          --design saltelli --measure 'cycle: …' --out shares.parquet --summary
+      axistwin sweep study.toml --scheduler tcp://127.0.0.1:8786 --out study.parquet
       axistwin sweep study.toml --out study.parquet
       axistwin sweep study.parquet --summary
     """
@@ -92,6 +96,7 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
         raise UsageError("the file for the results is missing: expected e.g. --out results.parquet")
     made, design, seconds = _from_file(target, options) if is_sweep_file(target) else _from_options(target, options)
     run = {"seconds": seconds, "design": design, "workers": options["workers"], "limit": options["limit"]}
+    run["scheduler"] = options["scheduler"]
     try:
         with _progress() as progress:
             made.run(out, **run, progress=progress, tell=lambda words: click.echo(f"axistwin: {words}", err=True))
@@ -105,16 +110,10 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
 def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, float | None]:
     made = Sweep(target, options["program"], options["host"])
     for each in options["vary"]:
-        path, equals, values = each.partition("=")
-        if not equals or not path:
-            raise UsageError(f"--vary {each!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
-        made.vary(path, values)
+        made.vary(*path_and_values("vary", each))
     for option, add in (("measure", made.measure), ("claim", made.claim)):
         for each in options[option]:
-            name, colon, sentence = each.partition(":")
-            if not colon or " " in name.strip():
-                raise UsageError(f"--{option} {each!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
-            add(name.strip(), sentence.strip())
+            add(*named(option, each))
     if not made.varied:
         raise UsageError("nothing varies: add --vary PATH=VALUES, e.g. --vary seed=0..99")
     return (
@@ -122,6 +121,22 @@ def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design,
         Design(options["design"] or "grid", options["runs"], options["seed"] or 0, options["search"]),
         options["seconds"],
     )
+
+
+def path_and_values(option: str, text: str) -> tuple[str, str]:
+    """Split PATH=VALUES.  Raises UsageError."""
+    path, equals, values = text.partition("=")
+    if not equals or not path:
+        raise UsageError(f"--{option} {text!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
+    return path, values
+
+
+def named(option: str, text: str) -> tuple[str, str]:
+    """Split NAME:SENTENCE.  Raises UsageError."""
+    name, colon, sentence = text.partition(":")
+    if not colon or " " in name.strip():
+        raise UsageError(f"--{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
+    return name.strip(), sentence.strip()
 
 
 def _from_file(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, float | None]:

@@ -170,6 +170,7 @@ class Motor(Processor):
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]
+        self.axis.energy_nj = self.i[s.ENERGY]
         self._fittings.machine[:] = [self.i[slot] for slot in MACHINE]
         self.axis.disconnect()
 
@@ -191,6 +192,7 @@ class Motor(Processor):
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value
         i[s.SHAFT], i[s.ORIGIN] = axis.shaft, -axis.shaft
+        i[s.ENERGY] = axis.energy_nj
         i[s.KP : s.KP + 8] = array("q", axis.motor.tuning if axis.motor else IDEAL_TUNING)
         modes.tune(self)
         turn = i[s.COUNTS_PER_REV]

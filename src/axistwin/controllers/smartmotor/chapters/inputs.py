@@ -171,6 +171,11 @@ class Inputs:
         self.refresh()
         return self.motor.f[machine.HOUSING_C]
 
+    def energy_nj(self) -> int:
+        """Return the energy that the windings have taken, in nJ."""
+        self.refresh()
+        return self.motor.i[s.ENERGY]
+
     def push(self, counts: int) -> None:
         """Displace the shaft, as a person can."""
         machine.push(self.motor.i, counts)

@@ -44,6 +44,7 @@ WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # steady temperature rise, K per A²: over housing, over air
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))  # share of a difference lost per block
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
+LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # energy in a sample: nJ per A², nJ per A and count
 PER_NM = next(_slots)  # acceleration by a torque: counts/sample² per N·m
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
@@ -95,6 +96,8 @@ def _fit_windings(f: Floats, motor: ServoMotor) -> None:
     f[LAG] = f[MEAN_KEPT] / 2
     f[CLOSED_GAIN] = 1 / (1 + f[VISCOUS] + f[PER_AMP] * f[AMPS_PER_SPEED] * f[MEAN_REACHED])
     f[PEAK_AMPS] = motor.peak_current_a
+    f[LOSS_NJ] = motor.winding_resistance_ohm * SAMPLE_S * 1e9
+    f[WORK_NJ] = motor.torque_constant_nm_per_a / motor.counts_per_radian * 1e9
 
 
 def _fit_heat(f: Floats, motor: ServoMotor) -> None:

@@ -59,6 +59,7 @@ def rotate(i: Ints, f: Floats) -> None:
     if i[s.COUNTS_OUT_OF] != 0:
         miscount(i, counts)
     f[m.FRACTION] = place - counts
+    i[s.ENERGY] += energy(f, amps, speed)
     measure(i, f, amps)
 
 
@@ -85,6 +86,12 @@ def amps_after(f: Floats, settled: float) -> float:
 def clipped_amps(f: Floats, amps: float) -> float:
     """Return a current within the peak of the amplifier."""
     return min(max(amps, -f[m.PEAK_AMPS]), f[m.PEAK_AMPS])
+
+
+@sampled
+def energy(f: Floats, amps: float, speed: float) -> int:
+    """Return the energy that the windings take in one sample, in nJ; negative if the motor brakes into the supply."""
+    return int(amps * (amps * f[m.LOSS_NJ] + speed * f[m.WORK_NJ]))
 
 
 @sampled
@@ -257,6 +264,7 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
         return
     centiamps = i[s.CURRENT_SUM] >> CURRENT_BITS
     square = centiamps * centiamps
+    i[s.ENERGY] += samples * energy(f, f[m.AMPS_NOW], 0.0)
     left = samples
     while left >= m.HEAT_BLOCK - i[s.HEAT_SAMPLES]:
         step = m.HEAT_BLOCK - i[s.HEAT_SAMPLES]

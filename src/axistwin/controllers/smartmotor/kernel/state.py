@@ -145,6 +145,7 @@ CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)  # filter of CURRENT; sum of
 SLIPPED = next(_slots)  # counts from the encoder's reading (SHAFT) to the real shaft position
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # defective encoder: OF counts per OUT_OF; 0 of 0: no defect
 UNCOUNTED = next(_slots)  # remainder of a defective encoder's count
+ENERGY = next(_slots)  # nJ taken from the supply by the windings since the bench was made
 HOT = next(_slots)  # 1: overheated, and not yet cool enough to move again
 
 LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: received bytes that GETCHR has not read

@@ -1,0 +1,55 @@
+"""Sensitivity: the share of a result's variance that each varied path causes, as Sobol indices by SALib.
+
+The first-order index is the share of a path alone.  The total index includes its interactions with other paths.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from axistwin.errors import UsageError, require
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+DESIGN = "saltelli"
+"""Design whose points the indices need."""
+_SEED = 1
+"""Seed of the resampling that gives the confidence intervals."""
+
+
+def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
+    """Return `runs` * (`paths` + 2) points of fractions.  Raises UsageError."""
+    if runs & (runs - 1):
+        raise UsageError(f"--runs {runs}: the design {DESIGN} needs a power of 2, e.g. --runs {1 << runs.bit_length()}")
+    if paths < 2:
+        raise UsageError(f"the design {DESIGN} needs two or more paths: add --vary PATH=VALUES")
+    require("SALib", "sensitivity")
+    from SALib.sample import sobol  # lazy import: takes a second
+
+    found = sobol.sample(_problem(list(map(str, range(paths)))), runs, calc_second_order=False, seed=seed)
+    return [[min(max(float(x), 0.0), 1 - 2**-53) for x in row] for row in found]
+
+
+def indices(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
+    """Return for each measure the indices of each path; None for a measure with missing or with equal results."""
+    if plan["design"] != DESIGN or table.num_rows != plan["runs"] * (len(plan["varied"]) + 2):
+        return {}
+    return {name: _indices(list(plan["varied"]), table[name].to_pylist()) for name in plan["measures"]}
+
+
+def _indices(paths: Sequence[str], given: Sequence[Any]) -> dict[str, dict[str, float]] | None:
+    flat = [np.mean(value) if isinstance(value, list) else value for value in given]
+    if None in flat or len(set(flat)) == 1:
+        return None
+    require("SALib", "sensitivity")
+    from SALib.analyze import sobol  # lazy import: takes a second
+
+    found = sobol.analyze(_problem(paths), np.array(flat, float), calc_second_order=False, seed=_SEED)
+    columns = {"first": "S1", "total": "ST", "first_95": "S1_conf", "total_95": "ST_conf"}
+    return {path: {name: float(found[key][n]) for name, key in columns.items()} for n, path in enumerate(paths)}
+
+
+def _problem(paths: Sequence[str]) -> dict[str, Any]:
+    return {"num_vars": len(paths), "names": list(paths), "bounds": [[0.0, 1.0]] * len(paths)}

@@ -1,0 +1,163 @@
+"""A study: the trials of a tuning, kept in an SQLite file of Optuna, which `optuna-dashboard` can show.
+
+Optuna proposes the trials in batches.  A batch depends on the seed and on the trials before it only, so an interrupted
+study proposes the same trials again, and the number of workers has no effect.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from axistwin.errors import UsageError, require
+from axistwin.sweeps.journal import check_plan
+from axistwin.sweeps.values import Value, Values
+
+NAME = "axistwin"
+"""Name of the study in its file."""
+BATCH = 4
+"""Number of trials that Optuna proposes at once."""
+PLAN, DELIVERED, RESULTS, NOTES = "plan", "delivered", "results", "notes"
+MAGIC = b"SQLite format 3\0"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial: values by path, score, and the result of each run.  `violations`: by claim; above 0 the claim fails."""
+
+    values: dict[str, Value]
+    score: float
+    results: list[float]
+    violations: dict[str, float] = field(default_factory=dict)
+    notes: str = ""
+
+    @property
+    def feasible(self) -> bool:
+        """True if all claims hold in all runs."""
+        return all(violation <= 0 for violation in self.violations.values())
+
+
+class Study:
+    """The trials in the file `out`.  Raises UsageError if `out` is another file or belongs to another tuning."""
+
+    def __init__(self, out: Path, plan: Mapping[str, Any], changed: Mapping[str, Values], seed: int) -> None:
+        self.out, self.plan, self._seed = out, json.loads(json.dumps(plan)), seed
+        if out.suffix != ".db":
+            raise UsageError(f"invalid file name {out.name!r}: expected a name that ends in .db")
+        self._distributions = {path: _distribution(values) for path, values in changed.items()}
+        self._stored = _open(out, create=True)
+        before = self._stored.user_attrs.get(PLAN)
+        if before is None:
+            self._stored.set_user_attr(PLAN, self.plan)
+        else:
+            check_plan(out, before, self.plan)
+        self.trials = [_trial(each) for each in self._stored.get_trials(deepcopy=False)]
+
+    @property
+    def delivered(self) -> Trial | None:
+        """The trial of the scene without changes."""
+        told = self._stored.user_attrs.get(DELIVERED)
+        return None if told is None else Trial(**told)
+
+    @delivered.setter
+    def delivered(self, trial: Trial | None) -> None:
+        self._stored.set_user_attr(DELIVERED, None if trial is None else asdict(trial))
+
+    @property
+    def best(self) -> Trial | None:
+        """The best trial in which all claims hold; the first of equal trials."""
+        return best(self.trials, str(self.plan["goal"]))
+
+    def add(self, trial: Trial) -> None:
+        """Store a trial."""
+        self._stored.add_trial(self._frozen(trial))
+        self.trials.append(trial)
+
+    def batches(self, count: int) -> Iterator[dict[int, dict[str, Value]]]:
+        """Yield the missing trials up to `count`: in each batch the values by path, by number of the trial."""
+        while len(self.trials) < count:
+            first = len(self.trials) // BATCH * BATCH
+            proposed = self._proposed(first)
+            yield {n: proposed[n - first] for n in range(len(self.trials), min(first + BATCH, count))}
+
+    def _proposed(self, first: int) -> list[dict[str, Value]]:
+        """Return the batch that begins with the trial number `first`."""
+        optuna = _optuna()
+        sampler = optuna.samplers.TPESampler(seed=(self._seed << 20) + first, multivariate=True)
+        study = optuna.create_study(direction=_direction(str(self.plan["goal"])), sampler=sampler)
+        study.add_trials([self._frozen(trial) for trial in self.trials[:first]])
+        return [study.ask(self._distributions).params for _ in range(BATCH)]
+
+    def _frozen(self, trial: Trial) -> Any:
+        return _optuna().trial.create_trial(
+            params=trial.values, distributions=self._distributions, value=trial.score, constraints=trial.violations,
+            user_attrs={RESULTS: trial.results, NOTES: trial.notes},
+        )  # fmt: skip
+
+
+def best(trials: Sequence[Trial], goal: str) -> Trial | None:
+    """Return the best trial in which all claims hold."""
+    sign = -1 if _direction(goal) == "maximize" else 1
+    return min((trial for trial in trials if trial.feasible), key=lambda trial: sign * trial.score, default=None)
+
+
+def _direction(goal: str) -> str:
+    return "maximize" if goal.startswith("maximise") else "minimize"
+
+
+def is_study(path: Path) -> bool:
+    """True if a file is an SQLite database."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(MAGIC)) == MAGIC
+    except OSError:
+        return False
+
+
+def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
+    """Return the plan, the delivered trial and all trials of a study.  Raises UsageError."""
+    stored = _open(path, create=False)
+    told, plan = stored.user_attrs.get(DELIVERED), stored.user_attrs.get(PLAN)
+    if told is None or plan is None:
+        raise UsageError(f"{path} has no trials: expected a file written by axistwin tune")
+    return plan, Trial(**told), [_trial(each) for each in stored.get_trials(deepcopy=False)]
+
+
+def _open(path: Path, *, create: bool) -> Any:
+    optuna = _optuna()
+    if not path.parent.is_dir() or (path.exists() and path.stat().st_size and not is_study(path)):
+        raise UsageError(f"{path} cannot be written: expected a new file or a study of axistwin tune")
+    try:
+        storage = optuna.storages.RDBStorage(f"sqlite:///{path}")
+        if create:
+            return optuna.create_study(storage=storage, study_name=NAME, load_if_exists=True)
+        return optuna.load_study(storage=storage, study_name=NAME)
+    except Exception as error:  # noqa: BLE001  # of SQLAlchemy, which need not be there
+        raise UsageError(f"{path} has no study of axistwin tune: {str(error).splitlines()[0]}") from None
+
+
+def _trial(stored: Any) -> Trial:
+    attributes = stored.user_attrs
+    return Trial(
+        dict(stored.params), stored.value, attributes[RESULTS], dict(stored.constraints), attributes.get(NOTES, "")
+    )
+
+
+def _distribution(values: Values) -> Any:
+    """Return Optuna's distribution for a range or a list."""
+    distributions = _optuna().distributions
+    if values.interval is None:
+        return distributions.CategoricalDistribution(list(values.listed))
+    low, high, logarithmic = values.interval
+    if isinstance(low, int) and isinstance(high, int):
+        return distributions.IntDistribution(low, high, log=logarithmic)
+    return distributions.FloatDistribution(float(low), float(high), log=logarithmic)
+
+
+def _optuna() -> Any:
+    require("optuna", "tune")
+    import optuna  # lazy import: takes a second
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    return optuna

@@ -1,0 +1,207 @@
+"""Tuning: find the values of a scene with the best worst case over its scatter, by Optuna.
+
+from axistwin.sweeps.tuning import Tuning
+
+best = (
+    Tuning("scene.toml", "max |knife.shaft.following_error|")
+    .change("knife.KP", "10..400")
+    .vary("knife.shaft.load.inertia_kg_m2", "1.6e-4..2.4e-4:3")
+    .run("gains.db", trials=100)
+)
+
+A trial is one point of the changed values.  It runs once for each point of the varied values, and its score is the
+worst result of these runs.  Every claim must hold in every run.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from axistwin.errors import UsageError
+from axistwin.scenes.scene import Scene
+from axistwin.sweeps.designs import Points
+from axistwin.sweeps.job import Job, Row, Runner
+from axistwin.sweeps.paths import Variation
+from axistwin.sweeps.study import Study, Trial
+from axistwin.sweeps.sweep import Design, Sweep, engine_for
+from axistwin.sweeps.values import Value, Values
+from axistwin.sweeps.workers import LIMIT_S, Engine
+from axistwin.version import VERSION
+
+GOAL = "goal"
+"""Name of the measure that is minimised or maximised."""
+LEAST_VIOLATION = 1e-12
+"""Violation of a claim that fails with the robustness 0."""
+FAR = 1e12
+"""Score of a trial without a result, and limit of a violation."""
+GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
+"""Gains of a SmartMotor, which take effect with the command F."""
+Progress = Callable[[int, int, Trial | None, Trial], object]
+"""Called with the finished trials, all trials, the best trial (None: no trial meets the claims), the delivered one."""
+
+
+class Tuning:
+    """A search for the best values of a scene.  `goal`: the measure to minimise, or with `maximise` to maximise."""
+
+    def __init__(
+        self,
+        scene: Scene | str | Path | Mapping[str, Any],
+        goal: str,
+        *,
+        maximise: bool = False,
+        program: str | Path | None = None,
+        host: str | None = None,
+    ) -> None:
+        self._scatter = Sweep(scene, program, host).measure(GOAL, goal)
+        self.maximises = maximise
+        self._sign = -1.0 if maximise else 1.0
+        self.goal = f"{'maximise' if maximise else 'minimise'} {goal}"
+        self.changed: dict[str, Values] = {}
+
+    def change(self, path: str, values: Value) -> Self:
+        """Change the value at a path in a range or list: `.change("knife.KP", "10..400")`.  Raises UsageError."""
+        given = Sweep(self._scatter.scene).vary(path, values).varied[path]
+        if path in {**self.changed, **self._scatter.varied}:
+            raise UsageError(f"{path} is changed or varied twice: expected one range of values")
+        if given.interval is None and not given.listed:
+            raise UsageError(f"{path}={given.text}: expected a range or a list to choose from, e.g. 10..400")
+        self.changed[path] = given
+        return self
+
+    def vary(self, path: str, values: Value) -> Self:
+        """Vary a value that scatters: every trial runs with each of these values, and the worst run counts."""
+        if path in self.changed:
+            raise UsageError(f"{path} is changed or varied twice: expected one range of values")
+        self._scatter.vary(path, values)
+        return self
+
+    def subject_to(self, name: str, sentence: str) -> Self:
+        """Add a claim that must hold in every run of a trial."""
+        self._scatter.claim(name, sentence)
+        return self
+
+    def run(
+        self,
+        out: str | Path,
+        *,
+        trials: int,
+        seed: int = 0,
+        design: Design | None = None,
+        seconds: float | None = None,
+        workers: int | None = None,
+        limit: float = LIMIT_S,
+        progress: Progress | None = None,
+        tell: Callable[[str], None] = lambda words: None,
+    ) -> Study:
+        """Run up to `trials` trials and return the study, which is kept in the SQLite file `out`.
+
+        A study in `out` is continued.  `design`: the combinations of varied values.  Raises UsageError.
+        """
+        delivered, runner, scatter = self.check(design or Design(), seconds)
+        study = Study(Path(out), self._plan(design or Design(), seed, seconds, delivered), self.changed, seed)
+        if study.delivered is None:
+            with engine_for(delivered, 0, limit, tell) as engine:
+                study.delivered = self._trial({}, _rows(engine, [(n, point) for n, point in enumerate(scatter)]))
+        missing = trials - len(study.trials)
+        if missing <= 0:
+            return study
+        with engine_for(runner, workers, limit, tell) as engine:
+            for batch in study.batches(trials):
+                self._run(study, engine, batch, scatter, trials, progress)
+        return study
+
+    def check(self, design: Design, seconds: float | None) -> tuple[Runner, Runner, Points]:
+        """Return the runner of the scene as delivered, that of the trials, and the varied values of a trial."""
+        if not self.changed:
+            raise UsageError("nothing changes: add --change PATH=VALUES, e.g. --change knife.KP=10..400")
+        delivered, scatter = self._scatter.check(design, seconds)
+        job = delivered.job
+        paths = (*self.changed, *job.paths)
+        made = Job(job.scene, paths, job.measures, job.claims, seconds, job.program, job.host)
+        runner = Runner(made)
+        for number, values in enumerate(self.changed.values()):
+            for value in values.samples:
+                runner.variation.check(number, value)
+        return delivered, runner, scatter
+
+    def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
+        """Yield the lines for programs and for the scene that set these values."""
+        variation = Variation(self._scatter.scene, values)
+        texts: dict[str, list[str]] = {}
+        for place, value in zip(variation.places, values.values(), strict=True):
+            if place.file:
+                texts.setdefault(f"in {Path(place.file).name}", []).append(f"{place.variable}={value}")
+            elif "variables" in place.keys:
+                motor = place.path.rpartition(".")[0] or "the motor"
+                texts.setdefault(f"in the program of {motor}", []).append(f"{place.keys[-1]}={value}")
+            else:
+                texts.setdefault("in the scene", []).append(f"{place.path} = {json.dumps(value)}")
+        for where, found in texts.items():
+            yield f"{where}:"
+            if where == "in the scene":
+                yield from (f"    {text}" for text in found)
+            else:
+                gains = any(text.partition("=")[0] in GAINS for text in found)
+                yield f"    {' '.join(found)}{' F' if gains else ''}"
+
+    def _plan(self, design: Design, seed: int, seconds: float | None, delivered: Runner) -> dict[str, Any]:
+        return {
+            "version": VERSION, "scene": delivered.job.hash(), "goal": self.goal,
+            "changed": {path: values.text for path, values in self.changed.items()},
+            "varied": {path: values.text for path, values in self._scatter.varied.items()},
+            "design": design.name, "runs": design.runs, "scatter_seed": design.seed, "seed": seed,
+            "subject_to": self._scatter.claims, "for": seconds,
+            "program": self._scatter.program and self._scatter.program.name, "host": self._scatter.host,
+        }  # fmt: skip
+
+    def _run(
+        self,
+        study: Study,
+        engine: Engine,
+        batch: Mapping[int, Mapping[str, Value]],
+        scatter: Points,
+        trials: int,
+        progress: Progress | None,
+    ) -> None:
+        """Run a batch of trials, and store them in the order of their numbers."""
+        runs = {n: (trial, point) for n, (trial, point) in enumerate((t, p) for t in batch for p in scatter)}
+        tasks = [(n, (*batch[trial].values(), *point)) for n, (trial, point) in runs.items()]
+        rows = _rows(engine, tasks)
+        for trial, values in batch.items():
+            own = [row for row, (of, _) in zip(rows, runs.values(), strict=True) if of == trial]
+            study.add(self._trial(values, own))
+            if progress is not None and study.delivered is not None:
+                progress(len(study.trials), trials, study.best, study.delivered)
+
+    def _trial(self, values: Mapping[str, Value], rows: Sequence[Row]) -> Trial:
+        results = [_result(row, self._sign) for row in rows]
+        violations = {name: max(_violation(row, name) for row in rows) for name in self._scatter.claims}
+        missing = [row for row in rows if row[GOAL] is None]
+        if missing:
+            violations["result"] = FAR
+        notes = next((row["notes"] for row in missing if row["notes"]), "")
+        return Trial(
+            dict(values), self._sign * max(results), [self._sign * each for each in results], violations, notes
+        )
+
+
+def _rows(engine: Engine, tasks: Sequence[tuple[int, Sequence[Value]]]) -> list[Row]:
+    return sorted(engine.map(tasks), key=lambda row: int(row["run"]))
+
+
+def _result(row: Row, sign: float) -> float:
+    """Return the result of a run, to be minimised; of several results, the worst."""
+    value = row[GOAL]
+    if value is None:
+        return FAR
+    return max(sign * float(each) for each in (value if isinstance(value, list) else [value]))
+
+
+def _violation(row: Row, name: str) -> float:
+    """Return 0 or less if a claim holds, else the amount by which it fails."""
+    robustness = row[f"{name}.robustness"]
+    if robustness is None:
+        return FAR if row["ended"] in ("error", "limit", "killed") else 0.0
+    found = max(-FAR, min(FAR, -float(robustness)))
+    return min(found, 0.0) if row[name] else max(found, LEAST_VIOLATION)

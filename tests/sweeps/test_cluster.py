@@ -1,0 +1,41 @@
+"""Runs on a Dask cluster give the same rows; a cluster that cannot be used is refused before the first run."""
+
+import pytest
+
+from axistwin.errors import UsageError
+from axistwin.sweeps import Sweep, cluster, digest
+
+from ..command import run
+from .scenes import stepper
+
+
+@pytest.fixture
+def scheduler():
+    distributed = pytest.importorskip("distributed", reason="the extra [cluster] is not installed")
+    options = {"processes": False, "dashboard_address": None, "n_workers": 1, "threads_per_worker": 1}
+    with distributed.LocalCluster(**options, protocol="tcp", host="127.0.0.1") as local:
+        yield local.scheduler_address
+        cluster.end_processes()
+
+
+def sweep(directory):
+    return Sweep(stepper(directory)).vary("table.X.load.torque", "0.1..0.6:3").measure("lost", "final table.X.lost")
+
+
+def test_a_cluster_gives_the_rows_of_this_process(tmp_path, scheduler, monkeypatch):
+    found = sweep(tmp_path).run(tmp_path / "a.parquet", seconds=3, scheduler=scheduler)
+    assert digest(found) == digest(sweep(tmp_path).run(seconds=3, workers=0))
+    assert {worker.partition(":")[0] for worker in found["worker"].to_pylist()} == {"tcp"}
+    monkeypatch.setattr(cluster, "VERSION", "0.0.1")
+    with pytest.raises(UsageError, match=r"expected 0\.0\.1, as here"):
+        sweep(tmp_path).run(tmp_path / "b.parquet", scheduler=scheduler)
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere"])
+def test_a_missing_scheduler_is_refused_before_the_first_run(tmp_path, address):
+    pytest.importorskip("distributed", reason="the extra [cluster] is not installed")
+    words = ("sweep", stepper(tmp_path), "--vary", "seed=1..2", "--out", tmp_path / "x.parquet")
+    done = run(*words, "--scheduler", address)
+    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
+    assert f"no scheduler at {address}" in done.err
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith("x.")] == []
