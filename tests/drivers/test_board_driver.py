@@ -91,6 +91,15 @@ def test_a_reset_by_another_host_loses_the_position(twin, board):
     assert "was reset" in motor.status().lost
 
 
+def test_without_a_marker_a_reset_is_not_noticed(twin):
+    with connect(url_of(twin), "1811", marker_bit=None) as board:
+        board.axes["motor"].move_to(30)
+        board.axes["motor"].wait(5)
+        twin.do(lambda: model_of(twin).power_cycle())
+        twin.run_until(lambda: False, 0.3)
+        assert not board.axes["motor"].status().lost
+
+
 def test_a_failed_board_says_so(twin, board):
     board.command(0xFF)  # the test switch ends in the Fail state after 10 s
     assert twin.run_until(lambda: model_of(twin).bus.read(1) & 0x20, 5)
@@ -130,6 +139,12 @@ def test_events_sequences_closed_loop_and_streams(twin, board):
     board.closed_loop((4, 1), 25_000, 0)
     assert board.request(0x9C)[:4] == bytes([0, 4, 0, 1])
     assert isinstance(board.encoder(), int)
+    board.command(1, 7)
+    while not (messages := board.take_messages()):
+        pass
+    assert messages[0][:2] == bytes([1, 7])
+    with pytest.raises(RefusedError, match="1 to 280, the last 0"):
+        board.stream_times(2, 4, 1, [100])
     board.stream_times(2, 4, 1, [100, -100, 0])
     while board.axes["motor"].status().moving:
         pass
@@ -166,7 +181,7 @@ def test_a_board_that_is_never_ready():
         return b"00\n" if data.strip() else b""
 
     with answering(answer) as url, pytest.raises(SilentError, match="not ready"):
-        connect(url, "1811", timeout=0.01)
+        connect(url, "1811", timeout=0.2)
 
 
 def test_a_home_that_is_not_found_is_a_fault():

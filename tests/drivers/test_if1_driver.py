@@ -155,6 +155,28 @@ def test_another_host_that_moves_an_axis_is_noticed(twin, if1):
     assert "another host" in (x.wait(5).lost or x.status().lost)
 
 
+@pytest.mark.parametrize(("own", "other", "says"), [(False, "X+@900G$", "is moving"), (True, "X77$", "has moved")])
+def test_another_host_in_motion_is_noticed(if1, own, other, says):
+    if own:
+        if1.axes["X"].move_to(10)
+    if1.message(other)
+    while not (status := if1.axes["X"].status()).lost:
+        pass
+    assert says in status.lost
+
+
+def test_a_controller_that_moves_at_the_connection_has_no_position():
+    bench = axistwin.Bench()
+    serial = bench.add("if1").serial
+    for sent in (b"", b"(", b"U62\r", b"X@900G$\r"):
+        serial.write(sent)
+        bench.run(2)
+    with axistwin.serve(bench, speed=50.0) as twin, connect(url_of(twin), "if1") as if1:
+        assert "was moving" in if1.axes["X"].status().lost
+        with pytest.raises(RefusedError, match="home_input=1"):
+            if1.axes["X"].home(1)
+
+
 def test_a_sequence_with_inputs_and_outputs(twin, if1):
     if1.outputs(on=[1, 3], off=[2])
     assert not if1.busy()
@@ -173,6 +195,10 @@ def test_a_message_that_is_refused_moves_nothing(if1):
     with pytest.raises(RefusedError, match="invalid message"):
         if1.begin({"X": 1}, 10, 100, "X10Q$")
     assert if1.axes["X"].position() == 0
+    if1.outputs()
+    if1.move_together({"X": 0, "Y": 0})
+    with pytest.raises(RefusedError, match="at most 999999999"):
+        if1.axes["X"].move_to(10**9)
     with pytest.raises(RefusedError, match="expected 1 to 25000"):
         if1.axes["X"].move_at(30_000)
 
@@ -187,6 +213,7 @@ def test_an_initialised_controller_is_adopted_whatever_its_format(formats):
     with axistwin.serve(bench, speed=50.0) as twin, connect(url_of(twin), "if1") as if1:
         if1.axes["X"].move_to(30)
         assert if1.axes["X"].wait(5).position == true_position(twin) == 30
+        assert not if1.busy()
 
 
 def test_the_other_families_are_not_an_if1(monkeypatch):
@@ -202,6 +229,7 @@ def test_the_other_families_are_not_an_if1(monkeypatch):
         ([b"5\r", b"x\r"], "expected a number"),
         ([b"", b"", b"hello"], "expected U"),
         ([b"5\r", b"9" * 5000], "is it the right port"),
+        ([b"I\r5\r", b"F", b"x"], "of the end of F"),
     ],
 )
 def test_garbage_raises_a_clear_error(answers, says):

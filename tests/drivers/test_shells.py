@@ -44,6 +44,16 @@ def test_asyncio(scheme):
         assert asyncio.run(session(url_of(twin))) == 1
 
 
+def test_asyncio_on_a_bus():
+    async def session(url):
+        async with await connect_async(url, "1811") as board:
+            await board.axes["motor"].move_to(30)
+            return (await board.axes["motor"].wait(5)).position
+
+    with axistwin.serve("1811", speed=5.0) as twin:
+        assert asyncio.run(session(url_of(twin))) == 30
+
+
 def test_a_cancelled_request_does_not_shift_the_answers():
     async def session(url):
         async with await connect_async(url, "smartmotor") as motor:

@@ -111,8 +111,31 @@ def test_a_chain_gets_its_addresses():
         assert line.axes["shaft2"].wait(5).position == true_position(twin, "right") == -60
         with pytest.raises(RefusedError, match="expected shaft1, shaft2"):
             line.command("RP", "shaft3")
+        line.stream([(0, 50), (256, 60), (512, 70), (512, 70)], "shaft1")
+        assert line.axes["shaft1"].wait(5).moving is False
         line.load("a=1\nEND\n", "shaft2")
         assert line.program("shaft2").startswith("a=1")
+
+
+def test_a_home_that_is_interrupted_keeps_the_position(twin, motor):
+    shaft = motor.axes["shaft"]
+    shaft.set_profile(velocity=50)
+    shaft.home(1)
+    motor.send(b"", "S")  # as a limit does
+    assert shaft.wait(5).position == true_position(twin)
+
+
+def test_a_program_that_is_not_stored_and_one_that_is_not_sent():
+    answers = {b"RSP": b"24576/476\r", b"RPW": b"0,128\r5\r", b"LOAD": b"\x06", b"RBk": b"1\r"}
+
+    def answer(data):
+        return next((found for request, found in answers.items() if request in data), b"")
+
+    with answering(answer) as url, connect(url, "smartmotor") as motor:
+        with pytest.raises(RefusedError, match="not stored"):
+            motor.load("END")
+        with pytest.raises(SilentError, match="no end of the program"):
+            motor.program()
 
 
 def test_bad_values_are_refused(motor):

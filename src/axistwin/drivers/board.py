@@ -20,9 +20,15 @@ MOVE_ID = 50
 """Number of the predefined move that `move_at` uses."""
 BEGIN_S = 0.1
 """Time after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
+MOST_VELOCITIES = 280
+"""Velocities that the empty streaming buffer of about 600 bytes holds."""
 RANGES = (1.0, 0.1, 0.01, 0.001)
 NOT_FOUND = Fault("home not found", "check the home switch and home_definition, then call clear_faults")
 FAIL = Fault("board failure", "call reset; the position is then lost")
+
+
+class FailedError(RefusedError):
+    """The board has failed."""
 
 
 def signed(value: bytes) -> int:
@@ -64,7 +70,6 @@ class Board(Core):
         """Messages that no request of the core has asked for, oldest first: events, alarms, markers."""
         self._known = False
         self._lost = ""
-        self._failed = False
         self.motor = Motor(self)
         self.axes = {"motor": self.motor}
 
@@ -104,9 +109,8 @@ class Board(Core):
     def _status_byte(self) -> Procedure[int]:
         """Read the status byte, and notice a reset and a failure."""
         status = self._bytes((yield from self._ask("r 1")), 1)[0]
-        self._failed = bool(status & FAILED)
-        if self._failed:
-            raise RefusedError(f"the 1811 has stopped: {FAIL}")
+        if status & FAILED:
+            raise FailedError(f"the 1811 has stopped: {FAIL}")
         if self._known and self.marker_bit is not None and status & READY and not status >> self.marker_bit & 1:
             self._known = False
             self._lost = "the board was reset or its power was cut"
@@ -235,22 +239,17 @@ class Board(Core):
         return signed((yield from self.request(0x9A))[:4])
 
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
-        """Stream velocities (52h, E1h), one per update; negative ones are CCW.  The stream must end with 0."""
+        """Stream velocities (52h, E1h), one per update; negative ones are CCW.  At most 280, and the last must be 0."""
+        values = list(velocities)
+        if len(values) > MOST_VELOCITIES or values[-1:] != [0]:
+            raise RefusedError(f"{len(values)} velocities: expected 1 to {MOST_VELOCITIES}, the last 0")
         alarm = (0xFF, 0xFF, 0xFF, 0xFF)
         yield from self.command(0x52, clock, divisor, *alarm, *update_ms.to_bytes(2, "big"))
-        values = list(velocities)
-        values += [values[-1] if values else 0] * (-len(values) % 7)
-        begun = False
+        values += [0] * (-len(values) % 7)
         for begin in range(0, len(values), 7):
             words = [abs(value) | (0x8000 if value < 0 else 0) for value in values[begin : begin + 7]]
-            while int.from_bytes((yield from self.request(0xE2))[2:4], "big") < 15:
-                if not begun:
-                    yield from self.command(0x42)
-                    begun = True
-                yield Pause(POLL_S)
             yield from self.command(0xE1, *(byte for word in words for byte in word.to_bytes(2, "big")))
-        if not begun:
-            yield from self.command(0x42)
+        yield from self.command(0x42)
 
 
 class Motor(AxisCore):
@@ -352,9 +351,7 @@ class Motor(AxisCore):
                 moving = bool(again & 0x10)
             velocity = (yield from self._velocity()) if moving else 0.0
             moving = yield from self._pending(moving, position)
-        except RefusedError:
-            if not board._failed:
-                raise
+        except FailedError:
             return Status(0, 0, 0, False, faults=(FAIL,), lost="the board has failed")
         if not moving and self._homing:
             yield from self._homed()

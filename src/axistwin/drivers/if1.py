@@ -174,7 +174,7 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        self._state.lost |= dict.fromkeys(axes, why)
+        self._state.lost = dict.fromkeys(axes, why) | self._state.lost  # the first reason stays
 
     # Messages
 
