@@ -377,7 +377,8 @@ class Motor(AxisCore):
     def _pending(self, moving: bool, position: int) -> Procedure[bool]:
         """Return True while a motion is in progress or has not begun yet."""
         if moving:
-            self._begin_by, self._has_moved = None, True
+            self._has_moved = True
+            self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None  # a search for HOME pauses
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
             return True
