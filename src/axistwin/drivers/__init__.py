@@ -1,0 +1,47 @@
+"""Drivers for real and virtual controllers: a Digiplan IF1/IF2, a Compumotor 1810/1811, an Animatics SmartMotor.
+
+    from axistwin.drivers import connect
+
+    with connect("socket://127.0.0.1:5001", "if1") as if1:
+        x = if1.axes["X"]
+        x.move_to(4000)
+        x.wait(timeout=30)
+        assert x.position() == 4000
+
+`connect_async` returns the same controller for asyncio.  This package imports nothing else of axistwin.  The protocol
+cores (`if1`, `board`, `smartmotor`) do no input and output: each function is a generator of `steps`.
+"""
+
+from axistwin.drivers.asynchronous import AsyncAxis, AsyncController, connect_async
+from axistwin.drivers.axis import Axis, Fault, Status
+from axistwin.drivers.blocking import BlockingAxis, Controller, connect
+from axistwin.drivers.errors import (
+    BusyError,
+    DriverError,
+    PortError,
+    PositionLostError,
+    RefusedError,
+    SilentError,
+    WrongAnswerError,
+)
+from axistwin.drivers.models import MODELS
+
+__all__ = [
+    "MODELS",
+    "AsyncAxis",
+    "AsyncController",
+    "Axis",
+    "BlockingAxis",
+    "BusyError",
+    "Controller",
+    "DriverError",
+    "Fault",
+    "PortError",
+    "PositionLostError",
+    "RefusedError",
+    "SilentError",
+    "Status",
+    "WrongAnswerError",
+    "connect",
+    "connect_async",
+]

@@ -1,0 +1,245 @@
+"""The asyncio shell: TCP by asyncio itself, other ports by pyserial in a thread of their own."""
+
+import asyncio
+import time
+from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from typing import Any, Protocol, Self
+
+from axistwin.drivers.axis import Scale, Status
+from axistwin.drivers.blocking import POLL_S, SerialPort, nothing, set_profile, still_moving
+from axistwin.drivers.core import AxisCore, Core
+from axistwin.drivers.errors import PortError
+from axistwin.drivers.models import make
+from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
+
+
+async def connect_async(url: str, model: str, *, baud: int | None = None, **options: Any) -> "AsyncController":
+    """Open a port and find the controller at it; see `connect`."""
+    controller = AsyncController(url, make(model, options), baud)
+    try:
+        await controller.run(nothing())
+    except BaseException:
+        await controller.close()
+        raise
+    return controller
+
+
+class Port(Protocol):
+    """A port of the asyncio shell."""
+
+    async def write(self, data: bytes) -> None:
+        """Send bytes."""
+
+    async def read(self, timeout: float) -> bytes:
+        """Receive at least one byte, or b"" after `timeout` seconds."""
+
+    async def close(self) -> None:
+        """Close the port."""
+
+
+class TcpPort:
+    """A TCP connection."""
+
+    def __init__(self, url: str, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._url, self._reader, self._writer = url, reader, writer
+
+    async def write(self, data: bytes) -> None:
+        """Send bytes."""
+        try:
+            self._writer.write(data)
+            await self._writer.drain()
+        except OSError as error:
+            raise self._lost(error) from None
+
+    async def read(self, timeout: float) -> bytes:
+        """Receive at least one byte, or b"" after `timeout` seconds."""
+        try:
+            async with asyncio.timeout(timeout):
+                data = await self._reader.read(4096)
+        except TimeoutError:
+            return b""
+        except OSError as error:
+            raise self._lost(error) from None
+        if not data:
+            raise self._lost("closed by the other side")
+        return data
+
+    def _lost(self, why: object) -> PortError:
+        return PortError(f"{self._url} was disconnected: {why}; the next call opens it again")
+
+    async def close(self) -> None:
+        """Close the connection."""
+        self._writer.close()
+        with suppress(OSError):  # the connection was already broken
+            await self._writer.wait_closed()
+
+
+class ThreadPort:
+    """A port of pyserial in a thread."""
+
+    def __init__(self, port: SerialPort, thread: ThreadPoolExecutor) -> None:
+        self._port, self._thread = port, thread
+
+    async def write(self, data: bytes) -> None:
+        """Send bytes."""
+        await self._call(self._port.write, data)
+
+    async def read(self, timeout: float) -> bytes:
+        """Receive at least one byte, or b"" after `timeout` seconds."""
+        received: bytes = await self._call(self._port.read, timeout)
+        return received
+
+    async def close(self) -> None:
+        """Close the port."""
+        await self._call(self._port.close)
+        self._thread.shutdown(wait=False)
+
+    async def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._thread, function, *arguments)
+
+
+async def open_port(url: str, core: Core, baud: int | None) -> Port:
+    """Open a port.  Raises PortError."""
+    scheme, _, rest = url.partition("://")
+    if scheme in ("tcp", "socket", "bus"):
+        host, _, number = rest.rpartition(":")
+        try:
+            return TcpPort(url, *await asyncio.open_connection(host.strip("[]"), int(number)))
+        except (OSError, ValueError) as error:
+            raise PortError(f"cannot open {url}: {error}; expected a port, e.g. socket://127.0.0.1:5001") from None
+    thread = ThreadPoolExecutor(1, "axistwin-port")
+    port = await asyncio.get_running_loop().run_in_executor(thread, SerialPort, url, core, baud)
+    return ThreadPort(port, thread)
+
+
+class AsyncController:
+    """A controller at a port, for asyncio.  A public function of the core is also a coroutine of this object."""
+
+    def __init__(self, url: str, core: Core, baud: int | None = None) -> None:
+        self.url, self.core, self._baud = url, core, baud
+        self.axes = {name: AsyncAxis(self, axis) for name, axis in core.axes.items()}
+        self._lock = asyncio.Lock()
+        self._port: Port | None = None
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+    def __getattr__(self, name: str) -> Callable[..., Coroutine[Any, Any, Any]]:
+        function = getattr(self.core, name)
+        return lambda *arguments, **keywords: self.run(function(*arguments, **keywords))
+
+    async def close(self) -> None:
+        """Close the port.  A motion goes on."""
+        async with self._lock:
+            await self._close()
+
+    async def _close(self) -> None:
+        port, self._port = self._port, None
+        self.core.close()
+        if port is not None:
+            await port.close()
+
+    async def run(self, procedure: Procedure[T]) -> T:
+        """Execute a function of the core.  Raises DriverError."""
+        async with self._lock:
+            if self._port is None:
+                self._port = await open_port(self.url, self.core, self._baud)
+            try:
+                return await _drive(self.core.converse(procedure), self._port)
+            except PortError:
+                await self._close()
+                raise
+
+
+async def _drive(steps: Procedure[T], port: Port) -> T:
+    result: Any = None
+    try:
+        while True:
+            match steps.send(result):
+                case Write(data):
+                    await port.write(data)
+                case Read(timeout):
+                    result = await port.read(timeout)
+                case Pause(seconds):
+                    await asyncio.sleep(seconds)
+                case Clock():
+                    result = time.monotonic()
+    except StopIteration as end:
+        value: T = end.value
+        return value
+    finally:
+        steps.close()
+
+
+class AsyncAxis:
+    """An axis for asyncio, with the functions of `Axis` as coroutines."""
+
+    def __init__(self, controller: AsyncController, core: AxisCore) -> None:
+        self.controller, self.core, self.name = controller, core, core.name
+
+    @property
+    def scale(self) -> Scale:
+        """Units of the axis."""
+        return self.core.scale
+
+    @scale.setter
+    def scale(self, scale: Scale) -> None:
+        self.core.scale = scale
+
+    async def move_to(self, position: float) -> None:
+        """Begin a move to a position."""
+        await self.controller.run(self.core.move_to(self.scale.counts(position)))
+
+    async def move_by(self, distance: float) -> None:
+        """Begin a move relative to the last target."""
+        await self.controller.run(self.core.move_by(self.scale.counts(distance)))
+
+    async def move_at(self, velocity: float) -> None:
+        """Run at a signed velocity until `stop`."""
+        await self.controller.run(self.core.move_at(velocity * self.scale.counts_per_unit))
+
+    async def stop(self) -> None:
+        """Decelerate to a standstill."""
+        await self.controller.run(self.core.stop())
+
+    async def abort(self) -> None:
+        """Stop as fast as the controller can."""
+        await self.controller.run(self.core.abort())
+
+    async def home(self, direction: int) -> None:
+        """Begin a search for the home position, in the direction 1 or -1."""
+        await self.controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
+
+    async def status(self) -> Status:
+        """Return the state of the axis, in units."""
+        return self.scale.status(await self.controller.run(self.core.status()))
+
+    async def position(self) -> float:
+        """Return the position.  Raises PositionLostError if the position is not known."""
+        return (await self.status()).known_position()
+
+    async def set_position(self, position: float) -> None:
+        """Define the present position, at rest."""
+        await self.controller.run(self.core.set_position(self.scale.counts(position)))
+
+    async def clear_faults(self) -> None:
+        """Clear the faults whose cause has gone."""
+        await self.controller.run(self.core.clear_faults())
+
+    def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
+        """Set the velocity and acceleration of the next moves."""
+        set_profile(self.core, velocity, acceleration)
+
+    async def wait(self, timeout: float, poll: float = POLL_S) -> Status:
+        """Wait for the end of a motion; return the final status.  Raises SilentError after `timeout` seconds."""
+        end = time.monotonic() + timeout
+        while (status := await self.status()).moving:
+            if time.monotonic() > end:
+                raise still_moving(self.name, timeout)
+            await asyncio.sleep(poll)
+        return status

@@ -1,0 +1,126 @@
+"""What all axes have: one status, one set of functions."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from axistwin.drivers.errors import PositionLostError
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of an axis or its controller.  `remedy`: how to clear the fault."""
+
+    name: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.remedy}"
+
+
+@dataclass(frozen=True)
+class Status:
+    """State of an axis at one moment.  Positions and velocity are in counts, or in units (`Axis.status`)."""
+
+    position: float
+    """Position; of no meaning if `lost`."""
+    setpoint: float
+    """Target of the last move."""
+    velocity: float
+    """Signed velocity per second."""
+    moving: bool
+    """True until the motion has ended and the exact position has been read."""
+    estimated: bool = False
+    """True if the position is interpolated from the commanded move."""
+    limit_plus: bool = False
+    """True while the limit in the positive direction is active."""
+    limit_minus: bool = False
+    """True while the limit in the negative direction is active."""
+    at_home: bool = False
+    """True while the home input is active."""
+    faults: tuple[Fault, ...] = ()
+    """Faults, until `clear_faults`."""
+    lost: str = ""
+    """Why the position is not known; "" if the position is known."""
+
+    def known_position(self) -> float:
+        """Return the position.  Raises PositionLostError if the position is not known."""
+        if self.lost:
+            raise PositionLostError(f"{self.lost}: the position is not known; home the axis or call set_position")
+        return self.position
+
+
+@dataclass
+class Scale:
+    """Units of an axis."""
+
+    counts_per_unit: float = 1.0
+    """Counts per unit; negative if the unit's positive direction is the negative direction of the counts."""
+    unit: str = "counts"
+
+    def counts(self, units: float) -> int:
+        """Return the nearest count."""
+        return round(units * self.counts_per_unit)
+
+    def rate(self, units: float) -> float:
+        """Return a velocity or an acceleration in counts."""
+        return abs(units * self.counts_per_unit)
+
+    def status(self, raw: Status) -> Status:
+        """Return a status in units."""
+        k = self.counts_per_unit
+        reversed_ = k < 0
+        return Status(
+            raw.position / k,
+            raw.setpoint / k,
+            raw.velocity / k,
+            raw.moving,
+            raw.estimated,
+            raw.limit_minus if reversed_ else raw.limit_plus,
+            raw.limit_plus if reversed_ else raw.limit_minus,
+            raw.at_home,
+            raw.faults,
+            raw.lost,
+        )
+
+
+class Axis(Protocol):
+    """An axis of any controller.  `AsyncAxis` has the same functions as coroutines."""
+
+    name: str
+    scale: Scale
+
+    def move_to(self, position: float) -> None:
+        """Begin a move to a position."""
+
+    def move_by(self, distance: float) -> None:
+        """Begin a move relative to the last target, or after a stop to the present position."""
+
+    def move_at(self, velocity: float) -> None:
+        """Run at a signed velocity until `stop`."""
+
+    def stop(self) -> None:
+        """Decelerate to a standstill."""
+
+    def abort(self) -> None:
+        """Stop as fast as the controller can."""
+
+    def home(self, direction: int) -> None:
+        """Begin a search for the home position in a direction, 1 or -1; the home position is 0."""
+
+    def status(self) -> Status:
+        """Return the state of the axis, in units."""
+
+    def position(self) -> float:
+        """Return the position.  Raises PositionLostError if the position is not known."""
+
+    def set_position(self, position: float) -> None:
+        """Define the present position, at rest."""
+
+    def clear_faults(self) -> None:
+        """Clear the faults whose cause has gone."""
+
+    def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
+        """Set the velocity and acceleration of the next moves."""
+
+    def wait(self, timeout: float) -> Status:
+        """Wait for the end of a motion."""

@@ -1,0 +1,223 @@
+"""The synchronous shell: cores on the URLs of pyserial."""
+
+import threading
+import time
+from collections.abc import Callable, Generator
+from typing import Any, Self
+
+from axistwin.drivers.axis import Scale, Status
+from axistwin.drivers.core import AxisCore, Core
+from axistwin.drivers.errors import PortError, SilentError
+from axistwin.drivers.models import make
+from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
+
+POLL_S = 0.02
+
+
+def connect(url: str, model: str, *, baud: int | None = None, **options: Any) -> "Controller":
+    """Open a port and find the controller at it.
+
+    `url`: a URL of pyserial (`socket://`, `rfc2217://`), `COM3`, a device, or the `tcp://` and `bus://` that
+    `axistwin serve` prints.  `baud`: the baud rate, if not the model's.  `options`: options of the
+    model's core, e.g. `timeout`.  Raises DriverError.
+    """
+    controller = Controller(url, make(model, options), baud)
+    try:
+        controller.run(nothing())
+    except BaseException:
+        controller.close()
+        raise
+    return controller
+
+
+class SerialPort:
+    """A port of pyserial."""
+
+    def __init__(self, url: str, core: Core, baud: int | None) -> None:
+        import serial  # lazy import: asyncio on TCP needs no pyserial
+
+        scheme, separator, rest = url.partition("://")
+        if separator and scheme in ("tcp", "bus"):
+            url = f"socket://{rest}"
+        try:
+            self._port = serial.serial_for_url(
+                url, baudrate=baud or core.line.baud, stopbits=core.line.stop_bits, timeout=0
+            )
+        except (OSError, ValueError) as error:
+            raise PortError(f"cannot open {url}: {error}; expected a port, e.g. socket://127.0.0.1:5001") from None
+        self._url = url
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        self._guard(lambda: self._port.write(data))
+
+    def read(self, timeout: float) -> bytes:
+        """Receive at least one byte, or b"" after `timeout` seconds."""
+        return self._guard(lambda: self._read(timeout))
+
+    def _read(self, timeout: float) -> bytes:
+        self._port.timeout = timeout
+        first: bytes = self._port.read(1)
+        if not first:
+            return b""
+        waiting = self._port.in_waiting
+        return first + (bytes(self._port.read(waiting)) if waiting else b"")
+
+    def _guard(self, act: Callable[[], T]) -> T:
+        try:
+            return act()
+        except (OSError, ValueError, TypeError) as error:  # pyserial raises the latter if a closed port is used
+            raise PortError(f"{self._url} was disconnected: {error}; the next call opens it again") from None
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+
+class Controller:
+    """A controller at a port.  A public function of the core, such as `outputs`, is also a function of this object."""
+
+    def __init__(self, url: str, core: Core, baud: int | None = None) -> None:
+        self.url, self.core, self._baud = url, core, baud
+        self.axes = {name: BlockingAxis(self, axis) for name, axis in core.axes.items()}
+        self._lock = threading.Lock()
+        self._port: SerialPort | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        function = getattr(self.core, name)
+        return lambda *arguments, **keywords: self.run(function(*arguments, **keywords))
+
+    def close(self) -> None:
+        """Close the port.  A motion goes on."""
+        with self._lock:
+            self._close()
+
+    def _close(self) -> None:
+        if self._port is not None:
+            self._port.close()
+        self._port = None
+        self.core.close()
+
+    def run(self, procedure: Procedure[T]) -> T:
+        """Execute a function of the core.  Raises DriverError."""
+        with self._lock:
+            if self._port is None:
+                self._port = SerialPort(self.url, self.core, self._baud)
+            try:
+                return _drive(self.core.converse(procedure), self._port)
+            except PortError:
+                self._close()
+                raise
+
+
+def _drive(steps: Procedure[T], port: SerialPort) -> T:
+    result: Any = None
+    try:
+        while True:
+            match steps.send(result):
+                case Write(data):
+                    port.write(data)
+                case Read(timeout):
+                    result = port.read(timeout)
+                case Pause(seconds):
+                    time.sleep(seconds)
+                case Clock():
+                    result = time.monotonic()
+    except StopIteration as end:
+        value: T = end.value
+        return value
+    finally:
+        steps.close()
+
+
+class BlockingAxis:
+    """An axis for synchronous programs (`Axis`)."""
+
+    def __init__(self, controller: Controller, core: AxisCore) -> None:
+        self._controller, self.core, self.name = controller, core, core.name
+
+    @property
+    def scale(self) -> Scale:
+        """Units of the axis."""
+        return self.core.scale
+
+    @scale.setter
+    def scale(self, scale: Scale) -> None:
+        self.core.scale = scale
+
+    def move_to(self, position: float) -> None:
+        """Begin a move to a position."""
+        self._controller.run(self.core.move_to(self.scale.counts(position)))
+
+    def move_by(self, distance: float) -> None:
+        """Begin a move relative to the last target."""
+        self._controller.run(self.core.move_by(self.scale.counts(distance)))
+
+    def move_at(self, velocity: float) -> None:
+        """Run at a signed velocity until `stop`."""
+        self._controller.run(self.core.move_at(velocity * self.scale.counts_per_unit))
+
+    def stop(self) -> None:
+        """Decelerate to a standstill."""
+        self._controller.run(self.core.stop())
+
+    def abort(self) -> None:
+        """Stop as fast as the controller can."""
+        self._controller.run(self.core.abort())
+
+    def home(self, direction: int) -> None:
+        """Begin a search for the home position, in the direction 1 or -1."""
+        self._controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
+
+    def status(self) -> Status:
+        """Return the state of the axis, in units."""
+        return self.scale.status(self._controller.run(self.core.status()))
+
+    def position(self) -> float:
+        """Return the position.  Raises PositionLostError if the position is not known."""
+        return self.status().known_position()
+
+    def set_position(self, position: float) -> None:
+        """Define the present position, at rest."""
+        self._controller.run(self.core.set_position(self.scale.counts(position)))
+
+    def clear_faults(self) -> None:
+        """Clear the faults whose cause has gone."""
+        self._controller.run(self.core.clear_faults())
+
+    def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
+        """Set the velocity and acceleration of the next moves."""
+        set_profile(self.core, velocity, acceleration)
+
+    def wait(self, timeout: float, poll: float = POLL_S) -> Status:
+        """Wait for the end of a motion; return the final status.  Raises SilentError after `timeout` seconds."""
+        end = time.monotonic() + timeout
+        while (status := self.status()).moving:
+            if time.monotonic() > end:
+                raise still_moving(self.name, timeout)
+            time.sleep(poll)
+        return status
+
+
+def set_profile(core: AxisCore, velocity: float | None, acceleration: float | None) -> None:
+    """Set the velocity and acceleration of an axis, given in units."""
+    if velocity is not None:
+        core.velocity = core.scale.rate(velocity)
+    if acceleration is not None:
+        core.acceleration = core.scale.rate(acceleration)
+
+
+def still_moving(name: str, timeout: float) -> SilentError:
+    """Return the error of a motion that does not end."""
+    return SilentError(f"axis {name} is still moving after {timeout:g} s: stop it, or wait longer")
+
+
+def nothing() -> Generator[Any, Any, None]:
+    """Do nothing, after the synchronisation that precedes each function."""
+    yield from ()

@@ -1,0 +1,412 @@
+"""Protocol core of the Compumotor 1810 and 1811, on the text lines of a bus socket.
+
+A line per access: `r OFFSET [COUNT]`, `w OFFSET HH …`, `s 1` for reports of the interrupt line as `! 1`.  Offset 0: the
+data buffers, 1: control and status.
+"""
+
+from collections import deque
+from collections.abc import Iterable
+
+from axistwin.drivers.axis import Fault, Status
+from axistwin.drivers.core import AxisCore, Core, shown
+from axistwin.drivers.errors import BusyError, RefusedError, SilentError, WrongAnswerError
+from axistwin.drivers.steps import Clock, Pause, Procedure, Read, Write
+
+COMMAND_READY, RESET, INTERRUPTS, TAKEN = 0x10, 0x20, 0x40, 0x80
+MESSAGE, READY, FAILED = 0x08, 0x10, 0x20
+POLL_S = 0.002
+STARTUP_S = 0.1
+MOVE_ID = 50
+"""Number of the predefined move that `move_at` uses."""
+BEGIN_S = 0.1
+"""Time after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
+MOST_VELOCITIES = 280
+"""Velocities that the empty streaming buffer of about 600 bytes holds."""
+RANGES = (1.0, 0.1, 0.01, 0.001)
+NOT_FOUND = Fault("home not found", "check the home switch and home_definition, then call clear_faults")
+FAIL = Fault("board failure", "call reset; the position is then lost")
+
+
+class FailedError(RefusedError):
+    """The board has failed."""
+
+
+def signed(value: bytes) -> int:
+    """Return a two's complement number, most significant byte first."""
+    return int.from_bytes(value, "big", signed=True)
+
+
+def four(value: int) -> bytes:
+    """Return four bytes of a signed number."""
+    return value.to_bytes(4, "big", signed=True)
+
+
+class Board(Core):
+    """An 1810 or 1811 with its axis `motor`.
+
+    `interrupts`: wait for messages by the interrupt line instead of polling the status byte.  `marker_bit`: the user
+    bit, 0 to 2, that is set to detect a reset of the board by somebody else; None: no detection.  `home_active_high`,
+    `home_edge_ccw`, `home_percent`: the definition of HOME (38h).
+    """
+
+    def __init__(
+        self,
+        timeout: float = 1.0,
+        *,
+        interrupts: bool = False,
+        marker_bit: int | None = 2,
+        home_active_high: bool = True,
+        home_edge_ccw: bool = False,
+        home_percent: int = 10,
+    ) -> None:
+        super().__init__(timeout)
+        if marker_bit not in (None, 0, 1, 2):
+            raise ValueError(f"marker_bit {marker_bit}: expected 0, 1, 2 or None")
+        if not 1 <= home_percent <= 100:
+            raise ValueError(f"home_percent {home_percent}: expected 1 to 100")
+        self.interrupts, self.marker_bit = interrupts, marker_bit
+        self.home_definition = bytes([home_active_high, home_edge_ccw, home_percent, 0])
+        self.messages: deque[bytes] = deque(maxlen=256)
+        """Messages that no request of the core has asked for, oldest first: events, alarms, markers."""
+        self._known = False
+        self._lost = ""
+        self.motor = Motor(self)
+        self.axes = {"motor": self.motor}
+
+    # Bus lines
+
+    def _ask(self, line: str) -> Procedure[str]:
+        """Send a line; return its answer."""
+        yield Write(f"{line}\n".encode())
+        while True:
+            answer = (yield from self._until(b"\n", f"'{line}'")).decode("ascii", "replace").strip()
+            if not answer.startswith("!"):
+                break
+        if answer.startswith("error"):
+            raise WrongAnswerError(f"{answer}, as the answer to '{line}'")
+        return answer
+
+    def _read(self, count: int) -> Procedure[bytes]:
+        return self._bytes((yield from self._ask(f"r 0 {count}")), count)
+
+    def _bytes(self, answer: str, count: int) -> bytes:
+        try:
+            found = bytes.fromhex(answer)
+        except ValueError:
+            found = b""
+        if len(found) != count:
+            raise WrongAnswerError(f"{shown(answer.encode())} as a register: expected {count} hex bytes; is it a bus?")
+        return found
+
+    def _write(self, offset: int, data: Iterable[int]) -> Procedure[None]:
+        answer = yield from self._ask(f"w {offset} " + " ".join(f"{value:02x}" for value in data))
+        if answer != "ok":
+            raise WrongAnswerError(f"{shown(answer.encode())} as the answer to a write: expected ok; is it a bus?")
+
+    def _control(self, bits: int) -> Procedure[None]:
+        yield from self._write(1, [bits | (INTERRUPTS if self.interrupts else 0)])
+
+    def _status_byte(self) -> Procedure[int]:
+        """Read the status byte, and notice a reset and a failure."""
+        status = self._bytes((yield from self._ask("r 1")), 1)[0]
+        if status & FAILED:
+            raise FailedError(f"the 1811 has stopped: {FAIL}")
+        if self._known and self.marker_bit is not None and status & READY and not status >> self.marker_bit & 1:
+            self._known = False
+            self._lost = "the board was reset or its power was cut"
+            yield from self._prepare()
+        return status
+
+    # Synchronisation
+
+    def synchronise(self) -> Procedure[None]:
+        """Find the board; discard a message that nobody has read."""
+        yield from self._discard(0.0)
+        yield Write(b"\n")  # ends a request that was cut off
+        yield from self._discard(0.02)
+        if self.interrupts:
+            yield from self._ask("s 1")
+        yield from self._status_until(READY, STARTUP_S)
+        while (yield from self._status_byte()) & MESSAGE:
+            yield from self._message()
+        if not self._known:
+            yield from self._prepare()
+
+    def _prepare(self) -> Procedure[None]:
+        """Set what a reset has cleared."""
+        self.motor.forget()
+        if self.marker_bit is not None:
+            yield from self._status_until(READY)
+            yield from self._send_command(0x09, self.marker_bit)
+            yield from self._status_until(READY)
+            yield from self._request(0x8C)  # its answer proves that the marker is set
+        self._known = True
+
+    def _status_until(self, bit: int, poll: float = POLL_S) -> Procedure[None]:
+        end = (yield Clock()) + self.timeout + 1.0
+        while not (yield from self._status_byte()) & bit:
+            if (yield Clock()) > end:
+                raise SilentError("the board is not ready for a command: check its power, or call reset")
+            yield Pause(poll)
+
+    # Commands
+
+    def command(self, opcode: int, *parameters: int) -> Procedure[None]:
+        """Send a command, e.g. `command(0x0B, 1)` to set output 1."""
+        yield from self._status_until(READY)
+        yield from self._send_command(opcode, *parameters)
+
+    def _send_command(self, opcode: int, *parameters: int) -> Procedure[None]:
+        yield from self._write(0, [opcode, *parameters])
+        yield from self._control(COMMAND_READY)
+
+    def request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
+        """Send a request; return the 15 bytes after the opcode of its answer."""
+        yield from self._status_until(READY)
+        return (yield from self._request(opcode, *parameters))
+
+    def _request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
+        yield from self._send_command(opcode, *parameters)
+        end = (yield Clock()) + self.timeout
+        while True:
+            status = self._bytes((yield from self._ask("r 1")), 1)[0]
+            if status & MESSAGE:
+                message = yield from self._message()
+                if message[0] == opcode:
+                    return message[1:]
+                self.messages.append(message)
+            elif (yield Clock()) > end:
+                raise SilentError(f"no answer to the request {opcode:02X}h within {self.timeout:g} s: is it refused?")
+            else:
+                yield from self._wait_for_message()
+
+    def _wait_for_message(self) -> Procedure[None]:
+        if not self.interrupts:
+            yield Pause(POLL_S)
+        elif (yield from self._ask("i")) != "1":
+            data: bytes = yield Read(min(self.timeout, 0.05))  # the report of the interrupt, or nothing
+            self._received += data
+
+    def _message(self) -> Procedure[bytes]:
+        message = yield from self._read(16)
+        yield from self._control(TAKEN)
+        return message
+
+    def take_messages(self) -> Procedure[list[bytes]]:
+        """Return the messages of the board that answer no request, e.g. of A5h or an alarm."""
+        while (yield from self._status_byte()) & MESSAGE:
+            self.messages.append((yield from self._message()))
+        found = list(self.messages)
+        self.messages.clear()
+        return found
+
+    def reset(self) -> Procedure[None]:
+        """Reset the board; its positions, moves and sequences are lost."""
+        yield from self._write(1, [RESET])
+        self._known, self._lost = False, "the board was reset"
+        yield Pause(0.01)
+        yield from self._status_until(READY, STARTUP_S)
+        yield from self._prepare()
+
+    # What an 1810 or 1811 alone has
+
+    def outputs(self, first: bool, second: bool) -> Procedure[None]:
+        """Write both programmable outputs."""
+        yield from self.command(0x0D, first << 1 | second << 2)
+
+    def triggers(self) -> Procedure[dict[int, bool]]:
+        """Return the levels of triggers 2 to 5."""
+        bits = (yield from self.request(0x94))[0]
+        return {number: bool(bits >> number & 1) for number in range(2, 6)}
+
+    def define_sequence(self, number: int, commands: Iterable[bytes]) -> Procedure[None]:
+        """Store a sequence, 1 to 15, of command strings; `command(0x41, number)` performs it."""
+        yield from self.command(0xDA, number)
+        yield from self.command(0xD9, number)
+        for one in commands:
+            yield from self.command(*one)
+        yield from self.command(0xD8)
+
+    def closed_loop(self, ratio: tuple[int, int], resolution: int, sigma: int, teeth: int = 50) -> Procedure[None]:
+        """Set the fraction of motor pulses per encoder pulse, the resolution, the backlash and the rotor teeth."""
+        yield from self.command(0xB0, *ratio[0].to_bytes(2, "big"), *ratio[1].to_bytes(2, "big"))
+        yield from self.command(0xB1, *four(resolution))
+        yield from self.command(0xB2, *four(sigma))
+        yield from self.command(0xB4, *four(teeth))
+
+    def encoder(self) -> Procedure[int]:
+        """Return the absolute encoder count."""
+        return signed((yield from self.request(0x9A))[:4])
+
+    def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
+        """Stream velocities (52h, E1h), one per update; negative ones are CCW.  At most 280, and the last must be 0."""
+        values = list(velocities)
+        if len(values) > MOST_VELOCITIES or values[-1:] != [0]:
+            raise RefusedError(f"{len(values)} velocities: expected 1 to {MOST_VELOCITIES}, the last 0")
+        alarm = (0xFF, 0xFF, 0xFF, 0xFF)
+        yield from self.command(0x52, clock, divisor, *alarm, *update_ms.to_bytes(2, "big"))
+        values += [0] * (-len(values) % 7)
+        for begin in range(0, len(values), 7):
+            words = [abs(value) | (0x8000 if value < 0 else 0) for value in values[begin : begin + 7]]
+            yield from self.command(0xE1, *(byte for word in words for byte in word.to_bytes(2, "big")))
+        yield from self.command(0x42)
+
+
+class Motor(AxisCore):
+    """The axis of an 1810 or 1811, in motor pulses."""
+
+    def __init__(self, board: Board) -> None:
+        super().__init__("motor", velocity=10_000.0, acceleration=100_000.0)
+        self.max_velocity = 546_133.0
+        self._board = board
+        self._profile: tuple[int, int] | None = None
+        self._homing, self._home_failed = False, False
+        self._target: int | None = None
+        self._begin_by: float | None = None
+        self._has_moved = False
+
+    def forget(self) -> None:
+        """Forget what a reset has cleared."""
+        self._profile, self._target, self._homing = None, None, False
+
+    def _numbers(self, velocity: float) -> tuple[int, bytes]:
+        """Return range and parameters of a velocity: the finest range that has the velocity."""
+        if not 0 < velocity <= self.max_velocity:
+            raise RefusedError(f"velocity {velocity:g} pulses/s: expected more than 0, at most {self.max_velocity:g}")
+        if not 1 <= self.acceleration < 2**31:
+            raise RefusedError(f"acceleration {self.acceleration:g} pulses/s²: expected 1 to 2147483647")
+        code = 0 if velocity >= 50_000 or self.acceleration * 10 >= 2**31 else 1
+        unit = RANGES[code]
+        return code << 4, four(max(round(velocity / unit), 1)) + four(round(self.acceleration / unit))
+
+    def _set_profile(self) -> Procedure[None]:
+        ranges, numbers = self._numbers(self.velocity)
+        if (yield from self._bits()) & 0x10:
+            raise BusyError("the motor is moving: wait, or stop it")
+        yield from self._board.command(0x31, 0, ranges, *numbers)
+
+    def _bits(self) -> Procedure[int]:
+        return (yield from self._board.request(0x88))[0]
+
+    def _position(self) -> Procedure[int]:
+        return signed((yield from self._board.request(0x83))[:6])
+
+    def move_to(self, target: int) -> Procedure[None]:
+        """Begin a move to a position."""
+        if self._board._lost:
+            Status(0, 0, 0, False, lost=self._board._lost).known_position()
+        yield from self._set_profile()
+        distance = target - (yield from self._position())
+        if not -(2**31) < distance < 2**31:
+            raise RefusedError(f"distance {distance}: expected at most 2147483647 pulses")
+        if distance:
+            bits = yield from self._bits()
+            if bits & (1 if distance > 0 else 2):
+                raise RefusedError(f"the {'+' if distance > 0 else '-'} limit is active: move in the other direction")
+            yield from self._board.command(0x33, *four(distance))
+            self._target, self._begin_by = target, (yield Clock()) + BEGIN_S
+        self.setpoint = target
+
+    def move_by(self, distance: int) -> Procedure[None]:
+        """Begin a move relative to the present position."""
+        yield from self.move_to((yield from self._position()) + distance)
+
+    def move_at(self, velocity: float) -> Procedure[None]:
+        """Run at a signed velocity until stopped; while running, change to another velocity."""
+        if not velocity:
+            yield from self.stop()
+            return
+        ranges, numbers = self._numbers(abs(velocity))
+        yield from self._board.command(0xCE, MOVE_ID, ranges, *numbers, 0 if velocity > 0 else 1)
+        yield from self._board.command(0x40, MOVE_ID)
+        self._target, self._begin_by = None, (yield Clock()) + BEGIN_S
+
+    def stop(self) -> Procedure[None]:
+        """Decelerate to a standstill."""
+        yield from self._board.command(0x70)
+        self._homing = False
+
+    def abort(self) -> Procedure[None]:
+        """End the pulses at once."""
+        yield from self._board.command(0x78)
+        self._homing = False
+
+    def home(self, direction: int) -> Procedure[None]:
+        """Search for HOME; this position is then 0."""
+        yield from self._set_profile()
+        yield from self._board.command(0x38, *self._board.home_definition)
+        yield from self._board.command(0x39, 0 if direction > 0 else 1)
+        self._homing, self._home_failed, self._has_moved = True, False, False
+        self._target, self._begin_by = None, (yield Clock()) + BEGIN_S
+
+    def status(self) -> Procedure[Status]:
+        """Return the state of the motor."""
+        board = self._board
+        try:
+            bits = yield from self._bits()
+            position = yield from self._position()
+            moving = bool(bits & 0x10)
+            if not moving:  # the position is exact if the motor was still at rest after it was read
+                again = yield from self._bits()
+                moving = bool(again & 0x10)
+            velocity = (yield from self._velocity()) if moving else 0.0
+            moving = yield from self._pending(moving, position)
+        except FailedError:
+            return Status(0, 0, 0, False, faults=(FAIL,), lost="the board has failed")
+        if not moving and self._homing:
+            yield from self._homed()
+            position = yield from self._position()
+        return Status(
+            position,
+            self.setpoint,
+            0.0 - velocity if bits & 8 else velocity,
+            moving,
+            False,
+            bool(bits & 1),
+            bool(bits & 2),
+            bool(bits & 4),
+            (NOT_FOUND,) if self._home_failed else (),
+            board._lost,
+        )
+
+    def _velocity(self) -> Procedure[float]:
+        found = yield from self._board.request(0x85)
+        code = found[0] >> 4
+        return signed(found[1:5]) * (RANGES[code] if code < 4 else 1 / 60 if code == 4 else 1.0)
+
+    def _pending(self, moving: bool, position: int) -> Procedure[bool]:
+        """Return True while a motion is in progress or has not begun yet."""
+        if moving:
+            self._has_moved = True
+            self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None  # a search for HOME pauses
+        elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
+            yield Pause(POLL_S)
+            return True
+        else:
+            self._begin_by = None
+        return moving
+
+    def _homed(self) -> Procedure[None]:
+        """Make HOME the position 0, if it has been found."""
+        self._homing = False
+        if signed((yield from self._board.request(0x82))[:6]) == 0 and self._has_moved:
+            yield from self._define(0)
+            self.setpoint = 0
+        else:
+            self._home_failed = True
+
+    def _define(self, position: int) -> Procedure[None]:
+        yield from self._board.command(0x2E, *four(position))
+        self._board._lost = ""
+
+    def set_position(self, position: int) -> Procedure[None]:
+        """Define the present position, at rest."""
+        if (yield from self._bits()) & 0x10:
+            raise BusyError("the motor is moving: the position can be set at rest")
+        yield from self._define(position)
+        self.setpoint = position
+
+    def clear_faults(self) -> Procedure[None]:
+        """Clear a failed search for HOME.  Limits of a board need no clearing; a failed board needs `reset`."""
+        self._home_failed = False
+        yield from ()

@@ -1,0 +1,29 @@
+"""The commanded move as a function of time: an estimate of the position between two exact readings."""
+
+from dataclasses import dataclass
+from math import sqrt
+
+
+@dataclass(frozen=True)
+class Trapezoid:
+    """A move with constant acceleration, velocity and deceleration; without `distance` it runs until stopped."""
+
+    velocity: float
+    acceleration: float
+    distance: float | None = None
+
+    def position(self, seconds: float) -> float:
+        """Return the distance after a time."""
+        speed, rate = self.velocity, self.acceleration
+        if self.distance is not None:
+            speed = min(speed, sqrt(self.distance * rate))
+        ramp = speed / rate
+        if seconds < ramp:
+            return rate * seconds * seconds / 2
+        cruise = speed * ramp / 2 + speed * (seconds - ramp)
+        if self.distance is None:
+            return cruise
+        left = 2 * ramp + (self.distance - speed * ramp) / speed - seconds if speed else 0.0
+        if left <= 0:
+            return self.distance
+        return self.distance - rate * left * left / 2 if left < ramp else cruise

@@ -1,0 +1,29 @@
+"""Models and their protocol cores."""
+
+from collections.abc import Callable
+from typing import Any
+
+from axistwin.drivers.board import Board
+from axistwin.drivers.core import Core
+from axistwin.drivers.errors import DriverError
+from axistwin.drivers.if1 import IF1
+from axistwin.drivers.smartmotor import SmartMotors
+
+MODELS: dict[str, Callable[..., Core]] = {
+    "if1": IF1,
+    "if2": IF1,
+    "1810": Board,
+    "1811": Board,
+    "smartmotor": SmartMotors,
+}
+"""Cores by the model's name."""
+
+
+def make(model: str, options: dict[str, Any]) -> Core:
+    """Return the core of a model.  Raises DriverError for an unknown model or option."""
+    if model not in MODELS:
+        raise DriverError(f"unknown model {model!r}: expected {', '.join(MODELS)}")
+    try:
+        return MODELS[model](**options)
+    except (TypeError, ValueError) as error:
+        raise DriverError(f"invalid options for {model}: {error}") from None

@@ -1,0 +1,341 @@
+"""Protocol core of Animatics SmartMotors with firmware 4.76: one motor, a daisy chain, or an RS485 line."""
+
+from collections.abc import Iterable, Sequence
+
+from axistwin.drivers.axis import Fault, Status
+from axistwin.drivers.core import AxisCore, Core, Line, shown
+from axistwin.drivers.errors import RefusedError, SilentError, WrongAnswerError
+from axistwin.drivers.steps import Pause, Procedure, Write
+
+SAMPLE_S = 245.76e-6
+SCALE = 65536
+TRAJECTORY, RIGHT, LEFT, INDEX, WRAP, ERROR, HEAT, OFF = 1, 2, 4, 8, 16, 32, 64, 128
+AT_INDEX, NOW_RIGHT, NOW_LEFT, SYNTAX, CURRENT, PROGRAM = 256, 512, 1024, 8192, 16384, 32768
+FAULTS = {
+    RIGHT: Fault("positive limit", "call clear_faults and move away from the limit"),
+    LEFT: Fault("negative limit", "call clear_faults and move away from the limit"),
+    WRAP: Fault("position wrap", "call clear_faults and set_position"),
+    ERROR: Fault("position error", "remove the load that blocks the shaft, then call clear_faults"),
+    HEAT: Fault("overheat", "let the motor cool down, then call clear_faults"),
+    CURRENT: Fault("over-current", "check the load, then call clear_faults"),
+    PROGRAM: Fault("stored program", "load the program again"),
+}
+ACKNOWLEDGE, END = b"\x06", b"\xff\xff"
+ALL = 0
+"""The address of all motors of a line."""
+
+
+class SmartMotors(Core):
+    """One motor with the axis `shaft`, or the motors of a line with the axes `shaft1` and so on.
+
+    `addresses`: the addresses of the motors on a daisy chain or an RS485 line; () for one motor without an address.
+    `chain`: give the motors of an RS232 daisy chain their addresses, in this order, if they do not answer.  `limits`:
+    the limit switches are wired to pins C and D; False makes these pins inputs.
+    """
+
+    line = Line(9600)
+
+    def __init__(
+        self, timeout: float = 0.5, *, addresses: Sequence[int] = (), chain: bool = True, limits: bool = False
+    ) -> None:
+        super().__init__(timeout)
+        if not all(1 <= address <= 120 for address in addresses):
+            raise ValueError(f"addresses {tuple(addresses)}: expected numbers from 1 to 120")
+        self.addresses, self.chain, self.limits = tuple(addresses), chain, limits
+        self._echo = False
+        self._shafts = [Shaft(self, address) for address in self.addresses or (None,)]
+        self.axes = {shaft.name: shaft for shaft in self._shafts}
+
+    def shaft(self, name: str | None = None) -> "Shaft":
+        """Return an axis; without a name the first.  Raises RefusedError."""
+        for shaft in self._shafts:
+            if name in (None, shaft.name):
+                return shaft
+        raise RefusedError(f"no axis {name!r}: expected {', '.join(self.axes)}")
+
+    # Synchronisation
+
+    def synchronise(self) -> Procedure[None]:
+        """Find each motor and prepare it if its power has been cut."""
+        yield from self._discard(0.0)
+        first, *_ = self._shafts
+        found = yield from self._find(first)
+        if not found and self.addresses and self.chain:
+            yield from self._address_chain()
+            found = yield from self._find(first)
+        for shaft in self._shafts:
+            if not (found if shaft is first else (yield from self._find(shaft))):
+                raise SilentError(
+                    f"no answer of {shaft.name} to RSP: check the power, the cable, the baud rate and the address"
+                )
+            yield from shaft.prepare()
+
+    def _find(self, shaft: "Shaft") -> Procedure[bool]:
+        """Return True if a motor answers; find out whether it echoes."""
+        for _ in range(2):  # the first may end a command that was cut off
+            yield Write(b"\r" + shaft.prefix + b"RSP\r")
+            answer = yield from self._discard(min(self.timeout, 0.3))
+            *before, last = answer.rstrip(b"\r").split(b"\r")
+            period, slash, version = last.rpartition(b"/")
+            if slash and period[-5:].isdigit() and version:
+                self._echo = any(part.endswith(b"RSP") for part in before)
+                return True
+            if answer and not answer.rstrip(b"\r").endswith(b"RSP"):
+                raise WrongAnswerError(f"{shown(answer)} as the answer to RSP: expected 24576/476; is it a SmartMotor?")
+        return False
+
+    def _address_chain(self) -> Procedure[None]:
+        """Give the motors of a daisy chain, just switched on, their addresses."""
+        everybody = bytes([0x80 + ALL])
+        for address in self.addresses:
+            mine = bytes([0x80 + address])
+            for command in (everybody + b"SADDR%d\r" % address, mine + b"ECHO\r", mine + b"SLEEP\r"):
+                yield Write(command)
+                yield from self._discard(0.05)
+        yield Write(everybody + b"WAKE\r")
+        yield from self._discard(0.05)
+
+    # Commands and reports
+
+    def send(self, prefix: bytes, text: str) -> Procedure[None]:
+        """Send commands; check their echo."""
+        data = prefix + text.encode("ascii") + b"\r"
+        yield Write(data)
+        if self._echo and (echo := (yield from self._take(len(data), text))) != data:
+            raise WrongAnswerError(f"echo {shown(echo)} of {text}: the line is disturbed, or another host uses it")
+
+    def ask(self, prefix: bytes, *reports: str) -> Procedure[list[str]]:
+        """Return the answers to reports.  A motor with echo would mix its answers with the echo of the next report."""
+        found = b""
+        for lines in [[report] for report in reports] if self._echo else [reports]:
+            yield from self.send(prefix, " ".join(lines))
+            for line in lines:
+                found += (yield from self._until(b"\r", line)) + b"\r"
+        return found.decode("ascii", "replace").split("\r")[:-1]
+
+    def command(self, text: str, axis: str | None = None) -> Procedure[None]:
+        """Send commands to a motor, e.g. "UA=1 UAO"; raises RefusedError if one is not valid."""
+        shaft = self.shaft(axis)
+        yield from self.send(shaft.prefix, text)
+        if (yield from self.number("RBs", axis)):
+            yield from self.send(shaft.prefix, "Zs")
+            raise RefusedError(f"{text}: the motor does not accept this command")
+
+    def number(self, text: str, axis: str | None = None) -> Procedure[int]:
+        """Return the number that answers a report, e.g. "RTEMP"."""
+        (answer,) = yield from self.ask(self.shaft(axis).prefix, text)
+        return whole(answer, text)
+
+    # What a SmartMotor alone has
+
+    def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
+        """Make pins outputs with a level, e.g. `outputs(A=True)`."""
+        for pin, level in levels.items():
+            yield from self.command(f"U{pin}={level:d} U{pin}O", axis)
+
+    def inputs(self, axis: str | None = None) -> Procedure[dict[str, bool]]:
+        """Return the levels of the pins A to G."""
+        bits = yield from self.number("RU", axis)
+        return {pin: bool(bits >> number & 1) for number, pin in enumerate("ABCDEFG")}
+
+    def cam(self, table: Sequence[int], base: int, axis: str | None = None) -> Procedure[None]:
+        """Store a cam table for `base` counts of the master, and begin to follow the master."""
+        for begin in range(0, len(table), 8):
+            part = " ".join(map(str, table[begin : begin + 8]))
+            yield from self.command(f"aw[{begin}] {part}.", axis)
+        yield from self.command(f"BASE={base} SIZE={len(table)} MC G", axis)
+
+    def load(self, source: str, axis: str | None = None) -> Procedure[None]:
+        """Load a program in source text; `command("RUN")` starts it."""
+        shaft = self.shaft(axis)
+        data = source.replace("\r\n", "\n").encode("ascii")
+        yield from self._discard(0.0)
+        yield Write(shaft.prefix + b"LOAD ")
+        yield from self._acknowledged()
+        for begin in range(0, len(data), 8):
+            block = data[begin : begin + 8]
+            yield Write(block)
+            if len(block) == 8:
+                yield from self._acknowledged()
+        yield Write(END + b" ")
+        yield from self._discard(0.1)
+        if (yield from self.number("RBk", axis)):
+            raise RefusedError("the program was not stored: load it again")
+
+    def _acknowledged(self) -> Procedure[None]:
+        yield from self._until(ACKNOWLEDGE, "LOAD")
+
+    def program(self, axis: str | None = None) -> Procedure[str]:
+        """Return the stored program."""
+        shaft = self.shaft(axis)
+        yield Write(shaft.prefix + b"UPLOAD\r")
+        text = b""
+        while not text.endswith(b"\xff"):
+            part = yield from self._discard(0.1)
+            if not part:
+                raise SilentError("no end of the program: does the motor allow UPLOAD?")
+            text += part
+            if not text.endswith(b"\xff"):
+                yield Write(ACKNOWLEDGE)
+        return text.removeprefix(shaft.prefix + b"UPLOAD\r").rstrip(b"\xff").decode("ascii", "replace")
+
+    def stream(self, points: Iterable[tuple[int, int]], axis: str | None = None) -> Procedure[None]:
+        """Send (clock, position) pairs in host mode, and begin; clocks are samples, at most 16 pairs."""
+        shaft = self.shaft(axis)
+        yield from self.send(shaft.prefix, "MD")
+        for clock, position in points:
+            yield Write(b"\xfa" + position.to_bytes(4, "big", signed=True) + b"\r")
+            yield Write(b"\xfb" + clock.to_bytes(4, "big") + b"\r")
+        if self._echo:
+            yield from self._discard(0.05)
+        yield from self.send(shaft.prefix, "G")
+
+
+class Shaft(AxisCore):
+    """The axis of a SmartMotor, in encoder counts."""
+
+    def __init__(self, line: SmartMotors, address: int | None) -> None:
+        super().__init__("shaft" if address is None else f"shaft{address}", velocity=4000.0, acceleration=20_000.0)
+        self.max_velocity = 300_000.0
+        self.prefix = b"" if address is None else bytes([0x80 + address])
+        self._line = line
+        self._set_acceleration = 0
+        self._homing = 0
+        self._lost = ""
+
+    def prepare(self) -> Procedure[None]:
+        """Set what a power-up has cleared, if the power has been cut."""
+        _, _, acceleration = yield from self._read()
+        if self._set_acceleration and acceleration:
+            return
+        if self._set_acceleration:
+            self._lost, self._homing = f"the power of {self.name} was cut", 0
+        if not acceleration:
+            yield from self._line.send(self.prefix, "ZS" if self._line.limits else "UCI UDI ZS")
+        self._set_acceleration = max(acceleration, self._units())
+        yield from self._line.send(self.prefix, f"A={self._set_acceleration}")
+
+    def _units(self) -> int:
+        return max(round(self.acceleration * SCALE * SAMPLE_S**2), 2)
+
+    def _speed(self, velocity: float) -> int:
+        if not abs(velocity) <= self.max_velocity:
+            raise RefusedError(f"velocity {velocity:g} counts/s: expected at most {self.max_velocity:g}")
+        return round(velocity * SCALE * SAMPLE_S)
+
+    def _read(self) -> Procedure[tuple[int, int, int]]:
+        """Return position, status word and acceleration."""
+        first, second = yield from self._line.ask(self.prefix, "RPW", "RA")
+        position, _, word = first.partition(",")
+        return whole(position, "RPW"), whole(word, "RPW"), whole(second, "RA")
+
+    def _state(self) -> Procedure[tuple[int, int]]:
+        """Return position and status word; notice a power cut."""
+        position, word, acceleration = yield from self._read()
+        if not acceleration:
+            yield from self.prepare()
+            position, word, _ = yield from self._read()
+        return position, word
+
+    def _go(self, text: str, target: int | None) -> Procedure[None]:
+        self._homing = 0
+        yield from self._state()
+        if self._lost and target is not None:
+            Status(0, 0, 0, False, lost=self._lost).known_position()
+        self._set_acceleration = self._units()
+        yield from self._line.send(self.prefix, f"A={self._set_acceleration} {text} G")
+        position, word = yield from self._state()
+        if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
+            raise RefusedError(f"{self.name} does not move: {'; '.join(map(str, faults))}")
+
+    def move_to(self, target: int) -> Procedure[None]:
+        """Begin a move to a position; also while moving."""
+        if not -(2**31) <= target < 2**31:
+            raise RefusedError(f"position {target}: expected -2147483648 to 2147483647 counts")
+        yield from self._go(f"MP V={abs(self._speed(self.velocity))} P={target}", target)
+        self.setpoint = target
+
+    def move_by(self, distance: int) -> Procedure[None]:
+        """Begin a move relative to the last target; after a stop relative to the present position."""
+        _, word = yield from self._state()
+        base = self.setpoint if word & TRAJECTORY else (yield from self._state())[0]
+        yield from self.move_to(base + distance)
+
+    def move_at(self, velocity: float) -> Procedure[None]:
+        """Run at a signed velocity until stopped; also while moving."""
+        yield from self._go(f"MV V={self._speed(velocity)}", None)
+
+    def stop(self) -> Procedure[None]:
+        """Decelerate to a standstill."""
+        self._homing = 0
+        yield from self._line.send(self.prefix, "X")
+
+    def abort(self) -> Procedure[None]:
+        """Stop the trajectory at once."""
+        self._homing = 0
+        yield from self._line.send(self.prefix, "S")
+
+    def home(self, direction: int) -> Procedure[None]:
+        """Run until the index pulse of the encoder; the index is then 0, and the shaft stops behind it."""
+        yield from self._line.ask(self.prefix, "RI")  # the next pulse is captured
+        yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
+        self._homing = direction
+
+    def status(self) -> Procedure[Status]:
+        """Return the state of the shaft."""
+        position, word = yield from self._state()
+        if self._homing:
+            position, word = yield from self._home_further(position, word)
+        velocity = 0.0
+        if word & TRAJECTORY:
+            (answer,) = yield from self._line.ask(self.prefix, "RV")
+            velocity = whole(answer, "RV") / (SCALE * SAMPLE_S)
+        return Status(
+            position,
+            self.setpoint,
+            velocity,
+            bool(word & TRAJECTORY) or bool(self._homing),
+            False,
+            bool(word & NOW_RIGHT),
+            bool(word & NOW_LEFT),
+            bool(word & AT_INDEX),
+            self._faults(word),
+            self._lost,
+        )
+
+    def _home_further(self, position: int, word: int) -> Procedure[tuple[int, int]]:
+        """Stop after the index; at rest, make the index 0."""
+        if not word & TRAJECTORY and not word & INDEX:
+            self._homing = 0  # a limit or a fault has ended the search
+        elif word & INDEX and word & TRAJECTORY:
+            yield from self._line.send(self.prefix, "X")
+        elif word & INDEX:
+            (index,) = yield from self._line.ask(self.prefix, "RI")
+            yield from self._line.send(self.prefix, f"O=@P-{whole(index, 'RI')}".replace("--", "+"))
+            self._homing, self._lost = 0, ""
+            position, word = yield from self._state()
+            self.setpoint = position
+        return position, word
+
+    def _faults(self, word: int) -> tuple[Fault, ...]:
+        return tuple(fault for bit, fault in FAULTS.items() if word & bit)
+
+    def set_position(self, position: int) -> Procedure[None]:
+        """Define the present position."""
+        yield from self._line.send(self.prefix, f"O={position}")
+        self.setpoint, self._lost = position, ""
+
+    def clear_faults(self) -> Procedure[None]:
+        """Clear the faults whose cause has gone, and acknowledge a limit."""
+        yield from self._line.send(self.prefix, "ZS")
+        yield Pause(0.005)
+
+
+def whole(text: str, what: str) -> int:
+    """Return the number of an answer.  Raises WrongAnswerError."""
+    try:
+        return int(text)
+    except ValueError:
+        raise WrongAnswerError(
+            f"{shown(text.encode())} as the answer to {what}: expected a number; is it a SmartMotor?"
+        ) from None

@@ -1,0 +1,124 @@
+"""Devices of ophyd-async on the drivers: axes of real and virtual controllers in bluesky's plans.
+
+    controller = Controller("socket://127.0.0.1:5001", "if1")
+    x = controller.motor("X", name="x", counts_per_unit=400, unit="mm")
+    RE(bp.scan([detector], x, 0, 10, 11))
+
+Needs the extra `[ophyd]`.
+"""
+
+import asyncio
+from collections.abc import AsyncGenerator
+from typing import Any
+
+from bluesky.protocols import Location, Stoppable, Triggerable
+from ophyd_async.core import (
+    AsyncLocatable,
+    AsyncStatus,
+    StandardReadable,
+    StandardReadableFormat,
+    WatchableAsyncStatus,
+    WatcherUpdate,
+    soft_signal_r_and_setter,
+)
+
+from axistwin.drivers.asynchronous import AsyncAxis, AsyncController
+from axistwin.drivers.axis import Scale, Status
+from axistwin.drivers.blocking import nothing
+from axistwin.drivers.errors import RefusedError
+from axistwin.drivers.models import make
+
+POLL_S = 0.05
+
+
+class Controller:
+    """A controller whose axes are motors of ophyd-async.  The arguments are those of `axistwin.drivers.connect`.
+
+    The port is opened when the first motor is connected.
+    """
+
+    def __init__(self, url: str, model: str, *, baud: int | None = None, **options: Any) -> None:
+        self.driver = AsyncController(url, make(model, options), baud)
+        self._connected = False
+
+    def motor(
+        self, axis: str, name: str = "", *, counts_per_unit: float = 1.0, unit: str = "counts", poll_s: float = POLL_S
+    ) -> "Motor":
+        """Return a motor.  Raises RefusedError if the controller has no such axis."""
+        if axis not in self.driver.axes:
+            raise RefusedError(f"no axis {axis!r}: expected {', '.join(self.driver.axes)}")
+        found = self.driver.axes[axis]
+        found.scale = Scale(counts_per_unit, unit)
+        return Motor(self, found, name, poll_s)
+
+    async def connect(self) -> None:
+        """Open the port, and find the controller."""
+        if not self._connected:
+            await self.driver.run(nothing())
+            self._connected = True
+
+    async def close(self) -> None:
+        """Close the port.  A motion goes on."""
+        self._connected = False
+        await self.driver.close()
+
+
+class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
+    """An axis as a motor of ophyd-async: set, locate, read, stop."""
+
+    def __init__(self, controller: Controller, axis: AsyncAxis, name: str, poll_s: float) -> None:
+        self.controller, self.axis, self._poll_s = controller, axis, poll_s
+        unit = axis.scale.unit
+        with self.add_children_as_readables(StandardReadableFormat.HINTED_SIGNAL):
+            self.readback, self._set_readback = soft_signal_r_and_setter(float, units=unit)
+        with self.add_children_as_readables():
+            self.setpoint, self._set_setpoint = soft_signal_r_and_setter(float, units=unit)
+        super().__init__(name=name)
+
+    def set_name(self, name: str, *, child_name_separator: str | None = None) -> None:
+        """Name the readback like the motor."""
+        super().set_name(name, child_name_separator=child_name_separator)
+        self.readback.set_name(name)
+
+    async def connect(self, mock: Any = False, timeout: float = 10.0, force_reconnect: bool = False) -> None:
+        """Open the port, unless the motor is a mock."""
+        await super().connect(mock, timeout, force_reconnect)
+        if not mock:
+            await self.controller.connect()
+            await self._update()
+
+    async def _update(self) -> Status:
+        status = await self.axis.status()
+        self._set_readback(status.known_position())
+        self._set_setpoint(status.setpoint)
+        return status
+
+    @AsyncStatus.wrap
+    async def trigger(self) -> None:
+        """Read the position, for motors that are used as detectors."""
+        await self._update()
+
+    @WatchableAsyncStatus.wrap
+    async def set(self, value: float) -> AsyncGenerator[WatcherUpdate[float]]:
+        """Move to a position; finished when the exact position has been read.  Raises RefusedError if stopped short."""
+        initial = (await self._update()).position
+        await self.axis.move_to(value)
+        while True:
+            status = await self._update()
+            yield WatcherUpdate(status.position, initial, value, self.name, self.axis.scale.unit)
+            if not status.moving:
+                break
+            await asyncio.sleep(self._poll_s)
+        if status.faults:
+            raise RefusedError(f"{self.name} stopped at {status.position:g}: {'; '.join(map(str, status.faults))}")
+
+    async def stop(self, success: bool = False) -> None:  # noqa: ARG002  # the move that is stopped reports its end
+        """Decelerate to a standstill, and wait for it."""
+        await self.axis.stop()
+        while (await self._update()).moving:
+            await asyncio.sleep(self._poll_s)
+
+    async def locate(self) -> Location[float]:
+        """Return setpoint and position."""
+        status = await self._update()
+        return {"setpoint": status.setpoint, "readback": status.position}

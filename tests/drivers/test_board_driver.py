@@ -1,0 +1,201 @@
+"""The driver of the 1810 and 1811 at a served bus."""
+
+import pytest
+
+import axistwin
+from axistwin.drivers import BusyError, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+
+from .devices import answering, model_of, url_of
+
+pytestmark = pytest.mark.usefixtures("arrival")
+
+
+@pytest.fixture(params=[False, True], ids=["polling", "interrupts"])
+def interrupts(request):
+    return request.param
+
+
+@pytest.fixture
+def twin():
+    with axistwin.serve("1811", speed=5.0) as twin:
+        yield twin
+
+
+@pytest.fixture
+def board(twin, interrupts):
+    with connect(url_of(twin), "1811", interrupts=interrupts) as controller:
+        yield controller
+
+
+def true_position(twin):
+    return twin.do(lambda: model_of(twin).axes["motor"].position)
+
+
+def test_moves_end_at_the_exact_position(twin, board):
+    motor = board.axes["motor"]
+    motor.move_to(400)
+    assert motor.wait(5).position == 400
+    motor.move_by(-1000)
+    assert motor.wait(5).position == true_position(twin) == -600
+    motor.move_to(-600)
+    assert not motor.status().moving
+    motor.set_position(70)
+    motor.set_profile(velocity=60_000, acceleration=1_000_000)
+    motor.move_to(80)
+    assert motor.wait(5).position == 80 and true_position(twin) == -590
+
+
+@pytest.mark.parametrize("ending", ["stop", "abort"])
+def test_a_run_that_is_stopped_has_its_true_position(twin, board, ending):
+    motor = board.axes["motor"]
+    motor.set_profile(acceleration=50_000)
+    motor.move_at(-900)
+    while not motor.status().velocity:
+        pass
+    assert motor.status().velocity == pytest.approx(-900, rel=0.01)
+    with pytest.raises(BusyError):
+        motor.move_to(0)
+    with pytest.raises(BusyError):
+        motor.set_position(0)
+    getattr(motor, ending)()
+    assert motor.wait(5).position == true_position(twin) < 0
+    motor.move_at(0)
+
+
+def test_a_limit_ends_a_move_and_refuses_the_next(twin, board):
+    motor = board.axes["motor"]
+    motor.move_at(900)
+    while not motor.status().position:
+        pass
+    twin.do(lambda: model_of(twin).pins["cw_limit"].drive(not model_of(twin).pins["cw_limit"].level))
+    status = motor.wait(5)
+    assert status.limit_plus and status.position == true_position(twin)
+    with pytest.raises(RefusedError, match="limit is active"):
+        motor.move_by(10)
+    motor.move_by(-10)
+    assert motor.wait(5).position == status.position - 10
+
+
+def test_a_reset_by_another_host_loses_the_position(twin, board):
+    motor = board.axes["motor"]
+    motor.move_to(300)
+    motor.wait(5)
+    twin.do(lambda: model_of(twin).power_cycle())
+    assert "was reset" in motor.status().lost
+    with pytest.raises(PositionLostError):
+        motor.move_to(5)
+    motor.set_position(300)
+    motor.move_to(310)
+    assert motor.wait(5).position == 310
+    board.reset()
+    assert "was reset" in motor.status().lost
+
+
+def test_without_a_marker_a_reset_is_not_noticed(twin):
+    with connect(url_of(twin), "1811", marker_bit=None) as board:
+        board.axes["motor"].move_to(30)
+        board.axes["motor"].wait(5)
+        twin.do(lambda: model_of(twin).power_cycle())
+        twin.run_until(lambda: False, 0.3)
+        assert not board.axes["motor"].status().lost
+
+
+def test_a_failed_board_says_so(twin, board):
+    board.command(0xFF)  # the test switch ends in the Fail state after 10 s
+    assert twin.run_until(lambda: model_of(twin).bus.read(1) & 0x20, 5)
+    assert board.axes["motor"].status().faults[0].name == "board failure"
+    with pytest.raises(RefusedError, match="call reset"):
+        board.command(0x70)
+    board.reset()
+    assert not board.axes["motor"].status().faults
+
+
+def test_home(interrupts):
+    with (
+        axistwin.serve("1811", speed=5.0, motor={"home": [150, 5000]}) as twin,
+        connect(url_of(twin), "1811", interrupts=interrupts, home_edge_ccw=True) as board,
+    ):
+        motor = board.axes["motor"]
+        motor.set_profile(velocity=2000, acceleration=100_000)
+        motor.home(1)
+        status = motor.wait(10)
+        assert (status.position, status.faults) == (0, ())
+        assert abs(true_position(twin) - 150) <= 1 or abs(true_position(twin) - 5000) <= 1
+
+
+def test_events_sequences_closed_loop_and_streams(twin, board):
+    board.command(0xA5, 1)  # a message at each end of motion
+    board.axes["motor"].move_to(50)
+    board.axes["motor"].wait(5)
+    while not (messages := board.take_messages()):
+        pass
+    assert messages[0][0] == 0xA5
+    board.define_sequence(1, [bytes([0x0C, 1]), bytes([0x0C, 2])])
+    board.command(0x41, 1)
+    assert board.request(0x97)[0] == 0
+    board.outputs(True, False)
+    assert board.request(0x97)[0] == 2
+    assert board.triggers().keys() == {2, 3, 4, 5}
+    board.closed_loop((4, 1), 25_000, 0)
+    assert board.request(0x9C)[:4] == bytes([0, 4, 0, 1])
+    assert isinstance(board.encoder(), int)
+    board.command(1, 7)
+    while not (messages := board.take_messages()):
+        pass
+    assert messages[0][:2] == bytes([1, 7])
+    with pytest.raises(RefusedError, match="1 to 280, the last 0"):
+        board.stream_times(2, 4, 1, [100])
+    board.stream_times(2, 4, 1, [100, -100, 0])
+    while board.axes["motor"].status().moving:
+        pass
+    board.command(0x50)
+
+
+def test_a_wrong_command_and_a_silent_request(board):
+    board.core.timeout = 0.1
+    with pytest.raises(SilentError, match="is it refused"):
+        board.request(0x91, 0x80)
+    with pytest.raises(RefusedError, match="expected more than 0"):
+        board.axes["motor"].move_at(1e7)
+    board.axes["motor"].clear_faults()
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"), [(b"error: no\n", "error: no"), (b"zz\n", "is it a bus"), (b"10 10\n", "is it a bus")]
+)
+def test_garbage_raises_a_clear_error(answer, says):
+    with answering(lambda data: answer if data.strip() else b"") as url, pytest.raises(WrongAnswerError, match=says):
+        connect(url, "1811", timeout=0.1)
+
+
+def test_a_write_that_is_not_accepted():
+    def answer(data):
+        return b"10\n" if b"r" in data else b"?\n" if data.strip() else b""
+
+    with answering(answer) as url, pytest.raises(WrongAnswerError, match="expected ok"):
+        connect(url, "1811", timeout=0.1)
+
+
+def test_a_board_that_is_never_ready():
+    def answer(data):
+        return b"00\n" if data.strip() else b""
+
+    with answering(answer) as url, pytest.raises(SilentError, match="not ready"):
+        connect(url, "1811", timeout=0.2)
+
+
+def test_a_home_that_is_not_found_is_a_fault():
+    with (
+        axistwin.serve("1811", speed=5.0, motor={"limits": [-300, 300]}) as twin,
+        connect(url_of(twin), "1811") as board,
+    ):
+        motor = board.axes["motor"]
+        motor.set_profile(velocity=2000, acceleration=100_000)
+        motor.home(1)
+        status = motor.wait(10)
+        assert status.faults[0].name == "home not found" and status.position == true_position(twin)
+        motor.clear_faults()
+        assert not motor.status().faults
+        motor.set_profile(acceleration=0)
+        with pytest.raises(RefusedError, match="acceleration"):
+            motor.home(1)

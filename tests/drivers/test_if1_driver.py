@@ -1,0 +1,248 @@
+"""The driver of the IF1 at served ports."""
+
+import pytest
+
+import axistwin
+from axistwin.drivers import BusyError, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers.estimate import Trapezoid
+
+from .devices import answering, model_of, url_of
+
+pytestmark = pytest.mark.usefixtures("arrival")
+QUICK = {"self_test_s": 0.1}
+
+
+@pytest.fixture
+def twin():
+    with axistwin.serve("if1", speed=50.0, **QUICK) as twin:
+        yield twin
+
+
+@pytest.fixture
+def if1(twin):
+    with connect(url_of(twin), "if1", home_input=1) as controller:
+        yield controller
+
+
+def true_position(twin, axis="X"):
+    return twin.do(lambda: model_of(twin).axes[axis].position)
+
+
+def drive(twin, pin, level):
+    twin.do(lambda: model_of(twin).pins[pin].drive(level))
+
+
+def test_moves_of_each_axis_end_at_the_exact_position(twin, if1):
+    if1.axes["Y"].move_to(-300)
+    assert if1.axes["Y"].wait(5).position == -300
+    if1.axes["X"].move_by(120)
+    if1.axes["X"].wait(5)
+    if1.axes["X"].move_to(120)  # no distance: nothing is sent
+    assert (true_position(twin), true_position(twin, "Y")) == (120, -300)
+    if1.move_together({"X": 220, "Y": -400})
+    assert (if1.axes["X"].wait(5).position, if1.axes["Y"].position()) == (220, -400)
+    assert (true_position(twin), true_position(twin, "Y")) == (220, -400)
+    with pytest.raises(RefusedError, match="equal distances"):
+        if1.move_together({"X": 0, "Y": 0})
+
+
+def test_the_estimate_never_runs_back_nor_beyond_the_target(twin, if1):
+    x = if1.axes["X"]
+    x.set_profile(velocity=20_000, acceleration=20_000)
+    x.move_to(200_000)
+    seen = [x.status()]
+    while seen[-1].moving:
+        seen.append(x.status())
+    positions = [status.position for status in seen]
+    assert positions == sorted(positions)
+    assert all(status.estimated for status in seen[:-1]) and not seen[-1].estimated
+    assert positions[-1] == true_position(twin) == 200_000
+
+
+def test_one_axis_moves_at_a_time(twin, if1):
+    if1.axes["X"].move_at(900)
+    for command in (
+        lambda: if1.axes["Y"].move_to(5),
+        lambda: if1.axes["Y"].move_by(5),
+        lambda: if1.axes["Y"].move_at(5),
+        lambda: if1.axes["X"].set_position(0),
+        lambda: if1.sequence(["X5"]),
+        lambda: if1.move_together({"X": 5, "Y": 5}),
+    ):
+        with pytest.raises(BusyError, match="is moving"):
+            command()
+    if1.stop()
+    assert if1.axes["X"].wait(5).position == true_position(twin)
+
+
+@pytest.mark.parametrize("ending", ["stop", "abort"])
+def test_a_run_that_is_stopped_has_its_true_position(twin, if1, ending):
+    x = if1.axes["X"]
+    x.move_at(-900)
+    assert x.status().velocity == -900
+    getattr(x, ending)()
+    status = x.wait(5)
+    assert status.position == true_position(twin) < 0
+    x.move_at(0)
+    assert x.position() == true_position(twin)
+
+
+def test_home_is_the_place_of_the_input_and_becomes_zero(twin, if1):
+    x = if1.axes["X"]
+    x.home(1)
+    assert x.status().moving
+    drive(twin, "input1", True)
+    status = x.wait(5)
+    assert (status.position, status.at_home) == (0, True)
+    with pytest.raises(RefusedError, match="already high"):
+        x.home(1)
+
+
+def test_a_limit_is_kept_until_it_is_cleared(twin, if1):
+    x = if1.axes["X"]
+    x.move_at(900)
+    drive(twin, "limit_plus", False)
+    status = x.wait(5)
+    assert status.limit_plus and status.faults[0].name == "limit"
+    assert status.position == true_position(twin)
+    with pytest.raises(RefusedError, match="limit is active"):
+        x.move_by(10)
+    with pytest.raises(RefusedError, match="call clear_faults"):
+        x.move_by(-10)
+    x.clear_faults()
+    x.move_by(-10)
+    assert x.wait(5).position == true_position(twin) == status.position - 10
+
+
+@pytest.mark.parametrize(("pin", "level", "fault"), [("estop", False, "emergency stop"), ("x_fault", True, "drive")])
+def test_a_controller_in_a_fault_says_what_to_do(twin, if1, pin, level, fault):
+    drive(twin, pin, level if pin == "estop" else not twin.do(lambda: model_of(twin).pins[pin].level))
+    with pytest.raises(RefusedError, match=fault):
+        if1.axes["X"].move_to(5)
+
+
+def test_a_drive_fault_in_motion_loses_the_position(twin, if1):
+    x = if1.axes["X"]
+    x.move_at(900)
+    drive(twin, "x_fault", not twin.do(lambda: model_of(twin).pins["x_fault"].level))
+    assert "drive fault" in x.wait(5).lost
+    with pytest.raises(PositionLostError, match="home the axis or call set_position"):
+        x.position()
+    drive(twin, "x_fault", not twin.do(lambda: model_of(twin).pins["x_fault"].level))
+    x.clear_faults()
+    x.set_position(70)
+    assert x.position() == 70
+
+
+def test_a_power_cut_is_noticed_and_the_position_is_lost(twin, if1):
+    x = if1.axes["X"]
+    x.move_to(500)
+    twin.do(lambda: model_of(twin).power_cycle())
+    if1.core.timeout = 0.2
+    with pytest.raises(SilentError, match="check the power"):
+        x.status()
+    if1.core.timeout = 2.0
+    assert x.status().lost == "the power of the IF1 was cut"
+    with pytest.raises(PositionLostError):
+        x.move_to(5)
+
+
+def test_another_host_that_moves_an_axis_is_noticed(twin, if1):
+    x = if1.axes["X"]
+    x.move_to(500)
+    x.wait(5)
+    if1.message("X77$")
+    assert "another host" in (x.wait(5).lost or x.status().lost)
+
+
+@pytest.mark.parametrize(("own", "other", "says"), [(False, "X+@900G$", "is moving"), (True, "X77$", "has moved")])
+def test_another_host_in_motion_is_noticed(if1, own, other, says):
+    if own:
+        if1.axes["X"].move_to(10)
+    if1.message(other)
+    while not (status := if1.axes["X"].status()).lost:
+        pass
+    assert says in status.lost
+
+
+def test_a_controller_that_moves_at_the_connection_has_no_position():
+    bench = axistwin.Bench()
+    serial = bench.add("if1").serial
+    for sent in (b"", b"(", b"U62\r", b"X@900G$\r"):
+        serial.write(sent)
+        bench.run(2)
+    with axistwin.serve(bench, speed=50.0) as twin, connect(url_of(twin), "if1") as if1:
+        assert "was moving" in if1.axes["X"].status().lost
+        with pytest.raises(RefusedError, match="home_input=1"):
+            if1.axes["X"].home(1)
+
+
+def test_a_sequence_with_inputs_and_outputs(twin, if1):
+    if1.outputs(on=[1, 3], off=[2])
+    assert not if1.busy()
+    assert [twin.do(lambda n=n: model_of(twin).pins[f"output{n}"].level) for n in (1, 2, 3)] == [True, False, True]
+    if1.sequence(["H2", "X40@100", "Y"])
+    assert if1.busy()
+    assert if1.inputs() == {1: False, 2: False, 3: False}
+    drive(twin, "input2", True)
+    while if1.busy():
+        pass
+    assert true_position(twin) == true_position(twin, "Y") == 40
+    assert "sequence" in if1.axes["X"].status().lost and not if1.axes["Z"].status().lost
+
+
+def test_a_message_that_is_refused_moves_nothing(if1):
+    with pytest.raises(RefusedError, match="invalid message"):
+        if1.begin({"X": 1}, 10, 100, "X10Q$")
+    assert if1.axes["X"].position() == 0
+    if1.outputs()
+    if1.move_together({"X": 0, "Y": 0})
+    with pytest.raises(RefusedError, match="at most 999999999"):
+        if1.axes["X"].move_to(10**9)
+    with pytest.raises(RefusedError, match="expected 1 to 25000"):
+        if1.axes["X"].move_at(30_000)
+
+
+@pytest.mark.parametrize("formats", [b"U61\r", b"U62\r", b"V61\r\n", b"V62\r\n"])
+def test_an_initialised_controller_is_adopted_whatever_its_format(formats):
+    bench = axistwin.Bench()
+    serial = bench.add("if1").serial
+    for sent in (b"", b"(", formats, b"X10"):  # the last is half a message of another host
+        serial.write(sent)
+        bench.run(2)
+    with axistwin.serve(bench, speed=50.0) as twin, connect(url_of(twin), "if1") as if1:
+        if1.axes["X"].move_to(30)
+        assert if1.axes["X"].wait(5).position == true_position(twin) == 30
+        assert not if1.busy()
+
+
+def test_the_other_families_are_not_an_if1(monkeypatch):
+    monkeypatch.setattr("axistwin.drivers.if1.STARTUP_TRIES", 1)
+    with axistwin.serve("smartmotor", speed="max") as twin, pytest.raises((SilentError, WrongAnswerError), match="IF1"):
+        connect(url_of(twin), "if1")
+
+
+@pytest.mark.parametrize(
+    ("answers", "says"),
+    [
+        ([b"I\r5\r", b"Q\r", b"K"], "the line is disturbed"),
+        ([b"5\r", b"x\r"], "expected a number"),
+        ([b"", b"", b"hello"], "expected U"),
+        ([b"5\r", b"9" * 5000], "is it the right port"),
+        ([b"I\r5\r", b"F", b"x"], "of the end of F"),
+    ],
+)
+def test_garbage_raises_a_clear_error(answers, says):
+    left = iter(answers)
+    with answering(lambda _: next(left, b"")) as url, pytest.raises(WrongAnswerError, match=says):
+        connect(url, "if1", timeout=0.1)
+
+
+def test_the_estimate_of_a_triangle_and_a_trapezoid():
+    """100 steps at 10 steps/s² with a peak of 31.6, and 1000 steps at 50 steps/s: by hand."""
+    triangle = Trapezoid(50, 10, 100)
+    assert triangle.position(2) == 20 and triangle.position(10) == 100
+    assert triangle.position(40**0.5 - 2) == pytest.approx(80)
+    trapezoid = Trapezoid(50, 10, 1000)
+    assert (trapezoid.position(5), trapezoid.position(10), trapezoid.position(25)) == (125, 375, 1000)
+    assert Trapezoid(50, 10).position(100) == 125 + 95 * 50

@@ -1,0 +1,163 @@
+"""The driver of SmartMotors at served ports."""
+
+import pytest
+
+import axistwin
+from axistwin.drivers import PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+
+from .devices import answering, model_of, url_of
+
+pytestmark = pytest.mark.usefixtures("arrival")
+
+
+@pytest.fixture
+def twin():
+    with axistwin.serve("smartmotor", speed=5.0) as twin:
+        yield twin
+
+
+@pytest.fixture
+def motor(twin):
+    with connect(url_of(twin), "smartmotor") as controller:
+        yield controller
+
+
+def true_position(twin, name=None):
+    return twin.do(lambda: model_of(twin, name).axes["shaft"].position)
+
+
+def test_moves_end_at_the_exact_position(twin, motor):
+    shaft = motor.axes["shaft"]
+    shaft.move_to(400)
+    shaft.move_to(-250)  # a new target in motion
+    assert shaft.wait(5).position == true_position(twin) == -250
+    shaft.move_by(100)
+    assert shaft.wait(5).position == -150
+    shaft.set_position(7)
+    assert shaft.position() == 7 and true_position(twin) == -150
+
+
+@pytest.mark.parametrize("ending", ["stop", "abort"])
+def test_a_run_that_is_stopped_has_its_true_position(twin, motor, ending):
+    shaft = motor.axes["shaft"]
+    shaft.move_at(-900)
+    while not shaft.status().velocity < -800:
+        pass
+    getattr(shaft, ending)()
+    assert shaft.wait(5).position == true_position(twin) < 0
+
+
+def test_home_is_the_index(twin, motor):
+    shaft = motor.axes["shaft"]
+    shaft.move_to(500)
+    shaft.wait(5)
+    shaft.home(1)
+    status = shaft.wait(5)
+    assert status.position == true_position(twin) - 2500  # the index is at 500, 2500 …
+    shaft.home(1)
+    shaft.stop()
+    assert not shaft.wait(5).moving
+
+
+def test_a_limit_says_what_to_do(twin):
+    with connect(url_of(twin), "smartmotor", limits=True) as motor:  # but the limits are not wired
+        shaft = motor.axes["shaft"]
+        assert {"positive limit", "negative limit"} <= {fault.name for fault in shaft.status().faults}
+        with pytest.raises(RefusedError, match="call clear_faults"):
+            shaft.move_to(5)
+        shaft.clear_faults()
+        assert shaft.status().limit_plus
+
+
+def test_a_power_cut_loses_the_position(twin, motor):
+    shaft = motor.axes["shaft"]
+    shaft.move_to(300)
+    shaft.wait(5)
+    twin.do(lambda: model_of(twin).power_cycle())
+    twin.run_until(lambda: False, 0.1)
+    assert "power" in shaft.status().lost
+    with pytest.raises(PositionLostError):
+        shaft.move_to(5)
+    shaft.set_position(300)
+    shaft.move_to(310)
+    assert shaft.wait(5).position == 310
+
+
+def test_pins_programs_cams_and_streams(twin, motor):
+    motor.outputs(A=True, B=False)
+    assert motor.inputs()["A"] and not motor.inputs()["B"]
+    with pytest.raises(RefusedError, match="does not accept"):
+        motor.command("KP175")
+    motor.load("a=1\nb=2\nEND\n")
+    assert motor.program().startswith("a=1\nb=2")
+    motor.command("RUN")
+    while motor.number("Rb") != 2:
+        pass
+    motor.stream([(0, 0), (256, 100), (512, 200), (512, 200)])
+    while motor.axes["shaft"].status().moving:
+        pass
+    motor.cam([0, 100, 200, 300, 400, 300, 200, 100], 800)
+
+
+def test_a_chain_gets_its_addresses():
+    scene = {
+        "controller": [{"model": "smartmotor", "name": "left"}, {"model": "smartmotor", "name": "right"}],
+        "chain": [{"name": "chain", "motors": ["left", "right"]}],
+    }
+    with axistwin.serve(scene, speed=5.0) as twin, connect(twin.ports["chain"], "smartmotor", addresses=[1, 2]) as line:
+        line.axes["shaft1"].move_to(50)
+        line.axes["shaft2"].move_to(-60)
+        assert line.axes["shaft1"].wait(5).position == true_position(twin, "left") == 50
+        assert line.axes["shaft2"].wait(5).position == true_position(twin, "right") == -60
+        with pytest.raises(RefusedError, match="expected shaft1, shaft2"):
+            line.command("RP", "shaft3")
+        line.stream([(0, 50), (256, 60), (512, 70), (512, 70)], "shaft1")
+        assert line.axes["shaft1"].wait(5).moving is False
+        line.load("a=1\nEND\n", "shaft2")
+        assert line.program("shaft2").startswith("a=1")
+
+
+def test_a_home_that_is_interrupted_keeps_the_position(twin, motor):
+    shaft = motor.axes["shaft"]
+    shaft.set_profile(velocity=50)
+    shaft.home(1)
+    motor.send(b"", "S")  # as a limit does
+    assert shaft.wait(5).position == true_position(twin)
+
+
+def test_a_program_that_is_not_stored_and_one_that_is_not_sent():
+    answers = {b"RSP": b"24576/476\r", b"RPW": b"0,128\r5\r", b"LOAD": b"\x06", b"RBk": b"1\r"}
+
+    def answer(data):
+        return next((found for request, found in answers.items() if request in data), b"")
+
+    with answering(answer) as url, connect(url, "smartmotor") as motor:
+        with pytest.raises(RefusedError, match="not stored"):
+            motor.load("END")
+        with pytest.raises(SilentError, match="no end of the program"):
+            motor.program()
+
+
+def test_bad_values_are_refused(motor):
+    shaft = motor.axes["shaft"]
+    with pytest.raises(RefusedError, match="position"):
+        shaft.move_to(2**31)
+    with pytest.raises(RefusedError, match="velocity"):
+        shaft.move_at(1e6)
+
+
+@pytest.mark.parametrize(
+    ("answers", "error", "says"),
+    [
+        ([b""] * 3, SilentError, "no answer of shaft to RSP"),
+        ([b"C\r"], WrongAnswerError, "is it a SmartMotor"),
+        ([b"24576/476\r", b"1,x\r5\r"], WrongAnswerError, "expected a number"),
+        ([b"24576/476\r", b"1,1"], SilentError, "only b?'1,1'"),
+        ([b"RSP\r24576/476\r", b"RPW"], SilentError, "no answer"),
+        ([b"RSP\r24576/476\r", b"XXXXXXX"], WrongAnswerError, "line is disturbed"),
+    ],
+)
+def test_garbage_raises_a_clear_error(answers, error, says):
+    left = iter(answers)
+    with answering(lambda _: next(left, b"")) as url, pytest.raises(error, match=says):
+        connect(url, "smartmotor", timeout=0.15)
