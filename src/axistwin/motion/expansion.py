@@ -159,8 +159,7 @@ def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
                 first_ns, rest = divmod(first, rate * ticks)
                 rows.append((pulses, origin_ns + first_ns, (rest // ticks + 0.5) / rate, profile.per_rate * S / rate))
     if rows:
-        pulses, base_ns, rest_ns, period_ns = (np.array(column) for column in zip(*rows, strict=True))
-        _fill(_Segments(pulses, base_ns, rest_ns, period_ns), out)
+        _fill(_Segments(*(np.array(column) for column in zip(*rows, strict=True))), out)
 
 
 def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
