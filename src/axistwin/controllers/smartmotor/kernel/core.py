@@ -415,7 +415,26 @@ class _Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile now, or load the cached code, if plain Python is too slow for this number of motors."""
-    if (speed is None or speed * motors > PLAIN_MOTORS) and jit.available():
-        _Engine.plain_samples = max(_Engine.plain_samples, PLAIN_SAMPLES)
-        _Engine(Core(Clock(), lambda why: None, 1)).run(0)
+    """Compile now, or load the cached code, if plain Python is too slow for this number of motors.
+
+    Another thread may run motors meanwhile: they change over when the kernel is ready.
+    """
+    if _Engine.compiled is None and needs_kernel(speed, motors):
+        import numpy as np  # lazy import: only for long motions
+
+        core = Core(Clock(), lambda why: None, 1)
+        kernel: Callable[..., int] = jit.best(advance)
+        state = core.i, core.v, core.f, array("q", bytes(8 * STACK)), core.code, core.ring
+        nothing = array("q", [0]), array("q", [0]), array("q", [0]), core.log
+        kernel(*(np.frombuffer(numbers, numbers.typecode) for numbers in (*state, *nothing)), 0)
+        _Engine.compiled = kernel
+
+
+def needs_kernel(speed: float | None, motors: int) -> bool:
+    """True if plain Python is too slow for this number of motors, and Numba is installed."""
+    return (speed is None or speed * motors > PLAIN_MOTORS) and jit.available()
+
+
+def prepared(speed: float | None, motors: int) -> bool:
+    """True if `prepare` takes no compilation: the machine code is cached or not needed."""
+    return _Engine.compiled is not None or not needs_kernel(speed, motors) or jit.is_cached()
