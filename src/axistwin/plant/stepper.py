@@ -113,6 +113,8 @@ class StepperAxis:
         self.limits, self.home = limits, home
         """First and last position within the limit switches, and of the home switch; None: no switches."""
         self.on_motion: Signal[[]] = Signal()
+        self.on_replan: Signal[[]] = Signal()
+        """Never emitted: only the position now is certain while steps are lost."""
         """Emitted when a move begins or changes its profile."""
         self.on_push: Signal[[]] = Signal()
         self.manual_actions = ManualActions(clock)
@@ -193,6 +195,10 @@ class StepperAxis:
     def follows(self) -> None:
         """None: a stepper's controller has no external encoder."""
         return
+
+    def positions_ahead(self, _times_ns: range) -> list[int]:
+        """Return the position now."""
+        return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Return the motor's positions at these times in the latest move, in order; valid while no steps are lost."""
