@@ -161,7 +161,7 @@ WRONG = {
     ),
     "an option's value": (
         controllers("if1", more="options = {busy = 'hold', wiring = '4'}"),
-        "3:27: wiring='4': choose one of '5-wire'",
+        "3:27: wiring='4': expected one of '5-wire'",
     ),
     "an axis": (controllers("if1", more="axes.W.limits = [1, 2]"), "3:1: axes: unknown key 'W': there are X, Y, Z"),
     "a key of an axis": (controllers("if1", more="axes.X.limit = [1, 2]"), "3:1: unknown key 'limit': did you mean 'l"),
