@@ -203,7 +203,7 @@ def test_tables_and_keys_of_a_scene():
 def test_keys_of_a_servo_axis():
     """The keys differ from those of an axis with a stepper motor."""
     motor = '[[controller]]\nmodel = "smartmotor"\n'
-    assert offered(SCENE, motor + "axes.shaft.|") == ["limits", "motor", "load"]
+    assert offered(SCENE, motor + "axes.shaft.|") == ["limits", "motor", "load", "units"]
     assert {"model", "kp", "supply_voltage_v"} <= set(offered(SCENE, motor + "[controller.axes.shaft.motor]\n|"))
     assert "inertia_kg_m2" in offered(SCENE, motor + "axes.shaft.load.|")
 
@@ -213,6 +213,20 @@ def test_values_of_a_scene():
     assert "smartmotor" in offered(SCENE, '[[controller]]\nmodel = "|')
     assert '"left.output1"' in offered(SCENE, FILE + "[[wire]]\nfrom = |")
     assert offered(SCENE, FILE + "[[wire]]\ninvert = |") == ["true", "false"]
+
+
+def test_words_of_a_fault_a_master_and_a_motor():
+    assert '"jam"' in offered(SCENE, FILE + "[[fault]]\nkind = |")
+    assert offered(SCENE, FILE + '[[fault]]\nkind = "jam"\non = |') == ['"left.X"', '"left.Y"', '"left.Z"']
+    assert offered(SCENE, FILE + '[[fault]]\non = |\nkind = "lose"\n') == ['"left.serial"']
+    assert {"left", "left.X", "left.input1"} <= set(offered(SCENE, FILE + '[[fault]]\non = "|'))
+    assert offered(SCENE, FILE + "[[fault]]\nway = |") == ['"to"', '"from"', '"both"']
+    assert offered(SCENE, FILE + "[[fault]]\nside = |") == ['"minus"', '"plus"', '"both"']
+    assert offered(SCENE, FILE + "[[script]]\non = |") == ['"left"']
+    motor = '[[controller]]\nmodel = "smartmotor"\n'
+    assert '"left.X"' in offered(SCENE, motor + "master = |\n" + FILE)
+    assert '"frame23"' in offered(SCENE, motor + "axes.shaft.motor = |")
+    assert '"frame23"' in offered(SCENE, motor + "axes.shaft.motor.model = |")
 
 
 def test_hover_over_keys_of_a_scene():

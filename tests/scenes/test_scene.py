@@ -168,7 +168,7 @@ WRONG = {
     "one limit": (controllers("if1", more="axes.X.limits = [1]"), "3:1: controller.axes.X.limits: expected two num"),
     "limits in words": (
         controllers("if1", more="axes.X.limits = [1, 'b']"),
-        "3:21: controller.axes.X.limits: input sh",
+        '3:21: controller.axes.X.limits: expected a position, e.g. 1000, not "b"',
     ),
     "limits crossed": (
         controllers("if1", more="axes.X.limits = [2, 1]"),
@@ -346,6 +346,7 @@ def test_a_scene_that_is_not_a_text_file(tmp_path):
 def test_the_schema_is_json_and_has_all_tables():
     schema = json.loads(json.dumps(Scene.schema()))
     tables = {"title", "seed", "controller", "wire", "chain", "rs485", "fault", "script", "stand-in"}
+    tables |= {"panel", "operator"}
     assert set(schema["properties"]) == tables
     assert {"model", "ports", "axes"} <= set(schema["$defs"]["ControllerTable"]["properties"])
     assert "from" in schema["$defs"]["WireTable"]["properties"]
@@ -354,7 +355,7 @@ def test_the_schema_is_json_and_has_all_tables():
 def test_the_schema_has_the_keys_of_both_kinds_of_axis():
     axes = Scene.schema()["$defs"]["ControllerTable"]["properties"]["axes"]["additionalProperties"]["anyOf"]
     assert axes[0] == {"$ref": "#/$defs/AxisTable"}
-    assert set(axes[1]["properties"]) == {"limits", "motor", "load"}
+    assert set(axes[1]["properties"]) == {"limits", "motor", "load", "units"}
     values, names = axes[1]["properties"]["motor"]["anyOf"]
     assert names["enum"] == ["frame17", "frame23", "frame34"]
     assert values["properties"]["kp"] == {"type": "integer"}

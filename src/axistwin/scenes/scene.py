@@ -38,10 +38,11 @@ from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.bench import Bench, product
 from axistwin.controllers.product import Product
+from axistwin.errors import SceneError
 from axistwin.scenes.addresses import check_ports
 from axistwin.scenes.build import Builder, is_in_loop
 from axistwin.scenes.source import Given, Source
-from axistwin.scenes.tables import SceneFile, StandInTable, shared_lines
+from axistwin.scenes.tables import OperatorTable, SceneFile, StandInTable, shared_lines
 
 if TYPE_CHECKING:
     from axistwin.scenes.copying import Copy
@@ -92,6 +93,16 @@ class Scene:
         return self._contents.stand_in
 
     @property
+    def waits(self) -> bool:
+        """True if virtual time is to start when the first browser or host connects."""
+        return self._contents.panel.wait
+
+    @property
+    def operator(self) -> OperatorTable:
+        """The operator panel; empty if the scene has none."""
+        return self._contents.operator
+
+    @property
     def file(self) -> Path:
         """The file of the scene; its programs are relative to the folder of this file."""
         return self._source.file
@@ -140,6 +151,18 @@ class Scene:
         `served`: controllers with ports have outside hosts, and their `host` files are not sent.
         """
         return Builder(self._contents, self._source, served, self._texts).build()
+
+    def build_errors(self) -> list[SceneError]:
+        """Build the scene once, and return all errors in masters, wires, faults, the script and hosts.
+
+        An error in a controller or a shared line is returned alone, because other parts refer to controllers.
+        """
+        errors: list[SceneError] = []
+        try:
+            Builder(self._contents, self._source, served=False, texts=self._texts, errors=errors).build()
+        except SceneError as error:
+            errors.append(error)
+        return errors
 
     @property
     def data(self) -> Mapping[str, Any]:

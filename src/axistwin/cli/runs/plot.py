@@ -6,6 +6,7 @@ import click
 
 from axistwin.cli.common.completing import complete_trace
 from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.working import working
 from axistwin.errors import UsageError
 from axistwin.plots.picture import check_suffix, save, show
 from axistwin.traces.signals import EVERYTHING
@@ -27,7 +28,7 @@ from axistwin.units import to_ns, to_seconds
     metavar="SECONDS",
     help="End of the drawn time; default: all motion and level changes.",
 )
-@click.option("--title", default=None, help="Title of the picture; the trace's name if left out.")
+@click.option("--title", default=None, help="Title of the picture; the scene's title or the trace's name if left out.")
 def plot(
     trace: Path,
     out: Path | None,
@@ -64,12 +65,20 @@ def plot(
             raise UsageError(f"{trace} holds results of a sweep: expected no option but --out and --title")
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
-    found = read(trace)
+    with working(f"reading {trace.name}"):
+        found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
         raise UsageError(f"--from {since:g}: expected a time before the trace's end at {to_seconds(found.end_ns):g} s")
-    chart = of_trace(found, split(signals or EVERYTHING), from_ns, until_ns, trace.name if title is None else title)
+    chart = of_trace(
+        found,
+        split(signals or EVERYTHING),
+        from_ns,
+        until_ns,
+        found.about.get("title", trace.name) if title is None else title,
+    )
     if path is not None:
-        save(chart, path)
+        with working(f"drawing {path.name}"):
+            save(chart, path)
         click.echo(f"axistwin: {path}", err=True)
     if on_screen:
         show(chart)

@@ -16,6 +16,7 @@ import click
 from axistwin.bench import Bench
 from axistwin.bench.options import read_options
 from axistwin.cli.common.completing import complete_target
+from axistwin.cli.common.parameters import TRACE_LIMIT, Size
 from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.preparing import preparing
@@ -62,10 +63,13 @@ CATCH_UP_S = 0.1
 @click.option("--reset-on-connect", is_flag=True, help="Cycle the controller's power for each new client.")
 @click.option("--trace", type=click.Path(dir_okay=False), metavar="FILE", help="Write a trace: .csv, .vcd or .parquet.")
 @click.option("--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.")
+@click.option("--trace-limit", type=Size(), default=TRACE_LIMIT, show_default=True, metavar="SIZE|none",
+              help="Largest size of the trace, e.g. 5GB.")  # fmt: skip
 @click.option("--record", type=click.Path(dir_okay=False), metavar="FILE", help="Record the conversation as FILE.talk.")
 @click.option(
     "--panel", metavar="[H:]P", help="Serve a panel for browsers at this port. Without a host: only this machine."
 )
+@click.option("--wait", is_flag=True, help="Start virtual time when the first browser or host connects.")
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
 @click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
 @click.option("--show-hosts", is_flag=True, help="Print connection lines for pyserial, PyVISA and EPICS asyn.")
@@ -81,9 +85,11 @@ def serve(
     reset_on_connect: bool,
     trace: str | None,
     signals: str | None,
+    trace_limit: int | None,
     record: str | None,
     panel: str | None,
     panel_token: str | None,
+    wait: bool,
     show_hosts: bool,
     as_json: bool,
     options: tuple[str, ...],
@@ -109,6 +115,7 @@ def serve(
     axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
     axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
     axistwin serve examples/drill/scene.toml --panel 8080           then open http://127.0.0.1:8080/
+    axistwin serve xy.toml --wait                   virtual time starts with the first host or browser
     axistwin serve if2 --panel 0.0.0.0:8080         for other machines; the token is printed
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
@@ -124,15 +131,16 @@ def serve(
             _log_hints(bench)
         else:
             shown.session.each_bench(_log_hints)
-        files.write(_recording(bench, record, headers), _tracing(bench, trace, signals))
+        files.write(_recording(bench, record, headers), _tracing(bench, trace, signals, trace_limit))
         if shown is None:
             server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect)
         else:
             server = shown.session.serve(flow=Flow(flow), reset=reset_on_connect)
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
+        start = partial(_start, server, shown, waits=wait or served.waits)
         with preparing(bench, times):
-            return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), files))
+            return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, files))
 
 
 def _served(
@@ -214,7 +222,9 @@ class _Files:
 
 
 @contextmanager
-def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Callable[[], None] | None]:
+def _tracing(
+    bench: Bench, path: str | None, signals: str | None, limit: int | None
+) -> Iterator[Callable[[], None] | None]:
     """Trace within this context; yield a function that writes pending data to the file, or None without a file."""
     if path is None:
         yield None
@@ -222,7 +232,7 @@ def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Ca
     from axistwin.traces.signals import split  # lazy import: rarely used
     from axistwin.traces.trace import tracing
 
-    with tracing(bench, Path(path), split(signals)) as traced:
+    with tracing(bench, Path(path), split(signals), limit=limit) as traced:
         yield traced.catch_up
 
 
@@ -255,7 +265,9 @@ Show = Callable[[str | None], None]
 """Prints the ports; the argument is the panel's address."""
 
 
-async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Show, files: _Files) -> int:
+async def _serve(
+    server: Server, wanted: Ports, shown: "Panel | None", show: Show, start: Callable[[], None], files: _Files
+) -> int:
     ended = ending()
     server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances virtual time
     try:
@@ -263,7 +275,7 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Sho
             await server.open(name, url)
         panel = None if shown is None else await shown.open()
         _freeze_objects()
-        _start(server, shown)
+        start()
         show(panel)
         if files.open:
             _catch_up_regularly(server.pacer, files)
@@ -280,11 +292,14 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Sho
             logging.getLogger("axistwin.links").warning("%s", late)
 
 
-def _start(server: Server, shown: "Panel | None") -> None:
-    if shown is None:
-        server.start()
+def _start(server: Server, shown: "Panel | None", *, waits: bool) -> None:
+    """Start virtual time, or (`waits`) let the first browser or host start it."""
+    if shown is not None:
+        (shown.session.wait if waits else shown.session.run)()
+    elif waits:
+        server.start_on_connection()
     else:
-        shown.session.run()
+        server.start()
 
 
 def _freeze_objects() -> None:
