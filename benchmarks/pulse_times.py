@@ -1,4 +1,7 @@
-"""Expansion of pulse times: `pulse_times` compared with a Python loop of the same arithmetic."""
+"""Expansion of pulse times: `pulse_times` compared with a Python loop of the same arithmetic.
+
+A history of ramped moves is also compared with the expansion of each move by itself.
+"""
 
 import sys
 from fractions import Fraction
@@ -8,10 +11,12 @@ from time import perf_counter
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin.motion import Profile, Segment
+from axistwin.motion.ramp import Ramp
 from axistwin.motion.train import Train
 
 PULSES = 10_000_000
 LOOPED = 200_000
+MOVES = 10_000
 S = 10**9
 
 
@@ -41,8 +46,39 @@ def simplest(rate: Fraction) -> float:
     return LOOPED / (perf_counter() - begin)
 
 
+def history(*, repeated: bool) -> tuple[Train, int]:
+    """Return moves of about 1,000 pulses with ramps of 100 pulses/s every 10 ms, and the time after the last one."""
+    ramps = [Ramp(Fraction(400 + n), Fraction(10_000), Fraction(100), Fraction(1, 100)) for n in range(200)]
+    train, now = Train(), 0
+    for k in range(MOVES):
+        profile = ramps[0].index(1000) if repeated else ramps[k % 200].index(1000 + k // 200)
+        assert profile.end_ns is not None
+        train.start(now, +1, profile)
+        now += profile.end_ns + S // 1000
+    return train, now
+
+
+def move_by_move(train: Train) -> float:
+    """Return pulses per second with a calculation for each segment of each move."""
+    import numpy as np
+
+    moves = list(train.moves)[-LOOPED // 1000 :]
+    begin, count = perf_counter(), 0
+    for move in moves:
+        times = np.empty(move.profile.pulses or 0, np.int64)
+        move.profile.fill_pulse_times(1, move.start_ns, times)
+        count += len(times)
+    return count / (perf_counter() - begin)
+
+
 def main() -> None:
-    """Print the ratios for a rate with a short pattern and one with a long pattern."""
+    """Print the ratios for a rate with a short pattern, one with a long pattern, and for histories of moves."""
+    for repeated, goal in ((True, 100), (False, 40)):
+        train, now = history(repeated=repeated)
+        speed, before = vectorised(train, now), max(move_by_move(train) for _ in range(5))
+        what = "the same ramped move" if repeated else "different ramped moves"
+        print(f"pulse_times of 10,000 times {what}: {speed / 1e6:.0f} million pulses/s (goal >= {goal})")
+        print(f"  {speed / before:.0f} times each move by itself")
     for rate in (Fraction(10_000), Fraction(36_025, 4), Fraction(13_107_200, 3 * 1600)):
         profile = Profile([Segment(rate, None)])
         train = Train()

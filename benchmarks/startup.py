@@ -1,7 +1,8 @@
 """From the start of the process to the first answer, as a ratio to a bare echo server.
 
-`axistwin serve if1 --speed max --line instant` and the echo server (an asyncio `Protocol`) both receive `(`.
-Both have compiled modules, like an installed program.
+`axistwin serve if1 --speed max --line instant` and the echo server (an asyncio `Protocol`) both receive `(`; a
+SmartMotor receives `RP`.  All have compiled modules, like an installed program.  The SmartMotor is also measured as if
+its compiled kernel were loaded first, as an independent reference.
 """
 
 import os
@@ -32,31 +33,39 @@ async def main():
 asyncio.run(main())
 """
 SERVE = "import sys; from axistwin.cli.main import main; main(sys.argv[1:])"
-TWIN_COMMAND = [sys.executable, "-c", SERVE, "serve", "if1", "--speed", "max", "--line", "instant"]
+KERNEL_FIRST = "from axistwin.bench import product; product('smartmotor').prepare(None, 1); "
+AT_ONCE = ["--speed", "max", "--line", "instant"]
+IF1 = [sys.executable, "-c", SERVE, "serve", "if1", *AT_ONCE]
+SMARTMOTOR = [sys.executable, "-c", SERVE, "serve", "smartmotor", *AT_ONCE]
+BEFORE = [sys.executable, "-c", KERNEL_FIRST + SERVE, "serve", "smartmotor", *AT_ONCE]
 ECHO_COMMAND = [sys.executable, "-c", ECHO]
+SERVERS = {"echo": (ECHO_COMMAND, b"("), "if1": (IF1, b"("), "smartmotor": (SMARTMOTOR, b"RP\r"),
+           "kernel first": (BEFORE, b"RP\r")}  # fmt: skip
 
 
 def main() -> None:
-    """Print the ratio."""
+    """Print the ratios."""
     with tempfile.TemporaryDirectory() as compiled:
         environment = {**os.environ, "PYTHONPYCACHEPREFIX": compiled}
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
-        seconds_to_answer(TWIN_COMMAND, environment)
-        seconds_to_answer(ECHO_COMMAND, environment)
-        times = [(seconds_to_answer(TWIN_COMMAND, environment), seconds_to_answer(ECHO_COMMAND, environment))
-                 for _ in range(RUNS)]  # fmt: skip
-    ratio = min(twin for twin, _ in times) / min(echo for _, echo in times)
-    print(f"process start to first answer: ratio {ratio:.2f} (goal <= {GOAL:g})")
+        for server in SERVERS.values():
+            seconds_to_answer(*server, environment)
+        runs = [{name: seconds_to_answer(*server, environment) for name, server in SERVERS.items()}
+                for _ in range(RUNS)]  # fmt: skip
+    least = {name: min(run[name] for run in runs) for name in SERVERS}
+    for name in ("if1", "smartmotor"):
+        print(f"{name}, process start to first answer: ratio {least[name] / least['echo']:.2f} (goal <= {GOAL:g})")
+    print(f"  with the compiled kernel loaded first: ratio {least['kernel first'] / least['echo']:.2f}")
 
 
-def seconds_to_answer(command: list[str], environment: dict[str, str]) -> float:
+def seconds_to_answer(command: list[str], asked: bytes, environment: dict[str, str]) -> float:
     """Start a server, read its address, ask, and wait for the first answer."""
     began = time.perf_counter()
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
         assert process.stdout is not None
         port = int(process.stdout.readline().rpartition(":")[2])
         with socket.create_connection(("127.0.0.1", port)) as connection:
-            connection.sendall(b"(")
+            connection.sendall(asked)
             connection.recv(16)
             took = time.perf_counter() - began
         process.terminate()

@@ -236,10 +236,19 @@ def test_at_any_pace(family, speed, late_s):
     assert traced(family, run) == reference(family)
 
 
+def needs_numba(*values):
+    return pytest.param(*values, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed"))
+
+
 @pytest.mark.parametrize("family", [family for family in SESSIONS if family not in ("digiplan", "compumotor")])
-@pytest.mark.parametrize(
-    "compiled", [False, pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason=""))]
-)
-def test_plain_and_compiled(family, compiled, monkeypatch):
-    monkeypatch.setattr(_Engine, "_compiled", lambda _: jit.best(kernel.advance) if compiled else None)
+@pytest.mark.parametrize("compiled_from", [None, needs_numba(0), needs_numba(40)])
+def test_plain_and_compiled(family, compiled_from, monkeypatch):
+    """The kernel in plain Python, compiled, and compiled from some block on."""
+    blocks = itertools.count()
+
+    def chosen(_):
+        return jit.best(kernel.advance) if compiled_from is not None and next(blocks) >= compiled_from else None
+
+    monkeypatch.setattr(_Engine, "_compiled", chosen)
     assert traced(family) == reference(family)
+    assert compiled_from is None or next(blocks) > 100

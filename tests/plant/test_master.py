@@ -73,6 +73,7 @@ def test_it_sits_on_a_shaft(clock):
     class Shaft:
         position = 300
         on_motion: ClassVar[Signal] = Signal()
+        on_replan: ClassVar[Signal] = Signal()
         resting = False
         predictable = False
         follows = None
@@ -98,6 +99,7 @@ def test_its_ratio_is_told(clock):
     class Shaft:
         position = 0
         on_motion: ClassVar[Signal] = Signal()
+        on_replan: ClassVar[Signal] = Signal()
         follows = None
 
     master = Master(clock)

@@ -231,8 +231,11 @@ class Product:
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
     """Does slow preparations for a number of controllers before a host is connected.
 
-    Its arguments are the speed (None: maximum) and the number of controllers.
+    Its arguments are the speed (None: maximum) and the number of controllers.  Controllers may run meanwhile, in
+    another thread.
     """
+    prepared: Callable[[float | None, int], bool] = lambda speed, controllers: True
+    """True if `prepare` takes less than a second, e.g. because its results are in the user's cache."""
     orders: Callable[[str], tuple[Order, ...]] = lambda program: ()
     """Returns the requests by which a host runs or stops a stored program, one of `programs`."""
     programs: tuple[str, ...] = ()

@@ -4,9 +4,11 @@ from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from axistwin.errors import UsageError
+from axistwin.motion.expansion import expand
 from axistwin.motion.profile import Profile
 from axistwin.units import to_seconds
 
@@ -97,9 +99,16 @@ class Train:
         ]
         times = np.empty(sum(upto - before for _, before, upto in spans), np.int64)
         filled = 0
-        for move, before, upto in spans:
-            move.profile.fill_pulse_times(before + 1, move.start_ns, times[filled : filled + upto - before])
-            filled += upto - before
+        for whole, group in groupby(spans, lambda span: span[1] == 0 and span[2] == span[0].profile.pulses):
+            if whole:
+                moves = list(group)
+                end = filled + sum(upto for _, _, upto in moves)
+                expand([(move.start_ns, move.profile) for move, _, _ in moves], times[filled:end])
+                filled = end
+                continue
+            for move, before, upto in group:
+                move.profile.fill_pulse_times(before + 1, move.start_ns, times[filled : filled + upto - before])
+                filled += upto - before
         return times
 
     def pulse_runs(self, start_ns: int, stop_ns: int) -> "Iterator[tuple[int, NDArray[np.int64]]]":

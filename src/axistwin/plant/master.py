@@ -22,6 +22,8 @@ class Followed(Protocol):
 
     on_motion: Signal[[]]
     """Emitted when the axis begins to move or changes its profile."""
+    on_replan: Signal[[]]
+    """Emitted when `positions_ahead` are no longer certain, after the positions up to now."""
 
     @property
     def position(self) -> int:
@@ -44,6 +46,11 @@ class Followed(Protocol):
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
         """Return the predicted positions at these times, in order, without further changes."""
+
+    def positions_ahead(self, times_ns: range) -> Sequence[int]:
+        """Return the positions now and at the first of these later times, as far as they are certain up to the next
+        `on_replan`.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +103,8 @@ class Master:
         self.before_change: Signal[[]] = Signal()
         """Emitted before the motion changes, while `at` still returns counts of the old motion."""
         self.on_change: Signal[[]] = Signal()
+        self.on_replan: Signal[[]] = Signal()
+        """Emitted when counts of `read_ahead` are no longer certain."""
 
     @property
     def count(self) -> int:
@@ -126,6 +135,13 @@ class Master:
         times_ns = range(first_ns, first_ns + number * period_ns, period_ns)
         ratio, base = self._ratio, self.run.base
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
+
+    def read_ahead(self, times_ns: range, offset: int) -> list[int]:
+        """Return the counts plus `offset` now and at the first of these times, as far as they are certain."""
+        if self.followed is None:
+            return [self.count + offset]
+        numerator, denominator, base = self._ratio.numerator, self._ratio.denominator, self.run.base + offset
+        return [base + p * numerator // denominator for p in self.followed.positions_ahead(times_ns)]
 
     def at(self, time_ns: int) -> int:
         """Return the count at a time after the start of the present motion, if the motion does not change."""
@@ -161,7 +177,8 @@ class Master:
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unsubscribe()
         self._ratio = Fraction(ratio)
-        self._unsubscribe = axis.on_motion.subscribe(self._moves)
+        unsubscribe = axis.on_motion.subscribe(self._moves), axis.on_replan.subscribe(self.on_replan.emit)
+        self._unsubscribe = lambda: [undo() for undo in unsubscribe]
         self._change(Run(self.clock.now, base, 0, 0), axis)
 
     def _check_no_circle(self, axis: Followed) -> None:

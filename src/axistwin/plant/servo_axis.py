@@ -52,6 +52,9 @@ class Source(Protocol):
     def commanded(self) -> int:
         """Position of the controller's trajectory, in the controller's coordinates, in counts."""
 
+    def positions_ahead(self, times_ns: range) -> Sequence[int]:
+        """Positions now and at the first of these times, as far as they are certain without an input."""
+
     def setpoint(self) -> int:
         """Commanded position of the shaft in counts, in the machine's own direction."""
 
@@ -93,6 +96,10 @@ class AtRest:
         return self._axis.shaft
 
     setpoint = position
+
+    def positions_ahead(self, _times_ns: range) -> Sequence[int]:
+        """Return the position now: a change of a shaft at rest is not announced."""
+        return [self._axis.shaft]
 
     def commanded(self) -> int:
         """0, because no trajectory exists."""
@@ -192,6 +199,8 @@ class ServoAxis:
         self.encoder = EncoderView(self)
         self.on_motion: Signal[[]] = Signal()
         """Never emitted: encoders on this shaft read the position at each sample."""
+        self.on_replan: Signal[[]] = Signal()
+        """Emitted when `positions_ahead` are no longer certain."""
         self.window_low, self.window_high = -FAR, FAR
         """Range of positions, inclusive, in which no switch changes; see `left_window`."""
         self._edges: list[int] = []
@@ -286,6 +295,12 @@ class ServoAxis:
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Raise an error: positions of a servo cannot be predicted."""
         raise AssertionError(f"a servo's position cannot be predicted: {times_ns}")
+
+    def positions_ahead(self, times_ns: range) -> Sequence[int]:
+        """Return the positions now and at the first of these times, as far as they are certain up to the next
+        `on_replan`.
+        """
+        return self._source.positions_ahead(times_ns)
 
     def next_sample_ns(self) -> int | None:
         """Time of the next possible change of position; None: no change by itself."""

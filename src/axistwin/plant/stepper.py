@@ -116,6 +116,8 @@ class StepperAxis:
         self.units: MachineUnits | None = None
         """Unit of positions in texts and plots; the axis itself counts pulses.  None: no other unit."""
         self.on_motion: Signal[[]] = Signal()
+        self.on_replan: Signal[[]] = Signal()
+        """Never emitted: only the position now is certain while steps are lost."""
         """Emitted when a move begins or changes its profile."""
         self.on_push: Signal[[]] = Signal()
         self.manual_actions = ManualActions(clock)
@@ -196,6 +198,10 @@ class StepperAxis:
     def follows(self) -> None:
         """None: a stepper's controller has no external encoder."""
         return
+
+    def positions_ahead(self, _times_ns: range) -> list[int]:
+        """Return the position now."""
+        return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Return the motor's positions at these times in the latest move, in order; valid while no steps are lost."""

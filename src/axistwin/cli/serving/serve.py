@@ -5,7 +5,6 @@ import gc
 import json
 import logging
 import shlex
-from collections import Counter
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
@@ -14,12 +13,13 @@ from typing import TYPE_CHECKING, Self
 
 import click
 
-from axistwin.bench import Bench, product
+from axistwin.bench import Bench
 from axistwin.bench.options import read_options
 from axistwin.cli.common.completing import complete_target
 from axistwin.cli.common.parameters import TRACE_LIMIT, Number, Size
 from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
+from axistwin.cli.serving.preparing import preparing
 from axistwin.cli.serving.served import Ports
 from axistwin.cli.serving.sparing import Sparing
 from axistwin.errors import UsageError, require
@@ -137,7 +137,6 @@ def serve(
         shown = _panel(served, times, panel, panel_token)
         bench = served.build() if shown is None else shown.session.bench
         wanted = served.ports(bench)
-        _prepare(bench, times)
         if shown is None:
             _log_hints(bench)
         else:
@@ -150,7 +149,8 @@ def serve(
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
-        return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, files))
+        with preparing(bench, times):
+            return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, files))
 
 
 def _served(
@@ -256,16 +256,6 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
 
     with recording_to(bench, Path(path), headers) as recorder:
         yield recorder.catch_up
-
-
-def _prepare(bench: Bench, speed: float | None) -> None:
-    """Compile the controllers' code in advance, and log notes for the user."""
-    products = Counter(controller.product.model for controller in bench.controllers.values())
-    for model, number in products.items():
-        made = product(model)
-        made.prepare(speed, number)
-        if note := made.note():
-            logging.getLogger("axistwin").warning("%s", note)
 
 
 def _log_hints(bench: Bench) -> None:

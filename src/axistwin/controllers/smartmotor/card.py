@@ -9,7 +9,7 @@ from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.front import FRONT
 from axistwin.controllers.smartmotor.kernel import jit
-from axistwin.controllers.smartmotor.kernel.core import prepare
+from axistwin.controllers.smartmotor.kernel.core import prepare, prepared
 from axistwin.controllers.smartmotor.kernel.state import USER_PINS
 from axistwin.controllers.smartmotor.language.language import command
 from axistwin.controllers.smartmotor.listing import PROGRAM_NAME, Lines
@@ -128,6 +128,7 @@ PRODUCTS = {
         check=check,
         note=jit.note,
         prepare=prepare,
+        prepared=prepared,
         rules=RULES,
         make_axis=servo_axis,
         line=UartFormat(),

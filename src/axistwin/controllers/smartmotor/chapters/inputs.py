@@ -41,6 +41,8 @@ class Inputs:
         master = self.axis.master
         self._undo.append(master.before_change.subscribe(self.catch_up))
         self._undo.append(master.on_change.subscribe(self._master))
+        self._undo.append(master.on_replan.subscribe(motor.core.keep_read_only))
+        self._undo.append(motor.core.on_replan.subscribe(self.axis.on_replan.emit))
         motor.core.on_samples.subscribe(self._publish)
         self.replan()
         self._master()
@@ -101,7 +103,7 @@ class Inputs:
         i[s.MASTER], i[s.MASTER_LEFT], i[s.PREDICTED] = self.motor.edges(), 0, 0
         follows = self._follows()
         core.predict = self._predict if follows and self.axis.master.predictable else None
-        core.before_sample = self._ask if follows and core.predict is None else None
+        core.read_ahead = self._ask if follows and core.predict is None else None
         first_ns = core.time_ns(i[s.SAMPLE] + 1)
         if follows or run.counts == 0 or run.end_ns <= self.motor.clock.now:
             return
@@ -118,11 +120,11 @@ class Inputs:
         followed = self.axis.master.followed
         return followed is not None and not followed.resting
 
-    def _ask(self) -> None:
-        """Read the external encoder before a sample, because the encoder's axis cannot be predicted."""
-        self.motor.i[s.MASTER] = self.motor.edges()
+    def _ask(self, times_ns: range) -> Sequence[int]:
+        """Return the external encoder's edges now and at the first of these times, as far as they are certain."""
         if not self._follows():
-            self.motor.core.before_sample = None
+            self.motor.core.read_ahead = None
+        return self.axis.master.read_ahead(times_ns, self.motor.i[s.PIN_EDGES])
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
         """Return the external encoder's edges in these samples, as long as its axis continues unchanged."""
@@ -148,6 +150,10 @@ class Inputs:
         """Return the commanded position in counts, in the controller's coordinates."""
         self.refresh()
         return self.motor.i[s.COMMANDED] >> 16
+
+    def positions_ahead(self, times_ns: range) -> list[int]:
+        """Return the shaft's positions now and at the first of these times, as far as they are certain."""
+        return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
         """Return the commanded position in counts, in the machine's coordinates."""

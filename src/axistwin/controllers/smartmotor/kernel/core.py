@@ -87,8 +87,13 @@ class Core:
         self._snapshot = log.Snapshot(self.log)
         self.on_samples: Signal[[int, array[int], array[int]]] = Signal()
         """Emits the number of the first sample; from it on, the positions of the shaft and of the trajectory."""
-        self.before_sample: Callable[[], None] | None = None
-        """Called before each sample, one by one, while the external encoder cannot be predicted."""
+        self.read_ahead: Callable[[range], Sequence[int]] | None = None
+        """Returns the external encoder's edges now and at the first of these times, as far as they are certain.  The
+        sample after each time uses its edges.  None if the encoder can be predicted.
+        """
+        self.on_replan: Signal[[]] = Signal()
+        """Emitted when samples that were computed ahead are discarded."""
+        self._keeps_read = False
         self.predict: Callable[[int, int], Sequence[int]] | None = None
         """Returns the external encoder's edges for a number of samples from this one on, if nothing changes."""
         self._follower: Follower | None = None
@@ -117,6 +122,34 @@ class Core:
         """Return the commanded position now, in the machine's coordinates, without ending the block."""
         past = self._past()
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
+
+    def positions_ahead(self, times_ns: range) -> list[int]:
+        """Return the shaft's positions now and at the first of these times, as far as they are certain.
+
+        The times are later than now, one sample apart.  A position is certain before the end of the block, and always
+        while the motor sleeps.
+        """
+        block, first, here = self._block, self.i[s.SAMPLE], self.position_now()
+        if self._phase is Phase.ASLEEP:
+            return [here] * (1 + len(times_ns))
+        if block is None or self._phase is not Phase.AHEAD:
+            return [here]
+        due = (times_ns.start - self.zero_ns) // SAMPLE_NS
+        following = max(due, min(due + len(times_ns), block.end))
+        if due == first < following:  # the state before the block
+            return [here, here, *self._engine.shaft[: following - first - 1]]
+        return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
+
+    def keep_read_only(self) -> None:
+        """Discard the samples that use edges read ahead: these edges are no longer certain.
+
+        The next sample is kept, because its edges were read before now.
+        """
+        block = self._block
+        if self.read_ahead is not None and self._phase is Phase.AHEAD and block and block.end - self.due > 1:
+            self.catch_up()
+            self.i[s.PREDICTED] = min(self.i[s.PREDICTED], 1)
+            self._keeps_read = True
 
     def _past(self) -> int:
         """Return the number of samples in the block that are already past."""
@@ -151,6 +184,7 @@ class Core:
             else:
                 self._compute_block(missing)
         self._commit_part()
+        self._keeps_read = not changing
         self.replan()
 
     def _up_to_date(self) -> bool:
@@ -167,6 +201,7 @@ class Core:
             self._phase = Phase.PLANNED
             self._plan += 1
             self.clock.call_later(0, self._compute_ahead)
+            self.on_replan.emit()
 
     def speed(self) -> float:
         """Return the shaft's speed in counts per sample, averaged over the last sample or, with PIDn, the last n."""
@@ -228,10 +263,19 @@ class Core:
         self._report_changes()
         self._plan += 1
         most = min(self._most, self._engine.longest)
-        if self.before_sample is not None:
-            self.before_sample()
-            most = 1
+        if self.read_ahead is not None:
+            most = self._read(self.read_ahead, most)
         self._schedule_end(self._compute_block(most))
+
+    def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
+        """Read the external encoder's edges for up to `most` samples; return the number of samples."""
+        kept, self._keeps_read = self._keeps_read and self.i[s.PREDICTED] > 0, False
+        if not kept:
+            sample = self.i[s.SAMPLE]
+            edges = read_ahead(range(self.time_ns(sample + 1), self.time_ns(sample + most), SAMPLE_NS))
+            self._engine.predicted = array("q", edges)
+            self.i[s.PREDICTED], self.i[s.PREDICTED_AT] = len(edges), 0
+        return min(most, self.i[s.PREDICTED])
 
     def _schedule_end(self, block: _Block) -> None:
         plan = self._plan
@@ -254,7 +298,8 @@ class Core:
         self._report_changes()
         if self._phase is Phase.PLANNED:
             return
-        if block.why != ALL_DONE or block.samples <= self.i[s.DEBOUNCE] or not self._rests():
+        follows = self.read_ahead is not None
+        if follows or block.why != ALL_DONE or block.samples <= self.i[s.DEBOUNCE] or not self._rests():
             self._compute_ahead()
             return
         waits = self.i[s.WAIT_UNTIL] - 1 - self.i[s.SAMPLE] if self.i[s.PROGRAM] == s.RUNNING else 0
@@ -415,7 +460,26 @@ class _Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile now, or load the cached code, if plain Python is too slow for this number of motors."""
-    if (speed is None or speed * motors > PLAIN_MOTORS) and jit.available():
-        _Engine.plain_samples = max(_Engine.plain_samples, PLAIN_SAMPLES)
-        _Engine(Core(Clock(), lambda why: None, 1)).run(0)
+    """Compile now, or load the cached code, if plain Python is too slow for this number of motors.
+
+    Another thread may run motors meanwhile: they change over when the kernel is ready.
+    """
+    if _Engine.compiled is None and needs_kernel(speed, motors):
+        import numpy as np  # lazy import: only for long motions
+
+        core = Core(Clock(), lambda why: None, 1)
+        kernel: Callable[..., int] = jit.best(advance)
+        state = core.i, core.v, core.f, array("q", bytes(8 * STACK)), core.code, core.ring
+        nothing = array("q", [0]), array("q", [0]), array("q", [0]), core.log
+        kernel(*(np.frombuffer(numbers, numbers.typecode) for numbers in (*state, *nothing)), 0)
+        _Engine.compiled = kernel
+
+
+def needs_kernel(speed: float | None, motors: int) -> bool:
+    """True if plain Python is too slow for this number of motors, and Numba is installed."""
+    return (speed is None or speed * motors > PLAIN_MOTORS) and jit.available()
+
+
+def prepared(speed: float | None, motors: int) -> bool:
+    """True if `prepare` takes no compilation: the machine code is cached or not needed."""
+    return _Engine.compiled is not None or not needs_kernel(speed, motors) or jit.is_cached()

@@ -94,6 +94,12 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
         compiler.config.CACHE_DIR = kept_before
 
 
+def is_cached() -> bool:
+    """True if the machine code of all marked functions is in the user's cache."""
+    kept = _cache_directory(tuple(_sampled.values()))
+    return kept is not None and _whole(kept)
+
+
 class _Sealing:
     """A compiled function whose first call marks the cached machine code as complete."""
 

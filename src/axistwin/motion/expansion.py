@@ -1,0 +1,182 @@
+"""Pulse times of many complete moves at once, for a history of moves with short segments, such as ramps.
+
+Pulse k of a segment, from 0, happens at floor(first + k * period) nanoseconds.  With period = p/b, the exact time is a
+multiple of 1/b: a float with an error below 1/(2b), plus 1/(2b), has the same floor.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain, groupby
+from struct import pack
+from typing import TYPE_CHECKING, NamedTuple
+
+from axistwin.motion.profile import Profile
+from axistwin.units import S
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Timed = tuple[int, Profile]
+"""A complete move: its start in ns, and its profile, which ends."""
+SEGMENTS = 1 << 14
+"""Number of segments that are calculated together, to limit memory use."""
+PIECE = 1 << 13
+"""Number of pulses whose times are calculated together; the arrays stay in the processor's cache."""
+EXACT = (1 << 53) // (6 * S)
+"""Limit of pulses * per_rate: the float error, below 3 * 2**-53 * pulses * p / b, is then below 1/(2b)."""
+LONG = 1 << 10
+"""Mean number of pulses of long segments: `Profile.fill_pulse_times` is faster, because it repeats a pattern."""
+BITS = 1 << 62
+"""Limit of the intermediate integers."""
+
+
+class _Segments(NamedTuple):
+    """All segments of some moves."""
+
+    pulses: "NDArray[np.int64]"
+    base_ns: "NDArray[np.int64]"
+    """Time of the first pulse, rounded down."""
+    rest_ns: "NDArray[np.float64]"
+    """The rest of this time, plus 1/(2b)."""
+    period_ns: "NDArray[np.float64]"
+
+
+def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
+    """Fill `out` with the pulse times of complete moves, in order; a profile that occurs often is calculated once."""
+    import numpy as np
+
+    moves = _shared(moves)
+    seen = Counter(id(profile) for _, profile in moves)
+    patterns: dict[int, NDArray[np.int64]] = {}  # in all, at most half as long as `out`
+    at = 0
+    for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
+        if not repeated:
+            at = _expand_single(group, out, at)
+            continue
+        for start_ns, profile in group:
+            pattern = patterns.get(id(profile))
+            if pattern is None:
+                pattern = patterns[id(profile)] = np.empty(_pulses(profile), np.int64)
+                _expand_single(iter([(0, profile)]), pattern, 0)
+            np.add(pattern, start_ns, out=out[at : at + len(pattern)])
+            at += len(pattern)
+
+
+def _shared(moves: Sequence[Timed]) -> list[Timed]:
+    """Return the moves with one object for equal profiles."""
+    known: dict[tuple[int, ...], Profile] = {}
+    found = []
+    for start_ns, profile in moves:
+        first = known.setdefault((profile.ticks, profile.parts, *profile.starts[-2:], *profile.phases[::64]), profile)
+        same = first is profile or (first.rates, first.starts) == (profile.rates, profile.starts)
+        found.append((start_ns, first if same else profile))
+    return found
+
+
+def _pulses(profile: Profile) -> int:
+    assert profile.pulses is not None
+    return profile.pulses
+
+
+def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) -> int:
+    """Fill `out` from index `at` on with moves of different profiles; return the index after the last pulse."""
+    for method, group in groupby(moves, lambda move: _method(move[1])):
+        for batch in _batches(group):
+            end = at + sum(_pulses(profile) for _, profile in batch)
+            method(batch, out[at:end])
+            at = end
+    return at
+
+
+def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
+    """Split moves into batches of about SEGMENTS segments."""
+    batch, segments = [], 0
+    for move in moves:
+        batch.append(move)
+        segments += len(move[1].starts)
+        if segments >= SEGMENTS:
+            yield batch
+            batch, segments = [], 0
+    if batch:
+        yield batch
+
+
+def _method(profile: Profile) -> Callable[[Sequence[Timed], "NDArray[np.int64]"], None]:
+    """Return the fastest exact method for this profile."""
+    pulses = _pulses(profile)
+    if pulses * profile.per_rate > EXACT or pulses > LONG * len(profile.starts):
+        return _one_by_one
+    most = max(profile.starts[-1], profile.parts) * S, profile.phases[-1] * profile.ticks
+    return _by_arrays if max(most) < BITS else _by_integers
+
+
+def _one_by_one(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
+    at = 0
+    for start_ns, profile in moves:
+        pulses = _pulses(profile)
+        profile.fill_pulse_times(1, start_ns, out[at : at + pulses])
+        at += pulses
+
+
+def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
+    """Fill `out`, with all numbers of the segments below 63 bits."""
+    import numpy as np
+
+    def flat(tables: Iterable[Iterable[int]]) -> "NDArray[np.int64]":
+        numbers = tuple(chain.from_iterable(tables))
+        return np.frombuffer(pack(f"{len(numbers)}q", *numbers), np.int64)  # the fastest conversion
+
+    profiles = [profile for _, profile in moves]
+    lengths = flat([[len(profile.starts) for profile in profiles]])  # the last start is the end of the move
+    origins, ticks, parts, per_rate = (
+        np.repeat(flat([numbers]), lengths)
+        for numbers in zip(*((at, p.ticks, p.parts, p.per_rate) for at, p in moves), strict=True)
+    )
+    rates = np.maximum(flat((*profile.rates, 1) for profile in profiles), 1)  # a rate of 0 has no pulses
+    starts, phases = (flat(profile.starts for profile in profiles), flat(profile.phases for profile in profiles))
+    done = phases // parts
+    pulses = np.diff(done, append=0)
+    pulses[np.cumsum(lengths) - 1] = 0
+    start_ns, start_rest = np.divmod(starts * S, ticks)
+    first_ns, first_rest = np.divmod(((done + 1) * parts - phases) * S, rates * ticks)
+    late_ns, rest = np.divmod(start_rest * rates + first_rest, rates * ticks)
+    base_ns = origins + start_ns + first_ns + late_ns
+    _fill(_Segments(pulses, base_ns, (rest // ticks + 0.5) / rates, per_rate * S / rates), out)
+
+
+def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
+    """Fill `out`, with segments in Python's integers."""
+    import numpy as np
+
+    rows = []
+    for origin_ns, profile in moves:
+        ticks, parts = profile.ticks, profile.parts
+        for j, rate in enumerate(profile.rates):
+            done = profile.phases[j] // parts
+            if pulses := profile.phases[j + 1] // parts - done:
+                first = profile.starts[j] * S * rate + ((done + 1) * parts - profile.phases[j]) * S
+                first_ns, rest = divmod(first, rate * ticks)
+                rows.append((pulses, origin_ns + first_ns, (rest // ticks + 0.5) / rate, profile.per_rate * S / rate))
+    if rows:
+        _fill(_Segments(*(np.array(column) for column in zip(*rows, strict=True))), out)
+
+
+def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
+    """Calculate the times of all pulses, in pieces of whole segments."""
+    import numpy as np
+
+    ends = np.cumsum(segments.pulses)
+    firsts = ends - segments.pulses
+    j, at = 0, 0
+    while at < len(out):
+        following = max(j + 1, int(np.searchsorted(ends, at + PIECE, side="right")))
+        piece = slice(j, following)
+        pulses, end = segments.pulses[piece], int(ends[following - 1])
+        times = np.arange(at, end, dtype=np.float64)
+        times -= np.repeat(firsts[piece].astype(np.float64), pulses)
+        times *= np.repeat(segments.period_ns[piece], pulses)
+        times += np.repeat(segments.rest_ns[piece], pulses)
+        out[at:end] = times  # rounded down
+        out[at:end] += np.repeat(segments.base_ns[piece], pulses)
+        j, at = following, end
