@@ -3,9 +3,11 @@
 Every file is `quick` unless it is slow: if only quick tests are asked for, slow files are not even imported.
 """
 
+import gc
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from axistwin.bench import Controller
 from .digiplan.talking import ready
 
 TESTS = Path(__file__).parent
+BROWSER = "tests/panel/browser"
 SLOW_FOLDERS = {"panel", "sessions", "basic"}
 SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
@@ -61,6 +64,18 @@ def pytest_configure() -> None:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Collect without the garbage collector, and leave out of its later rounds what lives to the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+@cache
 def is_slow(path: Path) -> bool:
     *folders, file = path.relative_to(TESTS).with_suffix("").parts
     names = SLOW_FILES.get("/".join(folders), "").split()
@@ -73,10 +88,37 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if config.option.markexpr == "quick" and is_slow(collection_path) else None
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
         if not is_slow(item.path):
             item.add_marker("quick")
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: turn(item.path))
+
+
+@cache
+def turn(path: Path) -> int:
+    """Return the turn of a file if several processes share the work: long units first, short ones fill the end.
+
+    The second unit is a file that compiles the kernel, before a server of the first one needs it.
+    """
+    folders = path.relative_to(TESTS).parts[:-1]
+    if "browser" in folders:
+        return 0
+    return 1 if path.name == "test_servo.py" else 2 if is_slow(path) else 3
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give each process whole files; the files that need the browser are one unit."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return BROWSER if file.startswith(BROWSER) else file
+
+    return ByFile(config, log)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
