@@ -4,6 +4,7 @@ Every file is `quick` unless it is slow: if only quick tests are asked for, slow
 """
 
 import gc
+import marshal
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -20,6 +21,7 @@ from .digiplan.talking import ready
 
 TESTS = Path(__file__).parent
 BROWSER = "tests/panel/browser"
+PACKED = "packed"
 SLOW_FOLDERS = {"panel", "sessions", "basic"}
 SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
@@ -62,6 +64,18 @@ def pytest_configure() -> None:
     """Keep bytecode, whatever the environment says: each process that a test starts would compile all sources again."""
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_report_to_serializable() -> Iterator[dict[str, Any]]:
+    """Send a report as one value: xdist takes the items of a report to pieces one by one, in Python."""
+    return {PACKED: marshal.dumps((yield))}
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_report_from_serializable(data: dict[str, Any]) -> Iterator[Any]:
+    data |= marshal.loads(data.pop(PACKED))
+    return (yield)
 
 
 @pytest.hookimpl(wrapper=True)
