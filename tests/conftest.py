@@ -26,7 +26,7 @@ SLOW_FOLDERS = {"panel", "sessions", "basic"}
 SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
     "bus_hosts": "x86",
-    "cli": "board cli demo ending motors other_systems plot record run serve serve_trace term",
+    "cli": "board cli demo ending learn motors other_systems plot record run serve serve_trace term way_in",
     "compumotor": "closed_loop closed_loop_maintenance closed_loop_stall command_list decisions home interactions"
     " manual_moves manual_programming manual_requests manual_sequences manual_stop moves outputs owners"
     " state_machine streaming streaming_moments",
@@ -37,10 +37,10 @@ SLOW_FILES = {
     " sequence_properties speed stored_state",
     "editor": "editing lsp",
     "examples": "scenes",
-    "fault_injection": "anywhere machines",
+    "fault_injection": "anywhere machines triggers",
     "guide": "new shipped",
-    "links": "bus c_hosts fairness pty repeats tcp telnet urls",
-    "motion": "profile",
+    "links": "bus c_hosts fairness pty repeats rfc2217 tcp telnet urls",
+    "motion": "profile step_queue",
     "plots": "plot_trace",
     "robustness": "mutated_files mutation same_instant",
     "scenes": "scene_happenings",
@@ -50,6 +50,8 @@ SLOW_FILES = {
     " interrupt_returns interrupt_roles interrupts jit kernel_properties kernel_reference limits listing"
     " machine master_on_an_axis modes overheat pieces program_store registers serial_data servo"
     " servo_reference status_word trajectory",
+    "standin": "board driver protocol",
+    "sweeps": "engine sweeps_page values",
     "testing": "pytest_plugin twin",
     "traces": "trace traces traces_page",
 }
@@ -119,7 +121,7 @@ def turn(path: Path) -> int:
     folders = path.relative_to(TESTS).parts[:-1]
     if "browser" in folders:
         return 0
-    return 1 if path.name == "test_servo.py" else 2 if is_slow(path) else 3
+    return 1 if path.name == "test_motors.py" else 2 if is_slow(path) else 3
 
 
 @pytest.hookimpl(optionalhook=True)
