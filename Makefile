@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup check docs dist test bench report report-rows mutation
+.PHONY: setup check docs engine dist test bench report report-rows mutation
 
 setup:                          ## a working copy to develop in
 	$(PYTHON) -m venv $(VENV)
@@ -22,6 +22,17 @@ check: $(BIN)/lint-imports      ## format, lint, strict types, import contracts
 
 docs: $(BIN)/lint-imports      ## the documentation site, in build/docs; a warning is an error
 	PYTHONPATH=src $(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs
+
+PYODIDE := 314.0.7
+ENGINE := build/engine
+
+engine: $(BIN)/lint-imports    ## Pyodide, pydantic-core and axistwin's wheel for the playground, in build/engine
+	npm install --silent --prefix build/npm pyodide@$(PYODIDE)
+	mkdir -p $(ENGINE)
+	cd build/npm/node_modules/pyodide && cp pyodide.mjs pyodide.asm.mjs pyodide.asm.wasm python_stdlib.zip pyodide-lock.json README.md ../../../engine
+	$(BIN)/pip download -q --no-deps --only-binary=:all: --platform pyemscripten_2026_0_wasm32 --python-version 314 -d $(ENGINE) \
+		pydantic_core==$$($(BIN)/python -c "from importlib.metadata import version; print(version('pydantic_core'))")
+	$(BIN)/python -m build -q -w -o $(ENGINE)
 
 dist: $(BIN)/lint-imports      ## wheel and source distribution, in dist
 	$(BIN)/python -m build -q

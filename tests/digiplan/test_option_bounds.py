@@ -29,20 +29,20 @@ def test_what_takes_no_time(name, value):
 @pytest.mark.parametrize("name", FIGURES)
 @pytest.mark.parametrize("value", [-1, -0.001, 60.001, 61, True, False, "1", None])
 def test_figures_that_are_refused(name, value):
-    with pytest.raises(UsageError, match=f"^{name}={value!r}: give a number from 0 to 60$"):
+    with pytest.raises(UsageError, match=f"^{name}={value!r}: expected a number from 0 to 60$"):
         Bench().add("if1", **{name: value})
 
 
 @pytest.mark.parametrize("value", [0, 0.0])
 def test_a_strobe_takes_time(value):
-    with pytest.raises(UsageError, match=r"^strobe_ms=0: give a number above 0$"):
+    with pytest.raises(UsageError, match=r"^strobe_ms=0: expected a number above 0$"):
         Bench().add("if1", strobe_ms=value)
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in ONE_OF.items() for value in values])
 def test_choices(name, value):
     Bench().add("if1", **{name: value})
-    with pytest.raises(UsageError, match=f"^{name}='{value}x': choose one of .*{value!r}"):
+    with pytest.raises(UsageError, match=f"^{name}='{value}x': expected one of .*{value!r}"):
         Bench().add("if1", **{name: f"{value}x"})
 
 

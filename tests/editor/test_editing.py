@@ -203,7 +203,7 @@ def test_tables_and_keys_of_a_scene():
 def test_keys_of_a_servo_axis():
     """The keys differ from those of an axis with a stepper motor."""
     motor = '[[controller]]\nmodel = "smartmotor"\n'
-    assert offered(SCENE, motor + "axes.shaft.|") == ["limits", "motor", "load"]
+    assert offered(SCENE, motor + "axes.shaft.|") == ["limits", "motor", "load", "units"]
     assert {"model", "kp", "supply_voltage_v"} <= set(offered(SCENE, motor + "[controller.axes.shaft.motor]\n|"))
     assert "inertia_kg_m2" in offered(SCENE, motor + "axes.shaft.load.|")
 

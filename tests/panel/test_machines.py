@@ -217,3 +217,13 @@ def test_a_servo_with_travel_is_a_slide_with_a_brake():
         assert (written(visit, name, "edges"), seen(visit, name)["row-edges", ".unused"]) == (["300"], False)
 
     show(bench_of("smartmotor", shaft={**SERVO, "limits": (-100, 9000)}, line="instant"), at("smartmotor"), play)
+
+
+def test_an_axis_with_a_unit_shows_both():
+    def play(visit):
+        go(visit.bench["if1"].axes["X"], -30)
+        visit.run(0.02)
+        assert written(visit, "if1.X", "place", "speed") == ["\u22120.25", "\u221212.50"]
+        assert written(visit, "if1.X", "position", "velocity") == ["\u221220", "\u22121\u2009000"]
+
+    show(bench_of("if1", X={**SLIDE, "units": {"per": 80, "of": "mm"}}), at("if1"), play)

@@ -1,12 +1,14 @@
 """The user interface of the oscilloscope on a simulated page; the tests use each control at least once."""
 
 import json
+from fractions import Fraction
 
 import pytest
 
 from axistwin import Session
+from axistwin.motion import Profile, Segment
 from axistwin.panel import Common, Context, People
-from axistwin.panel.scope import Screen
+from axistwin.panel.scope import Screen, frame
 from axistwin.panel.views.scope import Scopes, scope
 from axistwin.units import S
 
@@ -56,6 +58,104 @@ def test_signals_are_searched_in_a_list_and_put_on_and_off():
         visit.choose("scope-box-if1.X.pulses", True)
         visit.choose("scope-box-if1.X.velocity", False)
         assert "if1.X.pulses" in screen_of(visit).names and "if1.X.velocity" not in screen_of(visit).names
+
+    played(play)
+
+
+MACHINE = {"units": {"per": 80, "of": "mm"}, "limits": ("-1 mm", "300 mm")}
+
+
+def with_unit():
+    bench = bench_of("if1", X=MACHINE)()
+    bench.wires.append(("if1.output1", "if1.input2"))
+    return bench
+
+
+def test_it_opens_on_what_the_scene_uses_and_offers_presets():
+    def play(visit):
+        used = ("if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.input2", "if1.host_says", "if1.controller_says")
+        assert screen_of(visit).names == used
+        visit.press("scope-preset-Wires")
+        assert screen_of(visit).names == ("if1.input2", "if1.output1")
+        visit.press("scope-preset-Scene")
+        assert screen_of(visit).names == used
+
+    show(with_unit, scope, play)
+
+
+def test_values_at_the_pointer_have_units():
+    def play(visit):
+        screen_of(visit).show(["if1.X.pulses", "if1.led"])
+        visit.bench["if1"].axes["X"].start(Profile([Segment(Fraction(1000), Fraction(3))]), -1)
+        visit.run(2.0005)
+        tell(visit, do="hover", place=0.5)
+        for _ in range(5):
+            visit.frame()
+        row, other = visit.found("scope-readout").rows
+        assert (row["unit"], row["at"], row["now"]) == ("pulses", "-1000 (-12.50 mm)", "-2000 (-25.00 mm)")
+        assert (other["unit"], other["at"]) == ("", other["now"])
+        assert visit.found("scope-times").text == "pointer 1.000500000 s"
+        assert frame(screen_of(visit))["signals"][0]["range"] == "-2000 … 0 pulses = -25.00 mm … 0.00 mm"
+        tell(visit, do="hover", place=None)
+        for _ in range(5):
+            visit.frame()
+        assert visit.found("scope-readout").rows[0]["at"] == "–"
+
+    show(with_unit, scope, play)
+
+
+def test_lanes_are_moved_folded_and_renamed():
+    def play(visit):
+        screen = screen_of(visit)
+        screen.show(["if1.led", "if1.X.pulses", "if1.input1"])
+        visit.press("scope-arrange")
+        visit.frame()
+        tell(visit, do="lane", lane=0, to=2)
+        assert screen.names == ("if1.X.pulses", "if1.input1", "if1.led")
+        visit.press("scope-up-if1.led")
+        assert screen.names == ("if1.X.pulses", "if1.led", "if1.input1")
+        visit.press("scope-up-if1.X.pulses")
+        assert screen.names[0] == "if1.X.pulses"
+        visit.choose("scope-fold-if1.led", True)
+        visit.choose("scope-title-if1.led", "  lamp ")
+        first, lamp, _ = frame(screen)["signals"]
+        assert (lamp["name"], lamp["title"], lamp["folded"]) == ("if1.led", "lamp", True)
+        assert (first["title"], first["folded"]) == ("if1.X.pulses", False)
+
+    played(play)
+
+
+def test_messages_of_a_bus_are_decoded():
+    def play(visit):
+        screen_of(visit).show(["1811.host_says"])
+        visit.run(0.1)
+        visit.bench["1811"].product.attend(visit.bench["1811"].bus).write(b"\x83")
+        visit.run(0.5)
+        (signal,) = frame(screen_of(visit))["signals"]
+        text, words = signal["words"][0][1].split("\n")
+        assert text == "83"
+        assert words == visit.bench["1811"].product.language.explain(b"\x83") != ""
+
+    played(play, "1811")
+
+
+def test_the_next_and_the_previous_activity():
+    def play(visit):
+        screen_of(visit).show(["if1.input1"])
+        visit.bench["if1"].pins["input1"].drive(True)  # at 1.5 s
+        visit.run(20)
+        visit.press("scope-previous-activity")
+        from_ns, to_ns = screen_of(visit).edges
+        assert from_ns < 1.5 * S < to_ns
+        tell(visit, do="zoom", factor=0.1, place=0.0)  # before the beginning
+        tell(visit, do="key", key="n")
+        assert screen_of(visit).edges[1] < S
+        tell(visit, do="key", key="n")
+        from_ns, to_ns = screen_of(visit).edges
+        assert from_ns < 1.5 * S < to_ns
+        before = screen_of(visit).edges
+        visit.press("scope-next-activity")
+        assert screen_of(visit).edges == before
 
     played(play)
 
@@ -167,6 +267,8 @@ def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure():
         (row,) = visit.found("scope-readout").rows
         assert row == {
             "name": "if1.input1",
+            "unit": "",
+            "at": "–",
             "now": "1",
             "a": "0",
             "b": "1",

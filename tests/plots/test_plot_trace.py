@@ -144,7 +144,34 @@ def test_a_trace_in_which_nothing_happens(tmp_path, capsys):
     bench.add("if1")
     with tracing(bench, tmp_path / "a.csv", ("if1.X.*",)):
         bench.run(1)
-    assert run(capsys, "plot", tmp_path / "a.csv")[0] == 0
+    assert run(capsys, "plot", tmp_path / "a.csv", "-o", tmp_path / "a.svg")[0] == 0
+    assert "no signal changes in this time" in texts(tmp_path / "a.svg")
+
+
+def test_the_picture_of_an_ideal_motor(tmp_path, capsys):
+    """The error is 0: its scale has whole counts.  The legend is above the curves.  No row is empty.
+
+    The title is that of the scene.
+    """
+    from matplotlib.figure import Figure
+
+    (tmp_path / "s.toml").write_text("""title = "One $ two $"\n[[controller]]\nmodel = "smartmotor"\nname = "m"
+program = "p.sms"\n""")
+    (tmp_path / "p.sms").write_text("UCI UDI ZS A=100 V=400000 MP O=0 P=300 G TWAIT END\n")
+    code, *_ = run(capsys, "run", tmp_path / "s.toml", "--for", 1, "--trace", tmp_path / "a.csv")
+    assert code == 0
+    chart = of_trace(read(tmp_path / "a.csv"))
+    assert not chart.words
+    figure = picture._Picture(chart).draw(Figure())
+    figure.draw_without_rendering()
+    _, position, error, _ = figure.axes
+    assert error.get_ylim() == (-1, 1)
+    assert position.get_legend().get_window_extent().y0 >= position.get_window_extent().y1 - 1
+    run(capsys, "plot", tmp_path / "a.csv", "-o", tmp_path / "a.svg")
+    run(capsys, "run", tmp_path / "s.toml", "--for", 1, "--plot", tmp_path / "b.svg")
+    assert "One $ two $" in texts(tmp_path / "a.svg")
+    assert texts(tmp_path / "a.svg") == texts(tmp_path / "b.svg")
+    assert not any("e−" in text for text in texts(tmp_path / "a.svg"))
 
 
 def test_wrong_options_are_rejected(tmp_path, directory, capsys):

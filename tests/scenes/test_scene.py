@@ -161,14 +161,14 @@ WRONG = {
     ),
     "an option's value": (
         controllers("if1", more="options = {busy = 'hold', wiring = '4'}"),
-        "3:27: wiring='4': choose one of '5-wire'",
+        "3:27: wiring='4': expected one of '5-wire'",
     ),
     "an axis": (controllers("if1", more="axes.W.limits = [1, 2]"), "3:1: axes: unknown key 'W': there are X, Y, Z"),
     "a key of an axis": (controllers("if1", more="axes.X.limit = [1, 2]"), "3:1: unknown key 'limit': did you mean 'l"),
     "one limit": (controllers("if1", more="axes.X.limits = [1]"), "3:1: controller.axes.X.limits: expected two num"),
     "limits in words": (
         controllers("if1", more="axes.X.limits = [1, 'b']"),
-        "3:21: controller.axes.X.limits: input sh",
+        '3:21: controller.axes.X.limits: expected a position, e.g. 1000, not "b"',
     ),
     "limits crossed": (
         controllers("if1", more="axes.X.limits = [2, 1]"),
@@ -354,7 +354,7 @@ def test_the_schema_is_json_and_has_all_tables():
 def test_the_schema_has_the_keys_of_both_kinds_of_axis():
     axes = Scene.schema()["$defs"]["ControllerTable"]["properties"]["axes"]["additionalProperties"]["anyOf"]
     assert axes[0] == {"$ref": "#/$defs/AxisTable"}
-    assert set(axes[1]["properties"]) == {"limits", "motor", "load"}
+    assert set(axes[1]["properties"]) == {"limits", "motor", "load", "units"}
     values, names = axes[1]["properties"]["motor"]["anyOf"]
     assert names["enum"] == ["frame17", "frame23", "frame34"]
     assert values["properties"]["kp"] == {"type": "integer"}

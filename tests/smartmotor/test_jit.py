@@ -59,7 +59,7 @@ def test_on_without_numba_is_an_error(afresh):
 
 def test_other_settings_do_not_exist(afresh):
     afresh.setenv("AXISTWIN_JIT", "yes")
-    with pytest.raises(UsageError, match=r"^AXISTWIN_JIT=yes: choose one of auto, on, off$"):
+    with pytest.raises(UsageError, match=r"^AXISTWIN_JIT=yes: expected one of auto, on, off$"):
         jit.available()
 
 

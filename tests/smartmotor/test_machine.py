@@ -186,7 +186,7 @@ def test_the_processor_reads_voltage_and_temperature():
 @pytest.mark.parametrize("torque", [1001, -1001, inf, float("nan")])
 def test_a_torque_beyond_reason(torque):
     rig = Rig(FRAME23)
-    with pytest.raises(UsageError, match="give a number from -1000 to 1000"):
+    with pytest.raises(UsageError, match="expected a number from -1000 to 1000"):
         machine.set_torque(rig.f, torque)
 
 

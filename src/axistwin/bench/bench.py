@@ -39,13 +39,15 @@ class Bench:
         self.controllers: dict[str, Controller] = {}
         self.lines: dict[str, SharedLine] = {}
         self.origin: dict[str, str] = {}
-        """Origin of the bench: `scene` (its name and hash), `seed`."""
+        """Origin of the bench: `scene` (its name and hash), `title` of the scene, `seed`."""
         self.agenda_ns = 0
         """Time of the last planned action, e.g. of a scene's script."""
         self.attendants: dict[str, BusHost] = {}
         """Hosts that send whole commands to boards on a bus, by board name; each board has at most one."""
         self.senders: dict[str, Process] = {}
         """Hosts that send loaded programs, by controller name."""
+        self.wires: list[tuple[str, str]] = []
+        """Wires of the scene: the names of both terminals, e.g. ("table.output1", "table.input1")."""
         self._faults: Faults | None = None
 
     @property
@@ -147,7 +149,7 @@ class Bench:
 
         `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
         format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of stored moves per axis
-        (for a servo, ten samples with motion per move).  An axis name takes that axis's options (`limits`,
+        (for a servo, ten samples with motion per move).  An axis name takes that axis's options (`units`, `limits`,
         `home`, `encoder`, `motor`, `load`); all other keywords are options of the model.
         """
         made = product(model)
@@ -163,7 +165,7 @@ class Bench:
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in for_axes.items()}
         store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
-        fit_switches(made, device, axes, for_axes)
+        fit_switches(made, device, axes)
         plug = fit_plug(self.clock, device.abilities, line, made.line)
         controller = Controller(name, made, device, axes, plug)
         controller.bench, controller.given, controller.store = self, given, store

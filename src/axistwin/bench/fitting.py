@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from axistwin.bench.line_format import line_format
 from axistwin.controllers.product import Abilities, Device, Product
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
+from axistwin.plant.stepper import StepperAxis
 from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
@@ -54,20 +54,18 @@ def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | Non
     return SerialPort(plug.port.clock, shared_pair([abilities.rs485], instant=plug.instant), line=plug.format)
 
 
-def fit_switches(
-    made: Product, device: Device, axes: Mapping[str, Axis], options: Mapping[str, Mapping[str, Any]]
-) -> None:
+def fit_switches(made: Product, device: Device, axes: Mapping[str, Axis]) -> None:
     """Fit switches: limit switches open beyond `limits`; the home input is high within `home`."""
     minus, plus = [], []
     for name, axis in axes.items():
-        if options[name].get("limits") is not None:
-            first, last = options[name]["limits"]
+        if axis.limits is not None:
+            first, last = axis.limits
             minus.append(PositionSwitch(axis, first, None))
             plus.append(PositionSwitch(axis, None, last))
-        if options[name].get("home") is not None:
+        if isinstance(axis, StepperAxis) and axis.home is not None:
             if made.home_pin is None:
                 raise UsageError(f"{made.model} has no home input: expected no option `home` of axis {name}")
-            in_series([PositionSwitch(axis, *options[name]["home"])], device.pins[made.home_pin])
+            in_series([PositionSwitch(axis, *axis.home)], device.pins[made.home_pin])
     if made.limit_pins and minus:
         in_series(minus, device.pins[made.limit_pins[0]], closed=made.closed_level)
         in_series(plus, device.pins[made.limit_pins[1]], closed=made.closed_level)

@@ -1,6 +1,7 @@
 r"""Triggers: events that start a fault, as sentences.
 
     table.X passes 1000         an axis reaches or passes a position, at the exact pulse or sample
+    table.X passes 12.5 mm      the same in the unit of the axis
     table.X passes 1000 up      the same in the positive direction only; in the negative direction: down
     table.output1 rises         an edge on a pin; also: falls, changes
     table hears X1000           the device has received these characters; an 1810 or 1811, this command in hex
@@ -23,7 +24,8 @@ from axistwin.errors import UsageError
 from axistwin.fault_injection import places
 from axistwin.fault_injection.places import Find, Machine, Spot, World
 from axistwin.numbers import whole
-from axistwin.plant.axes import MOST_POSITION, Axis
+from axistwin.plant import machine_units
+from axistwin.plant.axes import Axis
 from axistwin.sim.frames import LineError
 from axistwin.sim.signal import Signal
 
@@ -32,7 +34,7 @@ Arm = Callable[[Callable[[], None]], Unsubscribe]
 """Calls a function each time the event occurs; returns an unsubscribe function."""
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
-_POSITION = re.compile(r"(?P<position>-?\d+)(?: (?P<way>up|down))?", re.ASCII)
+_POSITION = re.compile(r"(?P<position>-?[0-9.]+(?: ?(?!(?:up|down)\b)[^\W\d_]+| ?°)?)(?: (?P<way>up|down))?")
 _LINE = re.compile(r"(?:(?P<program>\d+):)?(?P<line>\d+)", re.ASCII)
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>[rn\\]))")
 _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
@@ -76,7 +78,10 @@ def _passes(wish: _Wish) -> Arm:
     if found is None:
         raise wish.wrong("X passes 1000")
     ways = {"up": (1,), "down": (-1,), None: (1, -1)}[found["way"]]
-    position = whole(found["position"], -MOST_POSITION, MOST_POSITION)
+    try:
+        position = machine_units.position(found["position"], axis.units)
+    except UsageError as error:
+        raise UsageError(f"when={f'{wish.who} passes {wish.what}'!r}: {error}") from None
     return lambda happens: _Passing(axis, position, ways, happens).end
 
 

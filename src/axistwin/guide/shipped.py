@@ -36,6 +36,14 @@ class Example:
         """Name of the scene file; "" for an example without a scene."""
         return next((str(file.relative_to(self.root)) for file in self.files if file.suffix == LOOSE), "")
 
+    @property
+    def command(self) -> str:
+        """Start of the command that runs the scene, e.g. `axistwin run`; "" for an example without a scene."""
+        if not self.scene:
+            return ""
+        text = (self.root / self.scene).read_text(encoding="utf-8")
+        return "axistwin stand-in --dry-run" if "[stand-in" in text else "axistwin run"
+
     def copy(self, target: Path) -> list[Path]:
         """Copy the files into a directory and return their new paths.  Raises UsageError; nothing is overwritten."""
         wanted = {file: target / file.relative_to(self.root) for file in self.files}

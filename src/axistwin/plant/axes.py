@@ -5,6 +5,7 @@ from typing import Any
 
 from axistwin.errors import UsageError
 from axistwin.plant.encoder import EncoderData
+from axistwin.plant.machine_units import MOST_POSITION, MachineUnits, position
 from axistwin.plant.servo_axis import ServoAxis, data_sheets
 from axistwin.plant.stepper import StepperAxis
 from axistwin.plant.torque import Load, StepperMotor
@@ -14,16 +15,15 @@ Axis = StepperAxis | ServoAxis
 MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
 """Makes an axis from a clock, its name, its options and the number of moves to remember.  Raises UsageError."""
 
-MOST_POSITION = 1 << 53
-"""Maximum distance of a switch or a trigger from position 0, in pulses or counts."""
-STEPPER = ("limits", "home", "encoder", "motor", "load")
-SERVO = ("limits", "motor", "load")
+STEPPER = ("limits", "home", "encoder", "motor", "load", "units")
+SERVO = ("limits", "motor", "load", "units")
 
 
 def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> StepperAxis:
-    """Return an axis with a stepper motor.  Options: `limits`, `home`, `encoder`, `motor`, `load`."""
+    """Return an axis with a stepper motor.  Options: `units`, `limits`, `home`, `encoder`, `motor`, `load`."""
     _check(name, given, STEPPER)
-    limits, home = (_span(name, option, given.get(option)) for option in ("limits", "home"))
+    units = _units(name, given)
+    limits, home = (_span(name, option, given.get(option), units) for option in ("limits", "home"))
     try:
         encoder = EncoderData(**given["encoder"]) if given.get("encoder") is not None else None
         motor = given.get("motor")
@@ -33,21 +33,26 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
         load = Load(**given["load"]) if given.get("load") is not None else None
     except (TypeError, KeyError, ValueError) as error:
         raise UsageError(f"axis {name}: {error}") from None
-    return StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, limits=limits, home=home, history=history)
+    axis = StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, limits=limits, home=home, history=history)
+    axis.units = units
+    return axis
 
 
 def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:
     """Return the axis of a servo motor with encoder.
 
-    Options: `limits`, `motor` (name or values of a data sheet), `load`.
+    Options: `units`, `limits`, `motor` (name or values of a data sheet), `load`.
     """
     _check(name, given, SERVO)
-    limits = _span(name, "limits", given.get("limits"))
+    units = _units(name, given)
+    limits = _span(name, "limits", given.get("limits"), units)
     try:
         motor, load = data_sheets(given)
     except UsageError as error:
         raise UsageError(f"axis {name}: {error}") from None
-    return ServoAxis(clock, name, motor=motor, load=load, limits=limits, history=history)
+    axis = ServoAxis(clock, name, motor=motor, load=load, limits=limits, history=history)
+    axis.units = units
+    return axis
 
 
 def _check(name: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
@@ -56,7 +61,16 @@ def _check(name: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
             raise UsageError(f"axis {name} has no option {option!r}: it takes {', '.join(known)}")
 
 
-def _span(name: str, option: str, given: Any) -> tuple[int, int] | None:
+def _units(name: str, given: Mapping[str, Any]) -> MachineUnits | None:
+    if given.get("units") is None:
+        return None
+    try:
+        return MachineUnits.given(given["units"])
+    except UsageError as error:
+        raise UsageError(f"axis {name}: units: {error}") from None
+
+
+def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tuple[int, int] | None:
     """Return an option of two positions.  Raises UsageError unless they are in ascending order."""
     if given is None:
         return None
@@ -64,6 +78,10 @@ def _span(name: str, option: str, given: Any) -> tuple[int, int] | None:
         first, last = given
     except (TypeError, ValueError):
         first = last = None
+    try:
+        first, last = (position(end, units) if isinstance(end, str) else end for end in (first, last))
+    except UsageError as error:
+        raise UsageError(f"axis {name}: {option}={given!r}: {error}") from None
     if not (type(first) is int and type(last) is int and first <= last):
         raise UsageError(f"axis {name}: {option}={given!r}: expected two positions, e.g. (-100, 5000)")
     if not -MOST_POSITION <= first <= last <= MOST_POSITION:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
+from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.master import Followed, Master
 from axistwin.plant.overrides import Override
 from axistwin.sim.clock import Clock
@@ -164,6 +165,8 @@ class ServoAxis:
         self.clock, self.name = clock, name
         self.limits = limits
         """The first and last position within the limit switches; None: no switches."""
+        self.units: MachineUnits | None = None
+        """Unit of positions in texts and plots; the axis itself counts encoder edges.  None: no other unit."""
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
         """State of the physics: it belongs to the machine, and the source updates it."""

@@ -12,6 +12,7 @@ from axistwin.errors import UsageError
 from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
+from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.overrides import Override
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
 from axistwin.sim.clock import Clock
@@ -112,6 +113,8 @@ class StepperAxis:
         self.clock, self.name, self.train = clock, name, Train(history)
         self.limits, self.home = limits, home
         """First and last position within the limit switches, and of the home switch; None: no switches."""
+        self.units: MachineUnits | None = None
+        """Unit of positions in texts and plots; the axis itself counts pulses.  None: no other unit."""
         self.on_motion: Signal[[]] = Signal()
         """Emitted when a move begins or changes its profile."""
         self.on_push: Signal[[]] = Signal()

@@ -27,6 +27,10 @@ class Curve:
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
 
+    def divided(self, by: float) -> "Curve":
+        """Return a curve with divided values."""
+        return Curve(self.times, [value / by for value in self.values])
+
     def thinned(self, most: int = MOST) -> "Curve":
         """Return a curve with at most `most` points that looks the same when drawn."""
         if len(self.times) <= most:
@@ -62,13 +66,18 @@ class Line:
 
 @dataclass
 class Panel:
-    """One diagram with curves.  `filled`: fill the area between the curve and zero.  `colour`: index of the colour."""
+    """One diagram with curves.  `filled`: fill the area between the curve and zero.  `colour`: index of the colour.
+
+    `per`: pulses or counts per unit of the values; a second scale on the right shows `counts`.
+    """
 
     label: str
     lines: list[Line]
     height: float = MIDDLE
     filled: bool = False
     colour: int = 0
+    per: float | None = None
+    counts: str = ""
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ WORDS_SIZE, ROWS = 7.5, 2
 """Font size of messages in points, and rows of text per sender."""
 FAULT_LEVELS, FAULT_LEVEL = 4, 12
 """Largest number of simultaneous faults drawn with their names, and height of each name in points."""
-LABEL, MARGIN = 0.072, 0.85
-"""Width of a character of a label, and of the margins without labels, in inches."""
+LABEL, MARGIN, COUNTS = 0.072, 0.85, 0.6
+"""Width of a character of a label, of the margins without labels, and of a scale on the right, in inches."""
 FILES_ONLY = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
 """Matplotlib backends that cannot open a window."""
 ALL_WORDS = 4.0
@@ -131,7 +131,7 @@ class _Picture:
             self._draw_words(rows.pop(0))
         figure.align_ylabels()
         if chart.title:
-            figure.suptitle(chart.title, x=0.012, ha="left", fontsize=11, color=INK)
+            figure.suptitle(chart.title, x=0.012, ha="left", fontsize=11, color=INK, parse_math=False)
         return figure
 
     def _draw_marks(self, rows: Sequence["Axes"]) -> None:
@@ -189,8 +189,27 @@ class _Picture:
         if panel.filled:
             row.axhline(0, color=GREY, linewidth=0.6)
         if any(line.legend for line in panel.lines):
-            row.legend(loc="best", frameon=False, fontsize=7.5)
+            row.legend(
+                loc="lower right", bbox_to_anchor=(1, 1), ncols=len(panel.lines), frameon=False, fontsize=7.5,
+                borderaxespad=0, borderpad=0.1,
+            )  # fmt: skip
         _dress(row, panel.label)
+        if panel.per is not None:
+            self._add_counts(row, panel.per, panel.counts)
+        values = {value for line in panel.lines for value in line.curve.values}
+        if len(values) == 1:  # Matplotlib would choose a range of rounding errors, e.g. 1e-17
+            value, count = values.pop(), 1 / (panel.per or 1)
+            row.set_ylim(value - count, value + count)
+
+    def _add_counts(self, row: "Axes", per: float, counts: str) -> None:
+        """Add a scale in pulses or counts on the right."""
+        import numpy as np
+
+        scales = (lambda values: np.asarray(values) * per, lambda numbers: np.asarray(numbers) / per)
+        right = row.secondary_yaxis("right", functions=scales)
+        right.set_ylabel(counts, fontsize=7.5, color=GREY)
+        right.tick_params(labelsize=7.5, colors=GREY)
+        right.spines["right"].set_visible(True)
 
     def _draw_lanes(self, row: "Axes") -> None:
         """Draw a lane for each signal: a level as a line, a text in a box."""
@@ -223,7 +242,8 @@ class _Picture:
     def _character_ns(self) -> float:
         chart = self.chart
         labels = (*(line for panel in chart.panels for line in panel.label.split("\n")), *chart.lanes, *chart.words)
-        inches = WIDTH - MARGIN - LABEL * max(map(len, (*labels, *chart.states)), default=0)
+        right = COUNTS * any(panel.per is not None for panel in chart.panels)
+        inches = WIDTH - MARGIN - right - LABEL * max(map(len, (*labels, *chart.states)), default=0)
         return (chart.edge_ns - chart.from_ns) / inches * 0.66 * WORDS_SIZE / 72
 
     def _draw_words(self, row: "Axes") -> None:
@@ -239,6 +259,11 @@ class _Picture:
                     at_ns / S, place + 0.22 + 0.3 * level, text,
                     family="monospace", fontsize=WORDS_SIZE, color=INK, parse_math=False,
                 )  # fmt: skip
+        if not speakers:  # the picture has no other row
+            row.text(
+                0.5, 0.5, "no signal changes in this time", transform=row.transAxes, ha="center", va="center",
+                color=GREY, fontsize=WORDS_SIZE + 1,
+            )  # fmt: skip
         row.set_ylim(-0.1, max(len(speakers), 1))
         row.set_yticks([len(speakers) - 1 - n + 0.35 for n in range(len(speakers))], speakers)
         row.tick_params(axis="y", length=0)

@@ -1,8 +1,11 @@
 """Build a chart of a trace: axes, levels, registers and messages."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import count
 
+from axistwin.errors import UsageError
+from axistwin.plant.machine_units import MachineUnits
 from axistwin.plots import chart
 from axistwin.plots.chart import BACKGROUND, FLAT, HIDDEN, LOW, TALL, Chart, Curve, Fault, Line, Panel, Word
 from axistwin.traces.reading import Trace, Track
@@ -34,7 +37,7 @@ class _Drawn:
     def __init__(
         self, trace: Trace, tracks: dict[str, Track], from_ns: int | None, to_ns: int | None, title: str, all_: bool
     ) -> None:
-        self.tracks, self._all = tracks, all_
+        self.tracks, self._all, self._about = tracks, all_, trace.about
         self._alone = len({name.partition(".")[0] for name in trace.tracks}) == 1
         found_from, _, edge = chart.span(trace.begin_ns, trace.end_ns, self._times())
         last = edge if to_ns is None else to_ns
@@ -68,7 +71,19 @@ class _Drawn:
             tracks = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}
             axis = {one: track for one, track in tracks.items() if track.kind != TEXT}
             if any(self._changes(track) for track in axis.values()):
+                first = len(self.chart.panels)
                 self._add_axis(self._short(scope), axis)
+                if (units := self._units(scope)) is not None:
+                    panels = self.chart.panels[first:]
+                    self.chart.panels[first:] = [in_units(panel, units) for panel in panels]
+
+    def _units(self, scope: str) -> MachineUnits | None:
+        """Return the unit of an axis that the trace contains, if any."""
+        written = self._about.get(f"units {scope}")
+        try:
+            return None if written is None else MachineUnits.written(written)
+        except UsageError:  # the file has been edited
+            return None
 
     def _add_axis(self, name: str, axis: dict[str, Track]) -> None:
         colour, span = next(self._colours), (self.chart.from_ns, self.chart.to_ns)
@@ -119,8 +134,18 @@ class _Drawn:
         else:
             who = f"host to {scope}" if which == "host_says" else scope
         words = [w for w in messages(track) if self.chart.from_ns <= w.time_ns <= self.chart.to_ns]
-        if words or self._alone:
+        if words:
             self.chart.words[who] = words
+
+
+def in_units(panel: Panel, units: MachineUnits) -> Panel:
+    """Return a panel of pulses or counts in the unit of the axis, with a second scale in pulses or counts."""
+    label, _, counts = panel.label.replace("error, counts", "error\ncounts").rpartition("\n")
+    per_second = "/s" if counts.endswith("/s") else ""
+    joint = ", " if label.endswith("error") else "\n"
+    per = float(units.per)
+    lines = [replace(line, curve=line.curve.divided(per)) for line in panel.lines]
+    return replace(panel, label=f"{label}{joint}{units.of}{per_second}", lines=lines, per=per, counts=counts)
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:

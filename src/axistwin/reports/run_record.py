@@ -10,6 +10,7 @@ from fractions import Fraction
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.events import Event, LevelChanged, Received, Sent, VoltageChanged, observing
 from axistwin.motion.train import Move as TrainMove
+from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.reports.servo_moves import ServoMove, ServoMoves
@@ -53,6 +54,7 @@ class Move:
     axis: str
     train_move: TrainMove
     now_ns: int
+    units: MachineUnits | None = None
     unit = "pulses"
 
     @property
@@ -125,7 +127,7 @@ class RunRecord:
     def moves(self) -> list[AnyMove]:
         """Return the moves of all axes in order of time."""
         found: list[AnyMove] = [
-            Move(controller, name, move, self.bench.now)
+            Move(controller, name, move, self.bench.now, axis.units)
             for controller, name, axis in self._steppers()
             for move in axis.train.moves
             if move.profile.segments and (move.end_ns is None or move.end_ns > self.began_ns)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from axistwin.plant.counts import Samples
+from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.units import MS, S
 
@@ -39,6 +40,7 @@ class ServoMove:
     commanded: bool = False
     """True if the commanded position has moved."""
     end_ns: int | None = None
+    units: MachineUnits | None = None
     unit = "counts"
 
     @property
@@ -137,6 +139,7 @@ class ServoMoves:
         self.moves.append(
             ServoMove(self.controller, self.name, start_ns, before, before, start_ns, low=before, high=before)
         )
+        self.moves[-1].units = self.axis.units
         return self.moves[-1]
 
     def _close(self) -> None:

@@ -1,12 +1,14 @@
 """Report the messages, moves and level changes of a run, as text and as a dictionary for JSON."""
 
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from typing import Any
 
 from axistwin.bench import endpoints
 from axistwin.bench.actions import level_name, voltage
 from axistwin.bench.codec import Codec
 from axistwin.bench.events import LevelChanged, VoltageChanged
+from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.refusals import Refusal
 from axistwin.reports.run_record import AnyMove, Message, RunRecord
@@ -43,21 +45,33 @@ def summary(run: RunRecord) -> Iterator[str]:
     """Yield a table of the axes that have moved, and a line for each axis that has lost pulses."""
     by_axis = _by_axis(run)
     units = " or ".join(sorted({move.unit for moves in by_axis.values() for move in moves}, reverse=True))
-    rows = [("axis", "from", "to", units, "moving", "moves")]
+    machine_units = [moves[0].units for moves in by_axis.values()]
+    rows = [["axis", "from", "to", units, "moving", "moves"]]
+    if any(machine_units):
+        rows[0].append(" or ".join(sorted({unit.of for unit in machine_units if unit is not None})))
     for name, moves in by_axis.items():
         total = sum(abs(move.target - move.origin) for move in moves)
         time_s = to_seconds(sum((move.end_ns or move.now_ns) - move.start_ns for move in moves))
-        rows.append((name, str(moves[0].origin), str(moves[-1].target), str(total), f"{time_s:.6f} s", str(len(moves))))
+        rows.append([name, str(moves[0].origin), str(moves[-1].target), str(total), f"{time_s:.6f} s", str(len(moves))])
+        if any(machine_units):
+            rows[-1].append(_way(moves[0].origin, moves[-1].target, moves[0].units))
     if len(rows) > 1:
         widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
         for row in rows:
             cells = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-            yield "  ".join([row[0].ljust(widths[0]), *cells])
+            yield "  ".join([row[0].ljust(widths[0]), *cells]).rstrip()
     yield from _lost_pulses(run)
 
 
+def _way(origin: int, target: int, units: MachineUnits | None) -> str:
+    return "" if units is None else f"{units.shown(origin)} → {units.shown(target)} {units.of}"
+
+
 def as_dict(run: RunRecord, refused: Sequence[Refusal] = ()) -> dict[str, Any]:
-    """Return the dictionary that `--json` writes.  Times are in ns, rates in pulses/s or counts/s."""
+    """Return the dictionary that `--json` writes.  Times are in ns, rates in pulses/s or counts/s.
+
+    An axis with a unit of the machine has its positions and rates in that unit in addition.
+    """
     codecs = _codecs(run)
     return {
         "said": [_said(message, codecs[message.controller]) for message in run.said],
@@ -72,6 +86,7 @@ def as_dict(run: RunRecord, refused: Sequence[Refusal] = ()) -> dict[str, Any]:
         "axes": [
             {"controller": c.name, "axis": name, "position": axis.position}
             | ({"commanded": axis.commanded} if isinstance(axis, ServoAxis) else {"pulses": axis.pulses})
+            | ({"unit": axis.units.of, "position_in_unit": axis.units.value(axis.position)} if axis.units else {})
             for c in run.bench.controllers.values()
             for name, axis in c.axes.items()
         ],
@@ -119,6 +134,16 @@ def _moved(move: AnyMove) -> dict[str, Any]:
         "from": move.origin,
         "to": move.target,
         "top_rate": float(move.top_rate),
+        **({} if move.units is None else _in_unit(move, move.units)),
+    }
+
+
+def _in_unit(move: AnyMove, units: MachineUnits) -> dict[str, Any]:
+    return {
+        "unit": units.of,
+        "from_in_unit": units.value(move.origin),
+        "to_in_unit": units.value(move.target),
+        "top_rate_in_unit": float(Fraction(move.top_rate) / units.per),
     }
 
 
@@ -137,7 +162,10 @@ def _words(item: Item, codec: Codec) -> str:
             return f"! {item.pin} {voltage(item.volts)}"
     # pulse rates are exact; rates of counts are rounded, because they are averages of samples
     rate = f"{float(item.top_rate):g}" if item.unit == "pulses" else f"{item.top_rate:.0f}"
-    path = f"  {item.axis} {item.origin} → {item.target}, up to {rate} {item.unit}/s"
+    units = item.units
+    way = f" ({_way(item.origin, item.target, units)})" if units is not None else ""
+    speed = f" ({float(Fraction(item.top_rate) / units.per):.4g} {units.of}/s)" if units is not None else ""
+    path = f"  {item.axis} {item.origin} → {item.target}{way}, up to {rate} {item.unit}/s{speed}"
     if item.end_ns is None:
         return f"{path}, still moving at {to_seconds(item.now_ns):.6f}"
     return f"{path}, until {to_seconds(item.end_ns):.6f}"

@@ -85,6 +85,8 @@ class Builder:
     def _note_origin(self) -> None:
         digest = sha256(self.source.text.encode()).hexdigest()
         self.bench.origin["scene"] = f"{self.source.file.name} sha256:{digest[:16]}"
+        if title := " ".join(self.contents.title.split()):
+            self.bench.origin["title"] = title
         if self.contents.seed is not None:
             self.bench.origin["seed"] = str(self.contents.seed)
 
@@ -144,6 +146,7 @@ class Builder:
             with self.source.placing_errors("wire", number, "to"):
                 _check_wire(source, target, wire, laid)
             laid[target] = source, wire
+            self.bench.wires.append((wire.from_, wire.to))
             with self.source.placing_errors("wire", number, "delay_ms"):
                 connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 

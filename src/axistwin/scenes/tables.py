@@ -1,7 +1,7 @@
 """The tables of a scene file with their keys and values."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
@@ -22,10 +22,13 @@ from pydantic import (
 )
 
 from axistwin.bench import FAMILIES, product
+from axistwin.errors import UsageError
 from axistwin.fault_injection.kinds import KINDS
 from axistwin.fault_injection.table import Parameter, Sort
+from axistwin.plant import machine_units
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.encoder import EncoderData
+from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo import SERVO_MOTORS, WHOLE, ServoLoad, ServoMotor
 from axistwin.plant.torque import Load, StepperMotor
 from axistwin.scenes import toml_places
@@ -48,12 +51,65 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 
 
+def _valued(check: Callable[[Any], object]) -> AfterValidator:
+    """Return a validator that calls `check` and keeps the value as given."""
+
+    def checked(given: Any) -> Any:
+        try:
+            check(given)
+        except UsageError as error:
+            raise ValueError(str(error)) from None
+        return given
+
+    return AfterValidator(checked)
+
+
+class UnitsTable(Table):
+    """The unit of an axis, e.g. millimetres."""
+
+    per: Annotated[
+        Any,
+        _valued(machine_units.check_per),
+        WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]}),
+    ]
+    """Motor pulses or encoder counts of one unit: 80, 6.4 or a fraction as text, "6400/360"."""
+    of: Annotated[
+        Any, _valued(machine_units.check_of), WithJsonSchema({"type": "string", "examples": ["mm", "deg", "rev"]})
+    ]
+    """Name of the unit: letters, or °."""
+
+
+_POSITION = {"anyOf": [{"type": "integer"}, {"type": "string"}]}
+_SPAN = {"type": "array", "minItems": 2, "maxItems": 2, "items": _POSITION}
+
+
+def _in_counts(given: Any, info: ValidationInfo) -> Any:
+    """Convert a position with a unit to counts."""
+    if not isinstance(given, str):
+        return given
+    if "units" not in info.data:  # the error in `units` is reported
+        return 0
+    table = info.data["units"]
+    units = None if table is None else MachineUnits.given(table.model_dump())
+    try:
+        return machine_units.position(given, units)
+    except UsageError as error:
+        raise ValueError(str(error)) from None
+
+
+Count = Annotated[int, BeforeValidator(_in_counts)]
+Span = Annotated[tuple[Count, Count], WithJsonSchema(_SPAN)]
+"""Two positions in counts; in a file also texts with a unit, e.g. "12.5 mm"."""
+
+
 class AxisTable(Table):
     """An axis with a stepper motor: its switches, encoder, motor and load."""
 
-    limits: tuple[int, int] | None = None
-    """Positions, in motor pulses, beyond which the minus and the plus limit switch open."""
-    home: tuple[int, int] | None = None
+    units: UnitsTable | None = None
+    """Unit in which positions and velocities are also given and shown."""
+    limits: Span | None = None
+    """Positions, in motor pulses or in the unit of the axis, beyond which the minus and the plus limit switch open."""
+    home: Span | None = None
     """First and last position at which the home input is high."""
     encoder: EncoderData | None = None
     """An encoder on the axis."""
@@ -100,14 +156,18 @@ SERVO_SCHEMA: dict[str, Any] = {
     "description": "The axis of a servo motor.",
     "properties": {
         "limits": {
-            "type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2,
-            "description": "Positions, in encoder counts, beyond which the minus and the plus limit switch open.",
+            **_SPAN,
+            "description": "Positions beyond which the limit switches minus and plus open: encoder counts, or '20 mm'.",
         },
         "motor": {
             "anyOf": [_values(ServoMotor, model=_SHEETS), {"enum": list(SERVO_MOTORS)}],
             "description": "Data sheet of the motor, by name or by values; without it the motor is ideal.",
         },
         "load": {**_values(ServoLoad), "description": "Load on the shaft."},
+        "units": {
+            **UnitsTable.model_json_schema(),
+            "description": "Unit in which positions and velocities are also given and shown.",
+        },
     },
     "additionalProperties": False,
 }  # fmt: skip
@@ -243,6 +303,18 @@ Pin = Annotated[str, Field(pattern=r"^[\^~]?!?\w+$")]
 """A pin of a motion board as Klipper writes it: `^` pull-up, `~` pull-down, `!` inverted, then the name."""
 
 
+def _position(given: Any) -> Any:
+    if type(given) is not int and not isinstance(given, str):
+        raise ValueError("expected a position, e.g. 1000 or '12.5 mm'")
+    return given
+
+
+def _rate(given: Any) -> Any:
+    if not isinstance(given, str) and not (type(given) in (int, float) and given > 0):
+        raise ValueError("expected a rate above 0, e.g. 4000 or '50 mm/s'")
+    return given
+
+
 class BoardTable(Table):
     """A motion board with Klipper's micro-controller firmware."""
 
@@ -252,6 +324,14 @@ class BoardTable(Table):
     """Serial port of the board, e.g. "/dev/ttyACM0"."""
     baud: Annotated[int, Field(ge=1200)] = 250_000
     """Baud rate of the firmware; a board with native USB ignores it."""
+
+
+Position = Annotated[Any, AfterValidator(_position), WithJsonSchema(_POSITION)]
+Rate = Annotated[
+    Any,
+    AfterValidator(_rate),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]}),
+]
 
 
 class BoardAxisTable(Table):
@@ -269,10 +349,10 @@ class BoardAxisTable(Table):
     """Pin of the enable input; off when the board stops."""
     pulse_us: Annotated[float, Field(gt=0, le=1000)] = 2.0
     """Minimum width of a step pulse, in microseconds."""
-    travel: tuple[int, int] | None = None
-    """Lowest and highest position in pulses; motion beyond them is refused."""
-    max_rate: Annotated[float, Field(gt=0)] | None = None
-    """Highest step rate in pulses per second; a higher rate is refused."""
+    travel: tuple[Position, Position] | None = None
+    """Lowest and highest position in pulses or in the unit of the axis; motion beyond them is refused."""
+    max_rate: Rate | None = None
+    """Highest step rate in pulses per second, or a velocity, e.g. "50 mm/s"; a higher rate is refused."""
 
 
 class BoardInputTable(Table):

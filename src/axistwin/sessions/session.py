@@ -318,6 +318,13 @@ class Session:
         self._recorded_ns = recorded_ns
         self._replay = Replay(self.bench.clock, self.journal, self.input.replay, recorded_ns, self._end_slice)
 
+    def advance(self, time_ns: int) -> None:
+        """Advance a paused session to a time in nanoseconds.  Raises UsageError while virtual time passes by itself."""
+        self._check_free()
+        if self.running:
+            raise UsageError("the session runs: pause it first")
+        self.pacer.advance_slice(lambda _: self.bench.clock.run_to(time_ns))
+
     async def _advance_to(self, time_ns: int) -> None:
         """Advance to a time; breakpoints are suspended meanwhile."""
         since_ns = self.bench.now

@@ -30,7 +30,7 @@ def check_counts(counts: object, act: str) -> None:
 def check_torque(newton_metres: float) -> None:
     """Raise UsageError if a torque is outside the permitted range."""
     if not -MOST_TORQUE <= newton_metres <= MOST_TORQUE:
-        raise UsageError(f"a torque of {newton_metres} N·m: give a number from -1000 to 1000")
+        raise UsageError(f"a torque of {newton_metres} N·m: expected a number from -1000 to 1000")
 
 
 @contextmanager

@@ -6,8 +6,9 @@ from pathlib import Path
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
 from axistwin.plant import StepperAxis
+from axistwin.plant.machine_units import position, rate
 from axistwin.scenes.scene import Scene
-from axistwin.scenes.tables import BoardTable, StandInTable
+from axistwin.scenes.tables import BoardAxisTable, BoardTable, StandInTable
 from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
 
 DIRECTIONS = {"plus": +1, "minus": -1, "both": 0, None: None}
@@ -46,6 +47,23 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     return Plan(wirings, table.horizon_ms / 1e3, table.watchdog_ms / 1e3, scene.file.parent / journal)
 
 
+def _bounds(
+    scene: Scene, bench: Bench, table: BoardAxisTable, number: int
+) -> tuple[tuple[int, int] | None, float | None]:
+    """Return travel in pulses and highest rate in pulses/s."""
+    name, _, axis = table.axis.rpartition(".")
+    units = bench[name].axes[axis].units
+    travel = max_rate = None
+    with scene.placing_errors("stand-in", "axis", number, "travel"):
+        if table.travel is not None:
+            first, last = (position(end, units) for end in table.travel)
+            travel = first, last
+    with scene.placing_errors("stand-in", "axis", number, "max_rate"):
+        if table.max_rate is not None:
+            max_rate = rate(table.max_rate, units)
+    return travel, max_rate
+
+
 def _wiring(scene: Scene, bench: Bench, table: StandInTable, board: str) -> Wiring:
     axes, inputs, outputs = [], [], []
     for number, axis in enumerate(table.axis):
@@ -53,7 +71,8 @@ def _wiring(scene: Scene, bench: Bench, table: StandInTable, board: str) -> Wiri
             _check_axis(bench, axis.axis)
         if _board(scene, table, axis.board, "axis", number) == board:
             pins = (BoardPin.read(axis.step), BoardPin.read(axis.direction), BoardPin.read(axis.enable))
-            axes.append(AxisPins(axis.axis, *pins, axis.pulse_us, axis.travel, axis.max_rate))
+            travel, max_rate = _bounds(scene, bench, axis, number)
+            axes.append(AxisPins(axis.axis, *pins, axis.pulse_us, travel, max_rate))
     for number, given in enumerate(table.input):
         with scene.placing_errors("stand-in", "input", number, "to"):
             _check_pin(bench, given.to, output=False)

@@ -1,5 +1,6 @@
 """A board on a serial port.  A separate thread serves the port, so that the emulation cannot delay the port."""
 
+import os
 from collections.abc import Callable
 from threading import Event as Flag
 from threading import Lock, Thread
@@ -29,8 +30,9 @@ def open_port(port: str, baud: int) -> serial.Serial:
     try:
         return serial.Serial(port, baud, timeout=WAIT_S, exclusive=True)
     except (OSError, ValueError) as error:  # includes serial.SerialException
-        reason = getattr(error, "strerror", None) or str(error)
-        raise LinkError(f"board on {port}: {reason.lower()}: `axistwin boards` lists what is connected") from None
+        number = getattr(error, "errno", None)
+        reason = os.strerror(number).lower() if number else str(error)
+        raise LinkError(f"board on {port}: {reason}: `axistwin boards` lists what is connected") from None
 
 
 def identify(port: str, baud: int) -> Dictionary:

@@ -27,7 +27,7 @@ from axistwin.units import to_ns, to_seconds
     metavar="SECONDS",
     help="End of the drawn time; default: all motion and level changes.",
 )
-@click.option("--title", default=None, help="Title of the picture; the trace's name if left out.")
+@click.option("--title", default=None, help="Title of the picture; the scene's title or the trace's name if left out.")
 def plot(
     trace: Path,
     out: Path | None,
@@ -67,7 +67,13 @@ def plot(
     found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
         raise UsageError(f"--from {since:g}: expected a time before the trace's end at {to_seconds(found.end_ns):g} s")
-    chart = of_trace(found, split(signals or EVERYTHING), from_ns, until_ns, trace.name if title is None else title)
+    chart = of_trace(
+        found,
+        split(signals or EVERYTHING),
+        from_ns,
+        until_ns,
+        found.about.get("title", trace.name) if title is None else title,
+    )
     if path is not None:
         save(chart, path)
         click.echo(f"axistwin: {path}", err=True)

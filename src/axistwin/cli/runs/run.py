@@ -95,7 +95,8 @@ def run(
     logging.basicConfig(format="axistwin: %(message)s")
     bench = bench_for(target, (*loaded.options, *options), state)
     loaded.prepare(bench)
-    what, title = (target, target) if program is None else (program.name, f"{target}  {program.name}")
+    place = bench.origin.get("title", target)
+    what, title = (target, place) if program is None else (program.name, f"{place}  {program.name}")
     with _drawing(bench, plot, title), recording_run(bench) as record:
         with _tracing(bench, traces, signals), _progress(_Progress(what, bench, seconds, traces)):
             outcome, interrupted = _perform(loaded, bench, seconds)

@@ -23,7 +23,12 @@ from axistwin.version import VERSION
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), metavar="DIR",
               help="Write the HTML pages into this directory, and open nothing.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="With --list: one JSON object instead of text.")
-def docs(page: str, listing: bool, as_text: bool, out: Path | None, as_json: bool) -> None:
+@click.option("--playground", is_flag=True, help="Write the playground, a page that runs axistwin in the browser.")
+@click.option("--engine", type=click.Path(exists=True, file_okay=False, path_type=Path), metavar="DIR",
+              help="With --playground: the folder of Pyodide's files, see the page `playground`.")  # fmt: skip
+def docs(
+    page: str, listing: bool, as_text: bool, out: Path | None, as_json: bool, playground: bool, engine: Path | None
+) -> None:
     """Open a PAGE of the documentation in the browser; without PAGE its first page.
 
     The pages come with axistwin and need no network.  The address of the page is printed, too.
@@ -34,7 +39,11 @@ def docs(page: str, listing: bool, as_text: bool, out: Path | None, as_json: boo
       axistwin docs ports
       axistwin docs --list
       axistwin docs scenes --text | less
+      axistwin docs --playground --engine build/engine --out site
     """
+    if playground:
+        _playground(out, engine)
+        return
     names = pages.names()
     if listing:
         _list(names, as_json)
@@ -56,6 +65,21 @@ def docs(page: str, listing: bool, as_text: bool, out: Path | None, as_json: boo
     click.echo(address)
     if out is None and not webbrowser.open(address):
         click.echo("axistwin: no browser was found: open the address by hand, or use --text", err=True)
+
+
+def _playground(out: Path | None, engine: Path | None) -> None:
+    if out is None or engine is None:
+        raise UsageError("--playground needs two folders: expected --engine DIR --out DIR")
+    from axistwin.playground import build  # lazy import: rarely needed
+
+    try:
+        page = build(out, engine)
+    except OSError as error:
+        raise UsageError(f"cannot write the playground: {reason(error)}: choose a directory with --out DIR") from None
+    click.echo(page)
+    click.echo(
+        f"axistwin: next: {Path(sys.executable).name} -m http.server --bind 127.0.0.1 --directory {out}", err=True
+    )
 
 
 def _list(names: dict[str, str], as_json: bool) -> None:

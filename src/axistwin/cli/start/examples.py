@@ -45,5 +45,5 @@ def examples(name: str | None, directory: Path | None, as_json: bool) -> None:
         return
     for path in paths:
         click.echo(path)
-    if scene := found[name].scene:
-        click.echo(f"axistwin: next: axistwin run {directory / scene}", err=True)
+    if command := found[name].command:
+        click.echo(f"axistwin: next: {command} {directory / found[name].scene}", err=True)

@@ -45,13 +45,13 @@ class Options:
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
-                raise UsageError(f"{name}={getattr(self, name)!r}: choose one of {', '.join(map(repr, choices))}")
+                raise UsageError(f"{name}={getattr(self, name)!r}: expected one of {', '.join(map(repr, choices))}")
         for name in ("self_test_s", "recalculation_s", "strobe_ms"):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 60:
-                raise UsageError(f"{name}={value!r}: give a number from 0 to 60")
+                raise UsageError(f"{name}={value!r}: expected a number from 0 to 60")
         if self.strobe_ms == 0:
-            raise UsageError("strobe_ms=0: give a number above 0")
+            raise UsageError("strobe_ms=0: expected a number above 0")
         for name in ("fault_output", "strict_format"):
             if not isinstance(getattr(self, name), bool):
                 raise UsageError(f"{name}={getattr(self, name)!r}: give true or false")

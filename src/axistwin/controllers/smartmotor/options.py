@@ -59,10 +59,10 @@ class Options:
             value = getattr(self, name)
             kinds = (int, float) if isinstance(low, float) else (int,)
             if isinstance(value, bool) or not isinstance(value, kinds) or not low <= value <= high:
-                raise UsageError(f"{name}={value!r}: give a number from {low} to {high}")
+                raise UsageError(f"{name}={value!r}: expected a number from {low} to {high}")
         for name in ("array_overlay", "brake"):
             if not isinstance(getattr(self, name), bool):
                 raise UsageError(f"{name}={getattr(self, name)!r}: give true or false")
         for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
-                raise UsageError(f"{name}={getattr(self, name)!r}: choose one of {', '.join(map(repr, choices))}")
+                raise UsageError(f"{name}={getattr(self, name)!r}: expected one of {', '.join(map(repr, choices))}")

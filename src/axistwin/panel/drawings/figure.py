@@ -6,7 +6,7 @@ from typing import Protocol
 
 from axistwin.bench import Controller
 from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.scale import grouped, signed
+from axistwin.panel.drawings.scale import grouped, minus, signed
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
@@ -48,6 +48,15 @@ def error_rows(axis: Axis) -> list[str]:
     return [readout("behind", "lost", of), *encoder]
 
 
+def motion_rows(axis: Axis) -> list[str]:
+    """Return rows for position and velocity: in the unit of the machine, if there is one, and in pulses or counts."""
+    of = unit(axis)
+    rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
+    if axis.units is None:
+        return rows
+    return [readout("place", "position", axis.units.of), readout("speed", "velocity", f"{axis.units.of}/s"), *rows]
+
+
 def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
     """Show faults, position, velocity, error and encoder of an axis.  Returns the commanded position."""
     axis = controller.axes[name]
@@ -56,6 +65,9 @@ def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
     drawing.write("states", states(controller, name))
     drawing.write("position", grouped(position))
     drawing.write("velocity", signed(round(axis.velocity)))
+    if axis.units is not None:
+        drawing.write("place", minus(axis.units.shown(position)))
+        drawing.write("speed", minus(axis.units.shown(axis.velocity)))
     drawing.write("behind", signed(wanted - position))
     drawing.flag("row-behind", "wrong", not isinstance(axis, ServoAxis) and wanted != position)
     if not isinstance(axis, ServoAxis) and axis.encoder_count is not None:

@@ -16,6 +16,11 @@ def grouped(number: int) -> str:
     return f"{number:,}".replace(",", "\u2009").replace("-", "\u2212")
 
 
+def minus(text: str) -> str:
+    """Return a number as text with `−` (U+2212) as the minus sign."""
+    return text.replace("-", "\u2212")
+
+
 def signed(number: int) -> str:
     """Return an integer as `grouped` does, with `+` if positive."""
     return f"+{grouped(number)}" if number > 0 else grouped(number)

@@ -8,7 +8,7 @@ from html import escape
 
 from axistwin.bench import Bench, Controller
 from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, readout, readouts, show_motion, unit
+from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
 from axistwin.panel.drawings.scale import grouped, signed
 from axistwin.plant.axes import Axis
 from axistwin.plant.master import Master
@@ -81,8 +81,7 @@ class Shaft:
         drawing.write("sits-on", _sits_on(bench, master))
 
     def _art(self, controller: Controller, axis: Axis) -> str:
-        of = unit(axis)
-        rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
+        rows = motion_rows(axis)
         if self._said:
             rows += [readout("turns", "turns"), readout("rpm", "speed", "rpm")]
         rows += error_rows(axis)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from axistwin.bench import Controller
 from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, readout, readouts, show_motion, unit
+from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion, unit
 from axistwin.panel.drawings.scale import grouped, ticks
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
@@ -67,8 +67,7 @@ class Slide:
     def _art(self, controller: Controller, axis: Axis) -> str:
         of = unit(axis)
         told = f"{self.name}: a slide of {self.limits[0]} to {self.limits[1]} {of}"
-        rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
-        rows += error_rows(axis)
+        rows = [*motion_rows(axis), *error_rows(axis)]
         if isinstance(axis, ServoAxis):
             rows += [readout("brake", "brake")] if controller.product.brake_pin is not None else []
             rows += [readout("edges", "external encoder", "edges")]

@@ -3,6 +3,7 @@
 from axistwin.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
 from axistwin.panel.scope.decimation import marks, window
 from axistwin.panel.scope.frames import FULL, TOP, frame
+from axistwin.panel.scope.meaning import used
 from axistwin.panel.scope.recorder import MOST_SIGNALS, Recorder
 from axistwin.panel.scope.saving import saved
 from axistwin.panel.scope.screen import Screen, first_choice, searched
@@ -12,5 +13,5 @@ from axistwin.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP
 __all__ = [
     "AUTO", "DOWN", "EITHER", "FULL", "MOST_BYTES", "MOST_SIGNALS", "NORMAL", "SINGLE", "TOP", "UP", "Recorder",
     "Screen", "Track", "Trigger", "Words", "between", "duration", "first_choice", "frame", "marks", "nearest_edge",
-    "next_edge", "rate", "saved", "searched", "value_at", "window",
+    "next_edge", "rate", "saved", "searched", "used", "value_at", "window",
 ]  # fmt: skip

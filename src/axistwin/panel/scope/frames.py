@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from axistwin.panel.scope.decimation import Line, line, marks
+from axistwin.panel.scope.meaning import PLAIN, Meaning
 from axistwin.panel.scope.screen import Screen
 from axistwin.panel.scope.tracks import Track, Words
 from axistwin.panel.scope.triggers import OFF
@@ -54,20 +55,46 @@ def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
 
 def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, Any]:
     track = screen.record.tracks.get(name)
+    title, folded = screen.titles.get(name) or name, screen.lanes and name in screen.folded
     if track is None:
-        return {"name": name, "data": "", "low": "", "high": "", "words": []}
+        return {
+            "name": name,
+            "title": title,
+            "folded": folded,
+            "data": "",
+            "range": "",
+            "low": "",
+            "high": "",
+            "words": [],
+        }
     seen = line(track, from_ns, to_ns, screen.pixels, screen.record.now_ns)
     low, high = span(track, seen)
+    meaning = screen.recorder.meanings.get(name, PLAIN)
     numbers = track.kind in (COUNT, REAL)
     few = max(screen.pixels // WORD_PIXELS, 1)
     words = marks(track, from_ns, to_ns, few) if isinstance(track, Words) else []
     return {
         "name": name,
+        "title": title,
+        "folded": folded,
         "data": packed(seen, (from_ns, to_ns), (low, high)),
         "low": f"{low:.9g}" if numbers else "",
         "high": f"{high:.9g}" if numbers else "",
-        "words": [((time_ns - from_ns) / (to_ns - from_ns), text) for time_ns, text in words],
+        "range": _range(meaning, low, high) if numbers else "",
+        "words": [((time_ns - from_ns) / (to_ns - from_ns), _decoded(meaning, text)) for time_ns, text in words],
     }
+
+
+def _range(meaning: Meaning, low: float, high: float) -> str:
+    """Return the scale of a lane: its least and greatest value, also in the unit of the machine."""
+    told = f"{low:.9g} … {high:.9g} {meaning.unit}".rstrip()
+    return f"{told} = {meaning.in_unit(low)} … {meaning.in_unit(high)}" if meaning.units is not None else told
+
+
+def _decoded(meaning: Meaning, text: str) -> str:
+    """Return a message, and in a second line its words, if any."""
+    words = meaning.words(text)
+    return f"{text}\n{words}" if words else text
 
 
 def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:

@@ -1,6 +1,6 @@
 """Record the signals on all users' screens, each signal once.  A new record begins when the bench is replaced."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
+from axistwin.panel.scope.meaning import Meaning, meanings, presets
 from axistwin.panel.scope.tracks import Times, Track, Words
 from axistwin.traces.batch import Part, Value
 from axistwin.traces.provenance import provenance
@@ -35,6 +36,9 @@ class Recorder:
     def __init__(self) -> None:
         self.record = Record()
         self.signals: dict[str, Signal] = {}
+        self.meanings: dict[str, Meaning] = {}
+        """Units and words of signals, by name; other signals have neither."""
+        self.presets: Mapping[str, list[str]] = {}
         self.version = 0
         """Number that changes whenever data are added."""
         self.watchers: list[Callable[[], None]] = []
@@ -49,6 +53,8 @@ class Recorder:
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
+        self.meanings = meanings(bench, self.signals.values())
+        self.presets = presets(bench, list(self.signals.values()))
         self.record = Record(bench.now, {}, provenance(bench))
         self._follow_wishes()
 

@@ -48,7 +48,8 @@ def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: in
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / f"scope{suffix}"
         if suffix in PICTURES:
-            picture.save(of_trace(_read(path, pieces, from_ns, to_ns), from_ns=from_ns, to_ns=to_ns), path)
+            trace, title = _read(path, pieces, from_ns, to_ns, record.about), record.about.get("title", "")
+            picture.save(of_trace(trace, from_ns=from_ns, to_ns=to_ns, title=title), path)
         else:
             _write(path, pieces, {**record.about, **_coarse(record, signals, from_ns)}, from_ns, to_ns)
         return path.read_bytes()
@@ -135,7 +136,7 @@ def _spelled(rows: Rows) -> tuple[Times, Numbers]:
     return times[new], values[new]
 
 
-def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int) -> Trace:
+def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int, about: dict[str, str]) -> Trace:
     """Return a trace with the same contents as if it had been read from the file `path`."""
     tracks = {}
     for piece in pieces:
@@ -144,7 +145,7 @@ def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int) -> Trace:
         track = tracks[piece.signal.full] = Read(piece.signal.full, piece.signal.kind)
         track.times = array("q", [from_ns, *piece.times.tolist()])
         track.values = _values(piece)
-    return Trace(path, tracks, {}, from_ns, to_ns)
+    return Trace(path, tracks, about, from_ns, to_ns)
 
 
 def _values(piece: Piece) -> "array[int] | array[float] | list[str]":

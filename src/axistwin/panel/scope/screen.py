@@ -58,10 +58,16 @@ class Screen:
     span_ns: int = 2 * S
     lanes: bool = True
     """True: each signal has its own lane; False: the signals are overlaid."""
+    folded: set[str] = field(default_factory=set)
+    """Signals with a low lane, without values."""
+    titles: dict[str, str] = field(default_factory=dict)
+    """Titles that the user has given to signals."""
     pixels: int = 800
     trigger: Trigger = field(default_factory=Trigger)
     cursors: Cursors = field(default_factory=Cursors)
     frozen: Record | None = None
+    pointer: float | None = None
+    """Horizontal position of the pointer, from 0 to 1; None: not on the screen."""
     hit_ns: int | None = None
     """Time of the edge found by the trigger; None without an edge."""
     _to_ns: int = 0
@@ -88,6 +94,14 @@ class Screen:
         if self.frozen is not None:
             new = [name for name in names if name not in self.frozen.tracks]
             self.frozen.tracks |= self.recorder.frozen(new).tracks
+
+    def move_lane(self, place: int, to: int) -> None:
+        """Move the lane at an index to another index."""
+        names = list(self.names)
+        if 0 <= place < len(names):
+            name = names.pop(place)
+            names.insert(min(max(to, 0), len(names)), name)
+            self.names = tuple(names)
 
     # Time
 
@@ -140,6 +154,15 @@ class Screen:
         self.pause()
         moved_ns = self._to_ns + round(self.span_ns * part)
         self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
+
+    def jump(self, forward: bool) -> None:
+        """Show the next change (`forward`) after the visible time, or the last change before, and pause the screen."""
+        from_ns, to_ns = self.edges
+        last_ns = self.record.now_ns if forward else 0
+        edge = next_edge(self.tracks.values(), to_ns if forward else from_ns, last_ns)
+        if edge is not None:
+            self.pause()
+            self._to_ns = edge + round(self.span_ns * (0.9 if forward else 0.1))
 
     def fit(self) -> None:
         """Show the whole time of the record."""

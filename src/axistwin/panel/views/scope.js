@@ -1,9 +1,9 @@
 // The plot of the oscilloscope: draws the messages of the server, and sends messages about mouse, fingers and keys.
 window.axistwinScope = (() => {
-  const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, BELOW = 40, NEAR = 9, CLICK = 4;
+  const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, LINE = 15, FOLDED = 0.36, COLUMN = 420, NAMES = 160, BELOW = 40, NEAR = 9, CLICK = 4;
   const COLOURS = ["#0072B2", "#BB4E00", "#00805D", "#B04C86", "#8A6000", "#2F79A3"], DASHES = ["solid", "dashed", "dotted"];
   const INK = "#1c2430", RULE = "#d5dae1", CURSORS = ["#2457c5", "#8a2be2"], TRIGGER = "#d0342c";
-  let last = null, shape = "", waiting = 0;
+  let last = null, shape = "", waiting = 0, columns = 1;
 
   const tell = (what) => emitEvent("scope", what);
 
@@ -29,7 +29,7 @@ window.axistwinScope = (() => {
   }
 
   function drawn(params) {
-    const n = params.dataIndex, signal = last.signals[n], count = last.signals.length;
+    const n = params.dataIndex, signal = last.signals[n], count = total(last);
     const style = { fill: "none", stroke: COLOURS[n % COLOURS.length], lineWidth: 1.4,
       lineDash: last.lanes ? "solid" : DASHES[Math.floor(n / 2) % 3] };
     const lines = signal ? stretches(signal, lanes(last)[n], count, params.coordSys) : [];
@@ -37,23 +37,41 @@ window.axistwinScope = (() => {
       { type: "polyline", silent: true, shape: { points }, style })) };
   }
 
+  const weight = (signal) => (signal.folded ? FOLDED : 1);
+  const total = (frame) => frame.signals.reduce((sum, signal) => sum + weight(signal), 0);
+
+  // Returns the upper edge of each lane, from the bottom of the plot, in lanes of normal height.
+  function tops(frame) {
+    let above = total(frame);
+    return frame.signals.map((signal) => { const top = above; above -= weight(signal); return top; });
+  }
+
+  // Returns the base and the height of each curve.
   function lanes(frame) {
-    const count = frame.signals.length;
-    return frame.signals.map((_, n) => (frame.lanes ? [count - 1 - n + 0.08, 0.66] : [0.04 * count, 0.9 * count]));
+    const count = total(frame), upper = tops(frame);
+    return frame.signals.map((signal, n) => {
+      if (!frame.lanes) return [0.04 * count, 0.9 * count];
+      return signal.folded ? [upper[n] - FOLDED + 0.04, 0.08] : [upper[n] - 0.92, 0.66];
+    });
+  }
+
+  // Returns the number of the lane at a height in pixels.
+  function laneAt(y, high) {
+    const up = (1 - (y - ABOVE) / Math.max(high - ABOVE - BELOW, 1)) * total(last), upper = tops(last);
+    return Math.max(upper.filter((top) => top >= up).length - 1, 0);
   }
 
   function label(signal) {
-    return signal.low === "" ? signal.name : `${signal.name}   ${signal.low} … ${signal.high}`;
+    return signal.range === "" || signal.folded ? signal.title : `${signal.title}   ${signal.range}`;
   }
 
   function series(frame) {
-    const places = lanes(frame), count = frame.signals.length, width = frame.to - frame.from;
+    const places = lanes(frame), upper = tops(frame), count = total(frame), width = frame.to - frame.from;
     const lines = { data: frame.signals.map(() => [frame.from, 0]) };
-    const names = frame.signals.map((signal, n) => ({
-      value: [frame.from, frame.lanes ? count - n - 0.14 : count * (1 - (n + 0.5) * 0.06)], name: label(signal),
-      label: { color: COLOURS[n % COLOURS.length] },
+    const names = !frame.lanes ? [] : frame.signals.map((signal, n) => ({
+      value: [frame.from, upper[n] - (signal.folded ? 0.18 : 0.14)], name: label(signal), label: { color: COLOURS[n % COLOURS.length] },
     }));
-    const words = frame.signals.flatMap((signal, n) => signal.words.map(([at, text]) => (
+    const words = frame.signals.flatMap((signal, n) => (signal.folded ? [] : signal.words).map(([at, text]) => (
       { value: [frame.from + at * width, places[n][0] + places[n][1] / 2], name: text })));
     const upright = (place) => (place === null ? [] : [[frame.from + place * width, 0], [frame.from + place * width, count]]);
     return [lines, { data: names }, { data: words }, ...frame.cursors.map((at) => ({ data: upright(at) })),
@@ -73,13 +91,25 @@ window.axistwinScope = (() => {
     return [lines, names, words, upright("A", CURSORS[0], "solid"), upright("B", CURSORS[1], "dashed"), upright("T", TRIGGER, "dotted")];
   }
 
+  // Returns the number of lines of the legend.
+  const legendLines = (frame) => Math.ceil(frame.signals.length / columns);
+
+  // Returns the legend of overlaid signals, in columns above the curves.
+  function legend(frame) {
+    return frame.lanes ? [] : frame.signals.map((signal, n) => (
+      { id: `name${n}`, type: "text", silent: true, left: LEFT + COLUMN * Math.floor(n / legendLines(frame)),
+        top: 2 + LINE * (n % legendLines(frame)), style: { text: label(signal),
+        fill: COLOURS[n % COLOURS.length], font: "600 11px sans-serif" } }));
+  }
+
   function options(frame) {
+    const above = frame.lanes ? ABOVE : ABOVE + LINE * legendLines(frame);
     return {
-      animation: false, grid: { left: LEFT, right: RIGHT, top: ABOVE, bottom: BELOW },
+      animation: false, grid: { left: LEFT, right: RIGHT, top: above, bottom: BELOW },
       xAxis: { type: "value", nameLocation: "middle", nameGap: 24, axisLine: { lineStyle: { color: INK } },
         axisLabel: { hideOverlap: true, showMinLabel: false, showMaxLabel: false }, splitLine: { lineStyle: { color: RULE } } },
       yAxis: { type: "value", interval: 1, axisLabel: { show: false }, axisTick: { show: false },
-        splitLine: { show: frame.lanes, lineStyle: { color: RULE } } },
+        splitLine: { show: frame.lanes && !frame.signals.some((signal) => signal.folded), lineStyle: { color: RULE } } },
       series: looks(),
     };
   }
@@ -92,12 +122,13 @@ window.axistwinScope = (() => {
       waiting = setTimeout(() => draw(id, last), 50);
       return;
     }
-    const now = JSON.stringify([id, frame.lanes, frame.signals.map((signal) => signal.name)]);
+    columns = Math.max(Math.floor(chart.getWidth() / COLUMN), 1);
+    const now = JSON.stringify([id, frame.lanes, columns, frame.signals.map((signal) => [signal.name, signal.folded])]);
     if (shape !== now) chart.setOption(options(frame), { notMerge: true });
     shape = now;
     chart.setOption({
-      xAxis: { min: frame.from, max: frame.to, name: frame.axis }, yAxis: { min: 0, max: Math.max(frame.signals.length, 1) },
-      series: series(frame),
+      xAxis: { min: frame.from, max: frame.to, name: frame.axis }, yAxis: { min: 0, max: Math.max(total(frame), 1) },
+      series: series(frame), graphic: legend(frame),
     });
   }
 
@@ -110,7 +141,7 @@ window.axistwinScope = (() => {
       return;
     }
     const fingers = new Map();
-    let began = null, moved = 0, held = "", apart = 0, factor = 1, shift = 0, at = 0.5, asked = 0;
+    let lane = null, began = null, moved = 0, held = "", apart = 0, factor = 1, shift = 0, at = 0.5, asked = 0;
     const width = () => Math.max(plot.clientWidth - LEFT - RIGHT, 1);
     const place = (event) => Math.min(Math.max((event.clientX - plot.getBoundingClientRect().left - LEFT) / width(), 0), 1);
     const later = () => {  // at most one message per frame of the browser
@@ -138,11 +169,17 @@ window.axistwinScope = (() => {
       began = event.clientX;
       moved = 0;
       held = fingers.size > 1 ? "" : near(place(event));
+      const where = event.clientY - plot.getBoundingClientRect().top;
+      lane = last?.lanes && fingers.size === 1 && event.clientX - plot.getBoundingClientRect().left < NAMES
+        ? [laneAt(where, plot.clientHeight), event.clientY] : null;
       apart = distance();
     });
     plot.addEventListener("pointermove", (event) => {
       const before = fingers.get(event.pointerId);
-      if (!before) return;
+      if (!before) {
+        hover(place(event));
+        return;
+      }
       fingers.set(event.pointerId, event);
       at = place(event);
       if (fingers.size > 1) {
@@ -156,6 +193,12 @@ window.axistwinScope = (() => {
       }
     });
     const release = (event) => {
+      const high = event.clientY - plot.getBoundingClientRect().top;
+      if (lane && event.type === "pointerup" && moved <= CLICK && Math.abs(event.clientY - lane[1]) > 2 * CLICK) {
+        tell({ do: "lane", lane: lane[0], to: laneAt(high, plot.clientHeight) });
+        moved = CLICK + 1;
+      }
+      lane = null;
       if (fingers.delete(event.pointerId) && event.type === "pointerup" && moved <= CLICK)
         tell({ do: "click", place: place(event), other: event.shiftKey });
       if (!fingers.size) setTimeout(() => { held = ""; }, 60);
@@ -168,6 +211,13 @@ window.axistwinScope = (() => {
       tell({ do: "key", key: event.key, shift: event.shiftKey, alt: event.altKey });
     });
 
+    let pointed = null, pointing = 0;
+    function hover(where) {  // at most ten messages in a second
+      pointed = where;
+      pointing = pointing || setTimeout(() => { pointing = 0; tell({ do: "hover", place: pointed }); }, 100);
+    }
+    plot.addEventListener("pointerleave", () => hover(null));
+
     function distance() {
       const [one, other] = [...fingers.values()];
       return other ? Math.abs(one.clientX - other.clientX) : 0;
@@ -177,7 +227,7 @@ window.axistwinScope = (() => {
       return ["a", "b"][found] ?? "";
     }
   }
-  const KEYS = new Set(["+", "-", "=", "ArrowLeft", "ArrowRight", "a", "b", "A", "B", ",", ".", "<", ">", " ", "Home", "Escape", "l"]);
+  const KEYS = new Set(["+", "-", "=", "ArrowLeft", "ArrowRight", "a", "b", "A", "B", ",", ".", "<", ">", " ", "Home", "Escape", "l", "n", "p"]);
 
   return { draw, attach };
 })();

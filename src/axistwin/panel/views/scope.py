@@ -16,7 +16,7 @@ from axistwin.panel.people import Person
 from axistwin.panel.scope import frames
 from axistwin.panel.scope.recorder import Recorder
 from axistwin.panel.scope.saving import PICTURES, TRACES, exact_ns, saved
-from axistwin.panel.scope.screen import PIXELS, Screen, first_choice
+from axistwin.panel.scope.screen import MOST_SHOWN, PIXELS, Screen, first_choice
 from axistwin.panel.turns import breathe
 from axistwin.panel.views import scope_controls as controls
 from axistwin.sessions.session import Session
@@ -42,7 +42,8 @@ class Scopes:
         screen = person.settings.get("scope")
         if not isinstance(screen, Screen):
             screen = person.settings["scope"] = Screen(self.recorder)
-            screen.names = tuple(first_choice(list(self.recorder.signals.values())))
+            signals = list(self.recorder.signals.values())
+            screen.names = tuple(self.recorder.presets.get("Scene", first_choice(signals))[:MOST_SHOWN])
         self._pages[screen] = self._pages.get(screen, 0) + 1
         breathe()
         try:
@@ -103,7 +104,8 @@ class _Scope:
         screen.pixels = self._pixels
         state = (
             screen.edges, screen.names, screen.pixels, screen.lanes, screen.cursors.a_ns, screen.cursors.b_ns,
-            screen.hit_ns, screen.frozen is None and screen.recorder.version, screen.record.now_ns, id(screen.record),
+            tuple(sorted(screen.folded)), tuple(screen.titles.items()), screen.hit_ns,
+            screen.frozen is None and screen.recorder.version, screen.record.now_ns, id(screen.record),
         )  # fmt: skip
         if state != self._drawn:
             self._drawn = state
@@ -128,6 +130,12 @@ class _Scope:
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))
+            case "lane":
+                last = len(screen.names) - 1
+                lane, to = (int(_number(value.get(key), 0, last, 0)) for key in ("lane", "to"))
+                screen.move_lane(lane, to)
+            case "hover":
+                screen.pointer = None if value.get("place") is None else place
             case "drag":
                 screen.put_cursor("b" if value.get("which") == "b" else "a", place)
             case "click":
@@ -181,7 +189,7 @@ class _Scope:
 HELP = (
     "Wheel or two fingers: zoom. Drag: shift. Click: set a cursor. Keys: + and − zoom, arrows shift, space pauses, "
     "Home shows all, a and b select a cursor, Shift with arrows moves the cursor, comma and full stop move the cursor "
-    "to an edge."
+    "to an edge, p and n show the previous and the next activity."
 )
 KEYS: dict[str, Callable[[Screen], object]] = {
     "+": lambda screen: screen.zoom(0.5),
@@ -198,6 +206,8 @@ KEYS: dict[str, Callable[[Screen], object]] = {
     " ": lambda screen: screen.pause() if screen.frozen is None else screen.live(),
     "Home": lambda screen: screen.fit(),
     "Escape": lambda screen: controls.clear_cursors(screen),
+    "p": lambda screen: screen.jump(False),
+    "n": lambda screen: screen.jump(True),
     "l": lambda screen: setattr(screen, "lanes", not screen.lanes),
 }
 SUFFIXES = (*TRACES, *PICTURES)

@@ -11,6 +11,7 @@ from nicegui.elements.mixins.value_element import ValueElement
 from axistwin.errors import AxistwinError
 from axistwin.panel.context import Refresh, complain, together
 from axistwin.panel.scope.cursors import between, duration, rate, value_at
+from axistwin.panel.scope.meaning import PLAIN, Meaning
 from axistwin.panel.scope.saving import PICTURES, TRACES
 from axistwin.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searched
 from axistwin.panel.scope.tracks import Words
@@ -21,6 +22,8 @@ from axistwin.units import to_seconds
 
 MOST_FOUND = 60
 UNKNOWN = "–"
+MOST_TITLE = 40
+"""Largest number of characters in the title of a lane."""
 Save = Callable[[str, bool], Awaitable[None]]
 """Function that saves a file with this suffix: the complete record (True) or the visible time (False)."""
 
@@ -46,6 +49,13 @@ def head(screen: Screen, save: Save) -> Refresh:
         breathe()
         all_ = ui.button("All", on_click=screen.fit).props("dense flat no-caps aria-label='complete record'")
         all_.mark("scope-all").tooltip("Complete record")
+        for icon, forward, what in (
+            ("keyboard_double_arrow_left", False, "previous activity"),
+            ("keyboard_double_arrow_right", True, "next activity"),
+        ):
+            jump = ui.button(icon=icon, on_click=lambda f=forward: screen.jump(f))
+            jump.props(f"dense flat round aria-label='{what}'").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
+        breathe()
         lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props("dense no-caps")
         refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
         breathe()
@@ -121,6 +131,14 @@ def choice(screen: Screen) -> Refresh:
         breathe()
         ui.button("Show", on_click=take).props("dense no-caps").mark("scope-show")
         breathe()
+        with ui.button("Presets").props("dense flat no-caps").mark("scope-presets"), ui.menu():
+            for title in screen.recorder.presets:
+                breathe()
+                item = ui.menu_item(title, on_click=lambda t=title: attempt(lambda: _preset(screen, t)))
+                item.props("role=menuitem").mark(f"scope-preset-{title}")
+        with ui.button("Arrange").props("dense flat no-caps").mark("scope-arrange") as arrange:
+            build_lanes = _lanes(screen)
+        arrange.on_click(lambda: build_lanes())
         with ui.button("List", icon="list").props("dense flat no-caps").mark("scope-list"), ui.menu():
             _list(screen)
     shown: list[tuple[str, ...]] = []
@@ -129,8 +147,52 @@ def choice(screen: Screen) -> Refresh:
         if shown != [screen.names]:
             shown[:] = [screen.names]
             wanted.value = ", ".join(screen.names)
+            build_lanes(anew=False)
 
     return refresh
+
+
+def _lanes(screen: Screen) -> Callable[..., None]:
+    """Build the menu of lanes: buttons for the order, a switch that folds a lane, and a field for its title.
+
+    Returns a function that builds the rows for the present signals; `anew=False`: only if they have been built before.
+    """
+
+    def set_folded(name: str, folded: bool) -> None:
+        (screen.folded.add if folded else screen.folded.discard)(name)
+
+    def rename(name: str, title: str) -> None:
+        screen.titles[name] = " ".join(title.split())[:MOST_TITLE]
+
+    def lanes() -> None:
+        for place, name in enumerate(screen.names):
+            breathe()
+            with ui.row().classes("scope-lane"):
+                for icon, to, what in (("arrow_upward", place - 1, "up"), ("arrow_downward", place + 1, "down")):
+                    arrow = ui.button(icon=icon, on_click=lambda p=place, t=to: screen.move_lane(p, t))
+                    arrow.props(f"dense flat round aria-label='{name} {what}'").mark(f"scope-{what}-{name}")
+                fold = ui.switch("fold", value=name in screen.folded).props(f"dense aria-label='fold {name}'")
+                fold.on_value_change(lambda event, n=name: set_folded(n, bool(event.value)))
+                fold.mark(f"scope-fold-{name}")
+                title = ui.input(name, value=screen.titles.get(name, "")).props("dense")
+                title.on_value_change(lambda event, n=name: rename(n, event.value or ""))
+                title.mark(f"scope-title-{name}")
+
+    with ui.menu(), ui.column().classes("scope-list"):
+        ui.label("Lanes can also be dragged by their names").classes("hint")
+        rows = ui.column().classes("scope-lanes")
+
+    def build(anew: bool = True) -> None:
+        if anew or rows.default_slot.children:
+            rows.clear()
+            with rows:
+                lanes()
+
+    return build
+
+
+def _preset(screen: Screen, title: str) -> None:
+    screen.show(screen.recorder.presets.get(title, ())[:MOST_SHOWN])
 
 
 def _list(screen: Screen) -> None:
@@ -245,11 +307,12 @@ def clear_cursors(screen: Screen) -> None:
 
 
 LABELS = {
-    "name": "signal", "now": "newest", "a": "at A", "b": "at B", "d": "B − A", "low": "least", "high": "greatest",
+    "name": "signal", "unit": "unit", "at": "at pointer", "now": "newest", "a": "at A", "b": "at B", "d": "B − A",
+    "low": "least", "high": "greatest",
     "mean": "mean",
 }  # fmt: skip
 COLUMNS = [
-    {"name": name, "label": label, "field": name, "align": "left" if name == "name" else "right"}
+    {"name": name, "label": label, "field": name, "align": "left" if name in ("name", "unit") else "right"}
     for name, label in LABELS.items()
 ]
 
@@ -290,27 +353,39 @@ def _times(screen: Screen) -> str:
     a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
     active = f"{screen.cursors.active.upper()} moves"
     told = [f"{name} {to_seconds(at):.9f} s" for name, at in (("A", a_ns), ("B", b_ns)) if at is not None]
+    if screen.pointer is not None:
+        pointer = f"pointer {to_seconds(screen.time_at(screen.pointer)):.9f} s"
+        told, active = [pointer, *told], active if told else ""
     if a_ns is not None and b_ns is not None:
         told += [f"B − A {duration(b_ns - a_ns)}", f"1/(B − A) {rate(b_ns - a_ns)}"]
-    return "   ".join([*told, active]) if told else "no cursors: click, or press a and b"
+    return "   ".join(filter(None, [*told, active])) if told else "no cursors: click, or press a and b"
 
 
 def _row(screen: Screen, name: str) -> dict[str, str]:
     track = screen.record.tracks.get(name)
-    row = dict.fromkeys(("now", "a", "b", "d", "low", "high", "mean"), UNKNOWN) | {"name": name}
+    row = dict.fromkeys(("at", "now", "a", "b", "d", "low", "high", "mean"), UNKNOWN) | {"name": name}
+    meaning = screen.recorder.meanings.get(name, PLAIN)
+    row["unit"] = meaning.unit
     if track is None:
         return row
+    at_ns = None if screen.pointer is None else screen.time_at(screen.pointer)
     a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
     if isinstance(track, Words):
-        times = (("now", screen.record.now_ns), ("a", a_ns), ("b", b_ns))
+        times = (("at", at_ns), ("now", screen.record.now_ns), ("a", a_ns), ("b", b_ns))
         return row | {key: track.at(at) for key, at in times if at is not None}
-    row["now"] = _shown(value_at(track, screen.record.now_ns))
-    row |= {key: _shown(value_at(track, at)) for key, at in (("a", a_ns), ("b", b_ns)) if at is not None}
+    times = (("at", at_ns), ("now", screen.record.now_ns), ("a", a_ns), ("b", b_ns))
+    row |= {key: _with_unit(meaning, value_at(track, at)) for key, at in times if at is not None}
     if a_ns is not None and b_ns is not None:
         found = between(track, a_ns, b_ns)
         row |= {"d": _shown(found.difference), "low": _shown(found.low), "high": _shown(found.high)}
         row["mean"] = _shown(found.mean, 6)
     return row
+
+
+def _with_unit(meaning: Meaning, value: float) -> str:
+    """Return a value, and in parentheses the value in the unit of the machine, if any."""
+    told = "" if isnan(value) else meaning.in_unit(value)
+    return f"{_shown(value)} ({told})" if told else _shown(value)
 
 
 def _shown(value: float, digits: int = 10) -> str:

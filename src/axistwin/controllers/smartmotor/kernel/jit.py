@@ -49,7 +49,7 @@ def setting() -> str:
     """Return the value of AXISTWIN_JIT, read once."""
     given = os.environ.get("AXISTWIN_JIT", "auto")
     if given not in SETTINGS:
-        raise UsageError(f"AXISTWIN_JIT={given}: choose one of {', '.join(SETTINGS)}")
+        raise UsageError(f"AXISTWIN_JIT={given}: expected one of {', '.join(SETTINGS)}")
     return given
 
 

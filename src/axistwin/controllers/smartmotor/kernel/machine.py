@@ -118,7 +118,7 @@ def set_torque(f: Floats, newton_metres: float) -> None:
     An ideal motor ignores the torque.
     """
     if not isfinite(newton_metres) or abs(newton_metres) > MOST_TORQUE_NM:
-        raise UsageError(f"a torque of {newton_metres} N·m: give a number from -1000 to 1000")
+        raise UsageError(f"a torque of {newton_metres} N·m: expected a number from -1000 to 1000")
     f[TORQUE_NM] = newton_metres
     f[OUTSIDE] = (newton_metres + f[GRAVITY_NM]) * f[PER_NM]
 

@@ -1,0 +1,129 @@
+"""Units of the machine: positions of an axis in millimetres, degrees or revolutions.
+
+The position of an axis is always a whole number of motor pulses or encoder counts.  A position in another unit is
+rounded to the nearest count once, when it is read; the number of counts per unit is an exact fraction.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil, log10
+from typing import Any, Self
+
+from axistwin.errors import UsageError
+from axistwin.numbers import NumberError, decimal, shortened, whole
+
+EXAMPLE = '{ per = 80, of = "mm" }'
+_PER = re.compile(r"([0-9.]+(?:e[-+]?[0-9]+)?)(?:/([0-9.]+))?")
+_OF = re.compile(r"[^\W\d_]{1,12}|°")
+_RESERVED = ("up", "down")
+"""Words that follow a position in the sentences of triggers."""
+_QUANTITY = re.compile(r"\s*(?P<number>-?[0-9.]+)\s*(?P<of>[^\W\d_]+|°)?(?P<per_second>/s)?\s*")
+_LEAST, _MOST = Fraction(1, 10**9), Fraction(10**12)
+MOST_DECIMALS = 9
+MOST_POSITION = 1 << 53
+"""Maximum distance of a switch or a trigger from position 0, in pulses or counts."""
+
+
+@dataclass(frozen=True)
+class MachineUnits:
+    """The unit of an axis: `per` pulses or counts are one unit `of`."""
+
+    per: Fraction
+    of: str
+
+    @classmethod
+    def given(cls, table: Any) -> Self:
+        """Return the units in a table with `per` and `of`.  Raises UsageError."""
+        if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
+            raise UsageError(f"units={table!r}: expected the keys per and of, e.g. {EXAMPLE}")
+        return cls(check_per(table["per"]), check_of(table["of"]))
+
+    @classmethod
+    def written(cls, text: str) -> Self:
+        """Return the units in a text made by `str`, e.g. `80 per mm`.  Raises UsageError."""
+        per, _, of = text.partition(" per ")
+        return cls(check_per(per), check_of(of))
+
+    def __str__(self) -> str:
+        return f"{self.per} per {self.of}"
+
+    def value(self, counts: float) -> float:
+        """Return a number of counts in this unit."""
+        return float(Fraction(counts) / self.per)
+
+    def shown(self, counts: float) -> str:
+        """Return a number of counts in this unit as text: with as many decimals as one count needs."""
+        return f"{self.value(counts):.{self.decimals}f}"
+
+    @property
+    def decimals(self) -> int:
+        """Number of decimals with which any two positions differ."""
+        return min(max(ceil(log10(self.per)), 0), MOST_DECIMALS)
+
+
+def check_per(given: Any) -> Fraction:
+    """Return a number of counts per unit, e.g. 80, 6.4 or "6400/360".  Raises UsageError."""
+    parts = _PER.fullmatch(str(given)) if type(given) in (int, float, str) else None
+    try:
+        if parts is not None and decimal(parts[1]) > 0 and decimal(parts[2] or "1") > 0:
+            per = Fraction(decimal(parts[1])) / Fraction(decimal(parts[2] or "1"))
+            if _LEAST <= per <= _MOST:
+                return per
+    except NumberError:
+        pass
+    raise UsageError('expected the pulses or counts of one unit, e.g. 80, 6.4 or "6400/360"')
+
+
+def check_of(given: Any) -> str:
+    """Return the name of a unit, e.g. "mm".  Raises UsageError."""
+    if not isinstance(given, str) or not _OF.fullmatch(given) or given in _RESERVED:
+        raise UsageError('expected the name of a unit, e.g. "mm", "deg" or "rev"')
+    return given
+
+
+def position(given: int | str, units: MachineUnits | None) -> int:
+    """Return a position in counts: a whole number of counts, or a text with a unit, e.g. "12.5 mm".
+
+    Raises UsageError.
+    """
+    if type(given) is int:
+        return given
+    found = _QUANTITY.fullmatch(given) if isinstance(given, str) and len(given) < 100 else None
+    if found is None or found["per_second"]:
+        raise UsageError(f"expected a position, {_examples(units)}")
+    if found["of"] is None:
+        try:
+            return whole(found["number"], -MOST_POSITION, MOST_POSITION)
+        except NumberError as error:
+            raise UsageError(f"{error}: expected whole counts, {_examples(units)}") from None
+    counts = round(_quantity(found["number"], found["of"], units))
+    if abs(counts) > MOST_POSITION:
+        raise UsageError(f"{given} goes beyond ±{MOST_POSITION} counts")
+    return counts
+
+
+def rate(given: float | str, units: MachineUnits | None) -> float:
+    """Return a velocity in counts/s: a number, or a text with a unit, e.g. "50 mm/s".  Raises UsageError."""
+    if isinstance(given, int | float):
+        return float(given)
+    found = _QUANTITY.fullmatch(given) if len(given) < 100 else None
+    if found is None or not found["of"] or not found["per_second"]:
+        raise UsageError(f"expected a number of counts/s, or e.g. '50 {units.of if units else 'mm'}/s'")
+    return float(_quantity(found["number"], found["of"], units))
+
+
+def _quantity(number: str, of: str, units: MachineUnits | None) -> Fraction:
+    if units is None:
+        raise UsageError(f"the axis has no unit {shortened(of)}: expected counts, or units = {EXAMPLE} of the axis")
+    if of != units.of:
+        raise UsageError(f"{shortened(of)} is not the unit of the axis: expected {units.of}")
+    try:
+        return Fraction(decimal(number)) * units.per
+    except NumberError as error:
+        raise UsageError(str(error)) from None
+
+
+def _examples(units: MachineUnits | None) -> str:
+    return f"e.g. 1000 or '12.5 {units.of}'" if units is not None else "e.g. 1000"

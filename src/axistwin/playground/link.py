@@ -1,0 +1,60 @@
+"""Share links: a scene, its files and a virtual time, compressed in the fragment of an address."""
+
+import json
+import zlib
+from base64 import urlsafe_b64decode, urlsafe_b64encode
+from binascii import Error
+from dataclasses import asdict, dataclass
+
+from axistwin.errors import UsageError
+from axistwin.version import VERSION
+
+LONGEST_LINK = 200_000
+"""Largest number of characters of a link."""
+LONGEST_CONTENTS = 4_000_000
+"""Largest number of bytes of the decompressed contents."""
+REMEDY = "ask for the link again, or open the files"
+
+
+@dataclass(frozen=True)
+class Shared:
+    """Contents of a link: the files of a scene by name, the virtual time in nanoseconds, and axistwin's version."""
+
+    files: dict[str, str]
+    at_ns: int
+    version: str = VERSION
+
+
+def encode(shared: Shared) -> str:
+    """Return the fragment of a link.  Raises UsageError for contents that are too large."""
+    data = json.dumps(asdict(shared), ensure_ascii=False, separators=(",", ":"), sort_keys=True).encode()
+    fragment = urlsafe_b64encode(zlib.compress(data, 9)).decode().rstrip("=")
+    if len(data) > LONGEST_CONTENTS or len(fragment) > LONGEST_LINK:
+        raise UsageError(
+            f"the link would have {len(fragment)} characters: expected at most {LONGEST_LINK}: download the files"
+        )
+    return fragment
+
+
+def decode(fragment: str) -> Shared:
+    """Return the contents of a link's fragment.  Raises UsageError for a damaged link."""
+    if len(fragment) > LONGEST_LINK:
+        raise UsageError(f"the link has {len(fragment)} characters: expected at most {LONGEST_LINK}: open the files")
+    inflater = zlib.decompressobj()
+    try:
+        packed = urlsafe_b64decode(fragment + "=" * (-len(fragment) % 4))
+        data = inflater.decompress(packed, LONGEST_CONTENTS)
+        if not inflater.eof:
+            raise UsageError(f"the link is cut off or too large: {REMEDY}")
+        return _shared(json.loads(data))
+    except (Error, zlib.error, ValueError, RecursionError):
+        raise UsageError(f"the link is damaged: {REMEDY}") from None
+
+
+def _shared(found: object) -> Shared:
+    """Return the contents, checked.  Raises ValueError."""
+    match found:
+        case {"files": dict(files), "at_ns": int(at_ns), "version": str(version)} if at_ns >= 0 and files:
+            if all(isinstance(part, str) for item in files.items() for part in item):
+                return Shared(files, at_ns, version)
+    raise ValueError("other contents")

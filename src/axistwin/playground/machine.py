@@ -1,0 +1,293 @@
+"""The machine of the playground: open a scene, advance, act, and read the state as plain data for a page."""
+
+import io
+import re
+import zipfile
+from collections.abc import Mapping
+from math import inf
+from pathlib import Path
+from shutil import rmtree
+from time import perf_counter
+from typing import Any
+
+from axistwin.bench import FAMILIES, Bench, Controller
+from axistwin.bench.actions import on_a_bus
+from axistwin.bench.codec import codec_of
+from axistwin.controllers.front import Item, Lamp
+from axistwin.diagnostics import diagnose_text
+from axistwin.diagnostics.checking import MODELS, PROGRAMS
+from axistwin.errors import PlacedError, UsageError
+from axistwin.guide.shipped import examples
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.playground.curves import Curves
+from axistwin.playground.link import Shared, decode, encode
+from axistwin.scenes.scene import Scene
+from axistwin.sessions.saving import SCENE
+from axistwin.sessions.session import Session
+from axistwin.sim.pins import UserPin
+from axistwin.sim.serial_port import Flow
+from axistwin.teaching import Tutor
+from axistwin.version import VERSION
+
+MOST_MESSAGES = 2000
+"""Number of parts of the conversation that are kept until the page reads them."""
+TEXTS = (".toml", *PROGRAMS)
+"""Suffixes of the files that a scene can use here."""
+_NAME = re.compile(r"[\w. -]+(/[\w. -]+)*")
+
+
+class Playground:
+    """One session at a time.  `folder` is a directory for the files of the scene; its contents are replaced.
+
+    All methods return data that JSON can contain.  They raise AxistwinError for an error of the user.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._session: Session | None = None
+        self._scene: Scene | None = None
+
+    # Open
+
+    def choices(self) -> dict[str, Any]:
+        """Return the models and the examples that can be opened, and axistwin's version."""
+        found = [one for one in examples().values() if one.scene and one.command == "axistwin run"]
+        return {
+            "version": VERSION,
+            "models": list(FAMILIES),
+            "examples": [{"name": one.name, "title": one.title} for one in found],
+        }
+
+    def open_model(self, model: str) -> dict[str, Any]:
+        """Open one controller of a model with its default options."""
+        return self.open_files({SCENE: f'[[controller]]\nmodel = "{model}"\nname = "{model}"\n'})
+
+    def open_example(self, name: str) -> dict[str, Any]:
+        """Open an example."""
+        example = examples()[name]
+        files = (path for path in example.files if path.suffix in TEXTS)
+        texts = {path.relative_to(example.root).as_posix(): path.read_text(encoding="utf-8") for path in files}
+        return self.open_files(texts, example.scene)
+
+    def open_link(self, fragment: str) -> dict[str, Any]:
+        """Open the scene of a share link.  `target_ns` of the answer is the time of the link."""
+        shared = decode(fragment)
+        opened = self.open_files(shared.files)
+        other = shared.version != VERSION
+        opened["note"] = f"made with axistwin {shared.version}; this is {VERSION}" if other else ""
+        return opened | {"target_ns": shared.at_ns}
+
+    def open_files(self, texts: Mapping[str, str], scene: str = SCENE) -> dict[str, Any]:
+        """Open a scene with its files, by name.  The present session is replaced only if the scene is valid."""
+        for name in texts:
+            if not _NAME.fullmatch(name) or ".." in name.split("/"):
+                raise UsageError(f"{name!r} is not a file name: expected letters, digits, dots and hyphens")
+        if scene not in texts:
+            raise UsageError(f"no scene: expected a file {scene}")
+        fresh = self._folder / "opened"
+        rmtree(fresh, ignore_errors=True)
+        for name, text in texts.items():
+            path = fresh / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        self._start(Scene.load(fresh / scene))
+        return self._overview()
+
+    def _start(self, scene: Scene) -> None:
+        session = Session(scene.build, scene=scene)
+        self._scene, self._session = scene, session
+        self._messages: list[dict[str, Any]] = []
+        self._tutors: dict[str, Tutor] = {}
+        self._curves = Curves(session)
+        for name in session.bench.controllers:
+            self._listen(session.bench, name)
+
+    @property
+    def _now(self) -> Session:
+        if self._session is None:
+            raise UsageError("nothing is open: choose a model or an example")
+        return self._session
+
+    def _listen(self, bench: Bench, name: str) -> None:
+        controller = bench.controllers[name]
+        self._tutors[name] = Tutor(controller)
+        if on_a_bus(controller):
+            codec = codec_of(controller.product)
+
+            def message(data: bytes) -> None:
+                shown = codec.show(data.rstrip(b"\0") or data[:1])
+                self._receive(name, data, f"< {shown}   {codec.words(data, by_host=False)}\n")
+
+            controller.bus.subscribe_received(message)
+        elif name in bench.ports:
+            port = bench.port(name)
+            port.subscribe_received(lambda byte, _: self._receive(name, bytes([byte]), chr(byte)))
+            port.subscribe_sent(lambda data: self._add(name, "host", data.decode("latin-1")))
+
+    def _receive(self, name: str, data: bytes, shown: str) -> None:
+        self._add(name, "controller", shown)
+        for line in self._tutors[name].received(data):
+            self._add(name, "tutor", line)
+
+    def _add(self, name: str, who: str, text: str) -> None:
+        last = self._messages[-1] if self._messages else None
+        if (
+            last
+            and who == "controller"
+            and (last["name"], last["who"]) == (name, who)
+            and not last["text"].endswith("\n")
+        ):
+            last["text"] += text
+        elif len(self._messages) < MOST_MESSAGES:
+            self._messages.append({"name": name, "who": who, "text": text, "at_ns": self._now.bench.now})
+
+    # Read
+
+    def _overview(self) -> dict[str, Any]:
+        bench, scene = self._now.bench, self._scene
+        assert scene is not None, "a scene is open"
+        return {
+            "title": scene.title or ", ".join(bench.controllers),
+            "target_ns": 0,
+            "note": "",
+            "controllers": [self._parts(name, controller) for name, controller in bench.controllers.items()],
+            "files": {SCENE: scene.text, **scene.programs},
+        }
+
+    def _parts(self, name: str, controller: Controller) -> dict[str, Any]:
+        family = FAMILIES[controller.product.model]
+        pins = controller.pins.items()
+        lamps = [(group, item) for group in controller.product.front for item in group.items if isinstance(item, Lamp)]
+        return {
+            "name": name,
+            "model": controller.product.model,
+            "commands": on_a_bus(controller),
+            "port": on_a_bus(controller) or name in self._now.bench.ports,
+            "suffix": next(suffix for suffix, model in MODELS.items() if FAMILIES[model] == family),
+            "axes": [
+                {
+                    "name": f"{name}.{axis}",
+                    "unit": "counts" if isinstance(found, ServoAxis) else "pulses",
+                    "limits": list(found.limits) if found.limits else None,
+                }
+                for axis, found in controller.axes.items()
+            ],
+            "inputs": [pin for pin, found in pins if not found.is_output or isinstance(found, UserPin)],
+            "outputs": [pin for pin, found in pins if found.is_output],
+            "lamps": [
+                {"label": item.label or item.name, "group": group.title, "words": _words(item), "tone": item.tone.value}
+                for group, item in lamps
+            ],
+        }
+
+    def advance(self, until_ns: int, budget_s: float, from_ns: int = 0) -> dict[str, Any]:
+        """Advance to a virtual time, for at most `budget_s` seconds of the wall clock, and return the state.
+
+        The curves in the state begin at `from_ns`.
+        """
+        session = self._now
+        ends_s = perf_counter() + budget_s
+        if until_ns > session.bench.now:
+            session.forget_rest()
+            for _ in self._curves.advance(int(until_ns)):
+                if perf_counter() > ends_s:
+                    break
+        return self.state(from_ns)
+
+    def step(self, from_ns: int = 0) -> dict[str, Any]:
+        """Advance to the next event, and return the state."""
+        due_ns = self._now.bench.clock.next_event_ns()
+        return self.state(from_ns) if due_ns is None else self.advance(due_ns, inf, from_ns)
+
+    def state(self, from_ns: int = 0, points: int = 300) -> dict[str, Any]:
+        """Return time, positions, levels and lamps, the messages since the last call, and the curves from a time on."""
+        bench = self._now.bench
+        messages, self._messages = self._messages, []
+        return {
+            "now_ns": bench.now,
+            "controllers": {name: self._values(controller) for name, controller in bench.controllers.items()},
+            "messages": messages,
+            "curves": self._curves.window(from_ns, points),
+            "interval_ns": self._curves.interval_ns,
+        }
+
+    def _values(self, controller: Controller) -> dict[str, Any]:
+        lamps = (item for group in controller.product.front for item in group.items if isinstance(item, Lamp))
+        tutor = self._tutors[controller.name]
+        return {
+            "powered": controller.powered,
+            "axes": {
+                axis: {"position": found.position, "velocity": float(found.velocity), "moving": found.moving}
+                for axis, found in controller.axes.items()
+            },
+            "pins": {pin: found.level for pin, found in controller.pins.items()},
+            "lamps": [item.shows(_value(controller, item)) for item in lamps],
+            "reason": next((str(reason) for reason in tutor.guide.reasons()), ""),
+        }
+
+    # Act
+
+    def send(self, name: str, text: str) -> list[str]:
+        """Send a line as a host: characters and a carriage return, or a command of a board.  Return the comments."""
+        session, controller = self._now, self._now.bench[name]
+        tutor = self._tutors[name]
+        if on_a_bus(controller):
+            try:
+                data = codec_of(controller.product).read(text)
+            except PlacedError as error:
+                return [str(error.message), *tutor.unreadable(error)]
+            comments = tutor.sending(data)
+            self._add(name, "host", f"{text}\n")
+        else:
+            data = text.encode("latin-1", "replace") + b"\r"
+            comments = tutor.sending(data)
+            session.do(name, "flow", Flow.DTR.value)
+        session.say(name, data)
+        return comments
+
+    def act(self, name: str, target: str, value: str) -> None:
+        """Perform an action at the machine, e.g. `act("if1", "input1", "low")` or `act("if1", "power", "off")`."""
+        self._now.do(name, target, value)
+
+    def load(self, name: str, file: str, text: str) -> None:
+        """Switch a controller off and on, load a program, and start the program."""
+        self._now.load(name, file, text)
+
+    def check(self, name: str, suffix: str, text: str) -> list[dict[str, Any]]:
+        """Return the errors and warnings of a program for a controller."""
+        found = diagnose_text(text, suffix, self._now.bench[name].product)
+        return [
+            {"line": each.line, "column": each.column, "severity": each.severity.value, "message": each.message}
+            for each in found
+        ]
+
+    # Take away
+
+    def link(self) -> str:
+        """Return the fragment of a link to the present state."""
+        return encode(Shared(self._now.save(), self._now.bench.now))
+
+    def saved(self) -> bytes:
+        """Return a ZIP archive of a scene that repeats this session with `axistwin run`."""
+        buffer = io.BytesIO()
+        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, text in self._now.save().items():
+                archive.writestr(zipfile.ZipInfo(name), text)
+        return buffer.getvalue()
+
+    def table(self) -> str:
+        """Return the samples of all positions and velocities as CSV."""
+        return self._curves.table()
+
+
+def _value(controller: Controller, item: Item) -> int | None:
+    """Return the value of the terminal or register of a lamp; None without power."""
+    if not controller.powered:
+        return None
+    if item.source in controller.terminals:
+        return int(controller.terminals[item.source].level)
+    return int(controller.registers[item.source].read())
+
+
+def _words(item: Lamp) -> str:
+    return f"{item.name}.  {item.doc}".rstrip(". ") + "."

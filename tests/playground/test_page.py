@@ -1,0 +1,72 @@
+"""The page of the playground in Chromium, from a folder that `python -m http.server` could serve."""
+
+import os
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from threading import Thread
+
+import pytest
+
+from axistwin.playground import build
+
+ENGINE = os.environ.get("AXISTWIN_ENGINE", "")
+pytestmark = pytest.mark.skipif(not ENGINE, reason="AXISTWIN_ENGINE names no folder made by `make engine`")
+
+
+class Files(SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        """Print nothing."""
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    build(folder, Path(ENGINE))
+    assert sum(path.stat().st_size for path in folder.rglob("*")) < 20e6
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Files, directory=str(folder)))
+    Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/"
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api")
+    with playwright.sync_playwright() as tool:
+        yield tool.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+
+
+def test_a_conversation_and_its_link(address, browser):
+    page = browser.new_page()
+    foreign = []
+    page.on("request", lambda request: request.url.startswith((address, "data:")) or foreign.append(request.url))
+    page.goto(address)
+    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    page.select_option("#speed", "10")
+    page.wait_for_function("() => parseFloat(document.querySelector('#time').textContent) > 2")  # power-up takes 1 s
+    for line, answer in (("(", "U\n"), ("U61", "U61\n"), ("X4000@1000$", "$\n"), ("K", "0\n")):
+        page.fill("#text", line)
+        page.press("#text", "Enter")
+        page.wait_for_function("words => document.querySelector('#conversation').innerText.includes(words)", arg=answer)
+    page.wait_for_function("() => document.querySelector('#machine text').textContent.includes(' 4000 pulses')")
+    page.click("#run")
+    page.click("#share")
+    page.wait_for_function("() => document.querySelector('#note').textContent.includes('link')")
+    other = browser.new_page(viewport={"width": 390, "height": 844})
+    other.goto(page.url)
+    other.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    other.wait_for_function(
+        "time => document.querySelector('#time').textContent === time", arg=page.inner_text("#time")
+    )
+    assert other.inner_text("#machine") == page.inner_text("#machine")
+    assert other.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert not foreign
+
+
+def test_a_damaged_link_is_told_in_a_sentence(address, browser):
+    page = browser.new_page()
+    page.goto(f"{address}#eJw")
+    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    assert page.inner_text("#note").startswith("the link is")

@@ -1,0 +1,182 @@
+"""The machine of the playground, as its page uses it: JSON in, JSON out."""
+
+import io
+import json
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+from axistwin.errors import AxistwinError, UsageError
+from axistwin.playground import Playground
+from axistwin.playground.link import LONGEST_LINK, Shared, decode, encode
+
+from ..command import run
+
+S = 10**9
+
+
+@pytest.fixture
+def playground(tmp_path):
+    return Playground(tmp_path)
+
+
+def said(state, name="if1"):
+    return "".join(part["text"] for part in state["messages"] if (part["name"], part["who"]) == (name, "controller"))
+
+
+def ready(playground):
+    playground.open_model("if1")
+    playground.advance(2 * S, 9)
+    for n, line in enumerate(("(", "U61")):
+        playground.send("if1", line)
+        playground.advance((4 + 2 * n) * S, 9)
+
+
+def test_a_move_and_its_status(playground):
+    """The manual's X4000@1000$: 4,000 pulses, and K answers 0, at rest without a fault."""
+    ready(playground)
+    playground.send("if1", "X4000@1000$")
+    playground.advance(12 * S, 9)
+    playground.send("if1", "K")
+    state = playground.advance(13 * S, 9)
+    assert said(state).endswith("0\r")
+    assert state["controllers"]["if1"]["axes"]["X"] == {"position": 4000, "velocity": 0.0, "moving": False}
+    assert json.loads(json.dumps(state)) == state
+
+
+@pytest.mark.parametrize("model", ["if1", "if2", "1810", "1811", "smartmotor"])
+def test_every_model_is_shown(playground, model):
+    shown = playground.open_model(model)["controllers"]
+    assert [one["model"] for one in shown] == [model]
+    state = playground.advance(S // 10, 9)["controllers"][model]
+    assert set(state["pins"]) == {*shown[0]["inputs"], *shown[0]["outputs"]}
+    assert len(state["lamps"]) == len(shown[0]["lamps"])
+
+
+def test_every_example_opens(playground):
+    for example in playground.choices()["examples"]:
+        assert playground.open_example(example["name"])["title"]
+        assert playground.advance(S, 9)["now_ns"] == S
+
+
+def test_a_link_opens_the_same_moment(playground):
+    ready(playground)
+    playground.send("if1", "X4000@1000$")
+    moment = playground.advance(6 * S + 543_210_987, 9)
+    link, table = playground.link(), playground.table()
+    opened = playground.open_link(link)
+    assert opened["target_ns"] == 6 * S + 543_210_987 and opened["note"] == ""
+    again = playground.advance(opened["target_ns"], 9)
+    assert again["controllers"] == moment["controllers"]
+    assert 0 < again["controllers"]["if1"]["axes"]["X"]["position"] < 4000
+    assert playground.table() == table
+
+
+def test_a_saved_session_repeats_itself_with_run(playground, tmp_path):
+    ready(playground)
+    playground.send("if1", "X400@1000$")
+    playground.act("if1", "input1", "high")
+    playground.advance(9 * S, 9)
+    zipfile.ZipFile(io.BytesIO(playground.saved())).extractall(tmp_path / "saved")
+    result = run("run", tmp_path / "saved" / "scene.toml", "--for", "9", "--json").out
+    assert '"position": 400' in result
+
+
+def test_a_link_of_another_version_is_opened_with_a_note(playground):
+    scene = '[[controller]]\nmodel = "1811"\n'
+    assert playground.open_link(encode(Shared({"scene.toml": scene}, 0, "0.1")))["note"].startswith(
+        "made with axistwin 0.1"
+    )
+
+
+@pytest.mark.parametrize(
+    ("fragment", "message"),
+    [
+        ("!!", "the link is"),
+        ("eJw", "the link is cut off"),
+        (encode(Shared({"scene.toml": "x" * 1000}, 5))[:-9], "the link is"),
+        ("x" * (LONGEST_LINK + 1), "the link has 200001 characters"),
+        (encode(Shared({}, 0)), "the link is damaged"),
+        (encode(Shared({"scene.toml": "x"}, -1)), "the link is damaged"),
+    ],
+)
+def test_a_damaged_link_is_refused(fragment, message):
+    with pytest.raises(UsageError, match=message):
+        decode(fragment)
+
+
+def test_a_link_never_grows_beyond_its_limit():
+    with pytest.raises(UsageError, match="download the files"):
+        encode(Shared({"a.talk": "".join(chr(33 + n * n % 90) * (n % 7) for n in range(1_500_000))}, 0))
+
+
+@pytest.mark.parametrize("name", ["../scene.toml", "/scene.toml", "a/../../b", ""])
+def test_files_stay_in_their_folder(playground, name):
+    with pytest.raises(UsageError, match="is not a file name"):
+        playground.open_files({"scene.toml": "", name: ""})
+
+
+def test_an_invalid_scene_leaves_the_open_one(playground):
+    playground.open_model("if1")
+    with pytest.raises(AxistwinError, match="unknown key 'what'"):
+        playground.open_files({"scene.toml": "what = 1\n"})
+    assert playground.advance(S, 9)["now_ns"] == S
+
+
+def test_a_program_is_checked_and_loaded(playground):
+    playground.open_model("smartmotor")
+    found = playground.check("smartmotor", ".sms", "LIMH\nEND\n")
+    assert [(one["line"], one["column"], one["severity"]) for one in found] == [(1, 1, "error")]
+    playground.load("smartmotor", "program.sms", 'PRINT("ready",#13)\nEND\n')
+    assert said(playground.advance(4 * S, 9), "smartmotor").endswith("\rready\r")
+
+
+def test_curves_have_bounded_memory_and_keep_their_first_sample(playground):
+    playground.open_model("if1")
+    state = playground.advance(1000 * S, 99)
+    assert state["interval_ns"] == 320_000_000  # 20 ms, doubled at 4,096 samples: 4 times within 1,000 s
+    assert len(playground.table().splitlines()) == 1 + 1 + 1000 * 1000 // 320
+    assert len(playground.state(points=50)["curves"]["if1.X"]["position"]) <= 100
+
+
+PACKAGES = "sim motion plant controllers bench fault_injection programs conversations scenes teaching diagnostics"
+ABSENT = "numpy numba socket subprocess termios fcntl pty multiprocessing pyarrow matplotlib"
+IMPORTS = f"""
+import asyncio, logging, pydantic, simpy, sys  # libraries may import what axistwin may not
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in "{ABSENT}".split():
+            raise ModuleNotFoundError(name)
+for name in list(sys.modules):
+    if name.partition(".")[0] in "{ABSENT}".split():
+        del sys.modules[name]
+sys.meta_path.insert(0, Blocked())
+import importlib, pathlib, pkgutil, tempfile
+for package in "{PACKAGES}".split():
+    folder = importlib.import_module("axistwin." + package)
+    for module in pkgutil.walk_packages(folder.__path__, "axistwin." + package + "."):
+        if ".kernel." not in module.name:  # run time chooses the plain or the compiled kernel
+            importlib.import_module(module.name)
+from axistwin.playground import Playground
+playground = Playground(pathlib.Path(tempfile.mkdtemp()))
+for model in ("if1", "1811", "smartmotor"):
+    playground.open_model(model)
+    assert playground.advance(10**9, 9)["now_ns"] == 10**9
+"""
+
+
+def test_nothing_that_a_browser_lacks_is_imported():
+    """Pyodide has no threads, sockets and processes, and the page has no NumPy and no Numba."""
+    done = subprocess.run([sys.executable, "-c", IMPORTS], capture_output=True, text=True, timeout=50)
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_the_folder_needs_an_engine(tmp_path):
+    done = run("docs", "--playground", "--engine", tmp_path, "--out", tmp_path / "site")
+    assert done.code == 2 and "expected the wheel of pydantic-core for Pyodide" in done.err
+    assert (
+        run("docs", "--playground").err == "axistwin: --playground needs two folders: expected --engine DIR --out DIR\n"
+    )
+    assert not (tmp_path / "site").exists()
