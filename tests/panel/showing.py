@@ -37,14 +37,17 @@ class Visit:
     def bench(self):
         return self.context.bench
 
+    @property
+    def _refresh(self):
+        return self._made[-1]
+
     def frame(self):
         """Update the view, and build parts that have become visible."""
         with self.user.client:
-            refresh = self._made[-1]
-            refresh()
+            self._refresh()
             while self.context.unbuilt:
                 self.context.unbuilt.pop()()
-                refresh()
+                self._refresh()
 
     async def reload(self):
         """Open the page again, as the same user, and draw a frame."""
