@@ -1,14 +1,17 @@
 """`axistwin run`."""
 
 import json
+import os
 import re
+from hashlib import sha256
+from html import escape
 from pathlib import Path
 
 import pytest
 
 from axistwin import Bench
+from axistwin.cli.common.working import RunProgress
 from axistwin.cli.main import main
-from axistwin.cli.runs.run import _Progress
 
 
 @pytest.fixture
@@ -137,18 +140,58 @@ def test_traces_and_a_plot(axistwin, tmp_path):
     Path("a.if1").write_text("S1$\nX100Y-50$\n")
     code, _, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace", "a.vcd", "--plot", "a.svg")
     assert (code, err) == (0, "")
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.csv", "a.if1", "a.svg", "a.vcd"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.csv", "a.gtkw", "a.if1", "a.svg", "a.vcd"]
+
+
+def test_a_report_is_one_page_with_picture_conversation_verdict_and_provenance(axistwin):
+    Path("a.if1").write_text("S1$\nX100$\n")
+    code, out, _ = axistwin("if1", "a.if1", "--report", "a.html", "--option", "self_test_s=0.5")
+    page = Path("a.html").read_text(encoding="utf-8")
+    assert code == 0
+    assert re.search(r'<p class="verdict good">completed at [\d.]+ s of virtual time</p>', page)
+    assert page.count("<svg") == 1
+    for line in filter(None, out.splitlines()):
+        assert escape(line) in page
+    assert f"a.if1, SHA-256 {sha256(b'S1$' + os.linesep.encode() + b'X100$' + os.linesep.encode()).hexdigest()}" in page
+    assert "<th>controller if1</th><td>if1 {&quot;self_test_s&quot;: 0.5}</td>" in page
+    assert not re.search(r"<script|<link|src=|@import|url\((?!#)", page)
+
+
+def test_the_report_of_a_run_that_fails_says_why(axistwin):
+    Path("a.talk").write_text("; model: if1\n+2\n> (\n< V\\r\n")
+    code, _, err = axistwin("if1", "a.talk", "--report", "a.html")
+    page = Path("a.html").read_text(encoding="utf-8")
+    assert code == 1
+    assert '<p class="verdict bad">failed at' in page
+    assert escape(err.strip().removeprefix("axistwin: ")) in page
+
+
+def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):
+    Path("a.if1").write_text("X1000$\n")
+    code, out, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace-limit", "5kB")
+    assert (code, "X 0 → 1000" in out) == (0, True)
+    assert "the trace a.csv ends at" in err
+    assert "because the file has reached its limit of 0.005 MB" in err
+    code, _, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace-limit", "none")
+    assert (code, err) == (0, "")
+    assert Path("a.csv").stat().st_size > 5_000
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (
+            ("if1", "a.if1", "--report", "a.pdf"),
+            "'a.pdf' is not a name for a report: expected a name that ends in .html",
+        ),
+        (("if1", "a.if1", "--report", "no/where.html"), "no/where.html cannot be written"),
+        (("if1", "a.if1", "--trace-limit", "much"), "invalid size 'much': expected a size or none, e.g. 200MB"),
         (("if1", "none.if1"), "none.if1 cannot be read: No such file"),
         (("if9", "a.if1"), "no model 'if9'"),
         (("if1", "a.if1", "--option", "wires=3"), "no option 'wires'"),
         (("if1", "a.if1", "--option", "wires"), "NAME=VALUE"),
         (("if1", "a.if1", "--plot", "a.pdf"), ".svg or .png"),
-        (("if1", "a.if1", "--trace", "a.txt"), ".csv, .vcd or .parquet"),
+        (("if1", "a.if1", "--trace", "a.txt"), ".sigrok.vcd or .parquet"),
         (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
         (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
         (("a.toml", "a.if1", "--state", "x"), "set these in the scene"),
@@ -239,5 +282,5 @@ def test_progress_is_in_virtual_time(tmp_path):
     bench = Bench()
     bench.run(30)
     (tmp_path / "t.vcd").write_bytes(bytes(2_500_000))
-    shown = str(_Progress("a.if1", bench, 120.0, (tmp_path / "t.vcd",)).__rich__())
+    shown = str(RunProgress("a.if1", bench, 120.0, (tmp_path / "t.vcd",)).__rich__())
     assert re.fullmatch(r"running a\.if1: 30\.0 s, 25 %, \d+ times real time, trace 2\.5 MB", shown)

@@ -53,7 +53,7 @@ def scene(tmp_path):
 def test_a_program_loaded_into_a_motor_of_a_chain(scene):
     checked, built = complaints(scene(CHAIN.format(on="left", more="")))
     told = "left shares its serial line with other motors: a program needs a line to this motor alone"
-    assert checked == [f"13:1: {told}"]
+    assert checked == [f"13:6: {told}"]
     assert [error.endswith(f"s.toml:13:1: {told}") for error in built] == [True]
     assert complaints(scene(CHAIN.format(on="right", more=""))) == ([], [])
 
@@ -91,7 +91,7 @@ def test_a_terminal_of_two_names(scene, wires, message):
     if not message:
         assert (checked, built) == ([], [])
         return
-    assert checked[0].startswith("12:1: ")
+    assert checked[0].startswith("12:6: ")
     assert message in checked[0]
     assert message in built[0]
 

@@ -45,7 +45,7 @@ def test_files_of_all_kinds_at_once_without_a_model(check):
         "moves.181x:1:1 CM305]",
         "same.talk:3:4 DP305]",
         "bench.toml:3:1 SC102]",
-        "bench.toml:4:1 SC104]",
+        "bench.toml:4:17 SC104]",
     ]
     assert result.stderr == "axistwin: 5 files: 4 errors, 1 warning (1 can be fixed by --fix)\n"
 
@@ -71,7 +71,7 @@ def test_a_valid_scene_that_cannot_be_built(check):
     wire = '[[controller]]\nmodel = "if1"\n[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"\n'
     Path("bench.toml").write_text(wire, encoding="utf-8")
     (line,) = check("bench.toml").stdout.splitlines()
-    assert re.fullmatch(r"bench\.toml:5:1: error: if1 has no pin 'inptu1': .* \[SC110\]", line)
+    assert re.fullmatch(r"bench\.toml:5:6: error: if1 has no pin 'inptu1': .* \[SC110\]", line)
 
 
 NAMING = """

@@ -215,6 +215,20 @@ def test_values_of_a_scene():
     assert offered(SCENE, FILE + "[[wire]]\ninvert = |") == ["true", "false"]
 
 
+def test_words_of_a_fault_a_master_and_a_motor():
+    assert '"jam"' in offered(SCENE, FILE + "[[fault]]\nkind = |")
+    assert offered(SCENE, FILE + '[[fault]]\nkind = "jam"\non = |') == ['"left.X"', '"left.Y"', '"left.Z"']
+    assert offered(SCENE, FILE + '[[fault]]\non = |\nkind = "lose"\n') == ['"left.serial"']
+    assert {"left", "left.X", "left.input1"} <= set(offered(SCENE, FILE + '[[fault]]\non = "|'))
+    assert offered(SCENE, FILE + "[[fault]]\nway = |") == ['"to"', '"from"', '"both"']
+    assert offered(SCENE, FILE + "[[fault]]\nside = |") == ['"minus"', '"plus"', '"both"']
+    assert offered(SCENE, FILE + "[[script]]\non = |") == ['"left"']
+    motor = '[[controller]]\nmodel = "smartmotor"\n'
+    assert '"left.X"' in offered(SCENE, motor + "master = |\n" + FILE)
+    assert '"frame23"' in offered(SCENE, motor + "axes.shaft.motor = |")
+    assert '"frame23"' in offered(SCENE, motor + "axes.shaft.motor.model = |")
+
+
 def test_hover_over_keys_of_a_scene():
     assert told(SCENE, "[[controller]]\nmo|del = 1")[0].startswith("**model** ")
     assert "beyond which" in told(SCENE, FILE + "axes.X.limi|ts = [0, 1]")[0]

@@ -133,6 +133,41 @@ def test_a_scene_and_another_toml_file(client):
     assert client.open("file:///bench/pyproject.toml", "[project]\nname = 1\n") == []
 
 
+def test_each_bad_wire_and_fault_is_marked_at_its_value(client):
+    lines = (
+        '[[controller]]\nmodel = "if1"\n[[fault]]\nkind = "löse"\n[[wire]]\nfrom = "if1.outputé"\nto = "if1.input1"\n'
+        '[[wire]]\nfrom = "if1.output1"\nto = "if1.input9"\n'
+    )
+    found = client.open("file:///bench/two.toml", lines)
+    assert spans(found) == [("SC110", 3, 7, 13), ("SC110", 5, 7, 20), ("SC110", 9, 5, 17)]
+    assert "no fault 'löse': did you mean 'lose'?" in found[0]["message"]
+
+
+def test_a_call_leads_to_its_label_and_a_label_to_its_calls(client):
+    uri = "file:///bench/calls.sms"
+    client.open(uri, "GOSUB5\nIF a GOTO5 ENDIF\nGOTO7\nEND\nC5\nRETURN\n")
+    label = {"uri": uri, "range": {"start": {"line": 4, "character": 0}, "end": {"line": 4, "character": 2}}}
+    assert client.at("definition", uri, 0, 2) == label
+    assert client.at("definition", uri, 2, 2) is None
+    assert client.at("definition", uri, 3, 1) is None
+    asked = {
+        "textDocument": {"uri": uri},
+        "position": {"line": 4, "character": 1},
+        "context": {"includeDeclaration": True},
+    }
+    places = [found["range"]["start"] for found in client.ask("textDocument/references", asked)]
+    assert [(place["line"], place["character"]) for place in places] == [(0, 0), (1, 5), (4, 0)]
+
+
+def test_a_file_that_a_scene_names_is_opened(client, tmp_path):
+    (tmp_path / "moves.if1").write_text("X1$\n")
+    uri = (tmp_path / "bench.toml").as_uri()
+    client.open(uri, '[[controller]]\nmodel = "if1"\nhost = ["moves.if1", "none.if1"]\n')
+    assert client.at("definition", uri, 2, 10)["uri"] == (tmp_path / "moves.if1").as_uri()
+    assert client.at("definition", uri, 2, 24) is None
+    assert client.at("definition", uri, 1, 2) is None
+
+
 def test_a_conversation_without_a_model_has_a_warning(client):
     (found,) = client.open("file:///bench/whose.talk", "> (U61\\r\n")
     assert "model of this conversation is unknown" in found["message"]

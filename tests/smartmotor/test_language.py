@@ -164,3 +164,10 @@ def test_any_text_is_read(text):
 def test_any_command_with_anything_behind_it_is_read(code, behind):
     read(code + behind)
     read(code.rstrip("n=()") + behind)
+
+
+def test_an_unknown_name_before_an_equal_sign_is_blamed_for_its_name():
+    """`=5` and `KP=` are parts of an assignment with blanks; `FOO=` is no assignment."""
+    assert read("FOO=").problem.rule.code == "SM101"
+    assert read("KP=").problem.rule.code == "SM112"
+    assert read("=5").problem.rule.code == "SM104"

@@ -42,9 +42,9 @@ def run(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     (tmp_path / "cell.toml").write_text(CELL)
 
-    def run(tests):
+    def run(tests, *options):
         (tmp_path / "test_it.py").write_text(HOST + tests)
-        code = pytest.main([*WORDS, f"--rootdir={tmp_path}", str(tmp_path)])
+        code = pytest.main([*WORDS, *options, f"--rootdir={tmp_path}", str(tmp_path)])
         return code, capsys.readouterr().out
 
     yield run
@@ -88,6 +88,28 @@ def test_it(host, axistwin_twin):
     assert f"kept: {talk}\nkept: {trace}\n" in told
     assert "; model: if1\n! flow dtr\n+1.5\n> (\n< U\\r\n" in (tmp_path / talk).read_text()
     assert "if1.led" in (tmp_path / trace).read_text()
+
+
+def test_a_page_for_each_test_with_its_verdict(run, tmp_path):
+    code, told = run(
+        """
+@pytest.mark.axistwin("if1", self_test_s=0.2)
+@pytest.mark.parametrize("answer", ["U", "V<"])
+def test_it(host, axistwin_clock, axistwin_twin, answer):
+    axistwin_clock.advance(0.3)
+    assert axistwin_twin.call(ask, host, b"(") == answer.encode() + b"\\r"
+""",
+        "--axistwin-report=pages",
+    )
+    assert code == 1, told
+    good, bad = (tmp_path / "pages" / f"test-it.py-test-it-{name}.html" for name in ("U", "V"))
+    assert sorted((tmp_path / "pages").iterdir()) == [good, bad]
+    assert '<p class="verdict good">passed</p>' in good.read_text()
+    assert '<p class="verdict bad">failed</p>' in bad.read_text()
+    assert "AssertionError" in bad.read_text()
+    for part in ("<svg", "&gt; (\n&lt; U\\r", "<th>controller if1</th><td>if1 {&quot;self_test_s&quot;: 0.2}</td>"):
+        assert part in bad.read_text()
+    assert not list((tmp_path / "out" / "test_it_U_0").rglob("axistwin.*"))
 
 
 def test_an_unused_plug_in_imports_nothing_else(tmp_path):

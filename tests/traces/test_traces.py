@@ -1,7 +1,9 @@
 """Traces in all kinds of files: selection of signals, registers, Parquet, errors during writing, and reading."""
 
 import errno
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -93,6 +95,78 @@ def test_the_provenance_contains_the_origin_of_a_bench(tmp_path):
     with tracing(bench, tmp_path / "a.csv"):
         pass
     assert list(read(tmp_path / "a.csv").about.items())[1:3] == [("scene", "line.toml sha256:1234"), ("seed", "7")]
+
+
+def test_numbers_of_axes_and_voltages_have_units(tmp_path, traces):
+    units = json.loads(pq.read_schema(traces["parquet"].path).metadata[b"axistwin.units"])
+    head = [line for line in traces["csv"].path.read_text().splitlines() if line.startswith("# unit of ")]
+    assert head == [f"# unit of {name}: {unit}" for name, unit in units.items()]
+    assert units["if1.X.velocity"] == "pulses/s"
+    assert units["motor.A_volts"] == "V"
+    assert units["motor.shaft.position"] == "counts"
+    assert not {"if1.output1", "motor.RPE", "if1.host_says"} & units.keys()
+
+
+def test_sigrok_gets_levels_and_numbers_with_full_names_only(tmp_path, traces):
+    path = tmp_path / "a.sigrok.vcd"
+    found = traced(path, ("if1.*", "motor.shaft.*"))
+    definitions = [line.split()[1:3] for line in path.read_text().splitlines() if line.startswith("$var")]
+    assert {tuple(each) for each in definitions} == {("wire", "1"), ("real", "64")}
+    assert "$scope" not in path.read_text()
+    assert not any(line.startswith(("b", "s")) for line in path.read_text().splitlines())
+    assert found.tracks["if1.X.step"].times == traces["vcd"].tracks["if1.X.step"].times
+    assert list(found.tracks["motor.shaft.position"].values) == list(
+        traces["csv"].tracks["motor.shaft.position"].values
+    )
+
+
+# The save file of GTKWave
+
+
+def test_a_save_file_opens_the_waves_with_groups_and_analog_lanes(tmp_path):
+    traced(tmp_path / "a.vcd", ("if1.output1", "if1.host_says", "if1.X.pulses"))
+    *head, zoom = (tmp_path / "a.gtkw").read_text().splitlines()[:4]
+    assert re.match(r"\*-22\.\d{6} -1 ", zoom)  # 1000 pixels of 2 ** 22.7 ns: the whole run
+    assert [*head, *(tmp_path / "a.gtkw").read_text().splitlines()[4:]] == [
+        "[*] axistwin writes this file again with each trace; a file saved by GTKWave is kept",
+        '[dumpfile] "a.vcd"',
+        "[timestart] 0",
+        "@800200", "-if1", "@28", "+{if1.output1} if1.output1", "@820", "+{if1.host_says} if1.host_says",
+        "@1000200", "-if1",
+        "@800200", "-if1.X", "@88420", "+{if1.X.pulses [pulses]} if1.X.pulses", "@20200", "-", "-",
+        "@1000200", "-if1.X",
+    ]  # fmt: skip
+
+
+def test_a_save_file_of_the_user_is_kept(tmp_path):
+    (tmp_path / "a.gtkw").write_text("[*] GTKWave Analyzer v3.3.118\n")
+    traced(tmp_path / "a.vcd", ("if1.output1",))
+    assert (tmp_path / "a.gtkw").read_text() == "[*] GTKWave Analyzer v3.3.118\n"
+
+
+def test_a_save_file_that_cannot_be_written_is_reported_and_the_trace_continues(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(tracer, "write_save_file", full)
+    told = []
+    with tracing(Bench(), tmp_path / "a.vcd", (), told.append):
+        pass
+    assert told == ["no GTKWave save file beside a.vcd: No space left on device"] * 2
+
+
+def test_a_trace_ends_at_its_limit(tmp_path, traces):
+    told = []
+    bench = workshop()
+    with tracing(bench, tmp_path / "a.csv", ("*",), told.append, limit=20_000):
+        work(bench)
+    assert len(told) == 1
+    assert re.fullmatch(
+        r"the trace a\.csv ends at \d\.\d{6} s, because the file has reached its limit of 0\.02 MB", told[0]
+    )
+    assert (tmp_path / "a.csv").stat().st_size <= 20_000
+    short = read(tmp_path / "a.csv")
+    assert all(track.times == traces["csv"].tracks[name].times[: len(track)] for name, track in short.tracks.items())
 
 
 def test_parquet_has_plain_columns_in_compact_encodings(traces):

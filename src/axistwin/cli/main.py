@@ -141,8 +141,10 @@ def _run(arguments: list[str] | None) -> int:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
         sys.stdout.flush()
     except click.exceptions.Abort:  # Ctrl-C in click
+        print("axistwin: interrupted", file=sys.stderr)
         return 130
     except KeyboardInterrupt:
+        print("axistwin: interrupted", file=sys.stderr)
         return 130
     except click.ClickException as error:
         if as_json:

@@ -14,6 +14,10 @@ from axistwin.scenes.source import Source, read_text
 
 _SPAN = re.compile(r"""\[\[[^\]\n]*\]\]|\[[^\]\n]*\]|"[^"\n]*"|'[^'\n]*'|[\w-]+""")
 
+_KEY = re.compile(r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')(?:\.(?:[\w-]+|"[^"\n]*"|'[^'\n]*'))*[ \t]*=[ \t]*(?=[^\s#])""")
+KEYS = (rules.UNKNOWN_KEY.code, rules.MISSING_KEY.code)
+"""Codes of errors in keys; all other errors are in values."""
+
 
 def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
     """Return the diagnostics of a scene.  `text` replaces the contents of the file.
@@ -48,26 +52,28 @@ def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
 def _errors(file: Path, text: str) -> list[SceneError]:
     try:
         source = Source(file, text)
-        found = source.errors()
-        if not found:
-            _try(source)
+        return source.errors() or _build_errors(source)
     except SceneError as error:
         return [error]
-    return found
 
 
-def _try(source: Source) -> None:
-    """Build the scene without its state directories, so that no files are written."""
+def _build_errors(source: Source) -> list[SceneError]:
+    """Return the errors of building the scene without its state directories, so that no files are written."""
     contents = source.contents()
     for table in contents.controller:
         table.state = None
-    Scene(contents, source).build()
+    return Scene(contents, source).build_errors()
 
 
 def _as_diagnostic(error: SceneError, text: str) -> Diagnostic:
-    """Return the diagnostic of an error; it covers the word at the error's place, and always has a code."""
+    """Return the diagnostic of an error, which always has a code.
+
+    It covers the word at the error's place; for a wrong value, the value instead of its key.
+    """
     lines = text.splitlines()
     line, column = error.line or 1, error.column or 1
+    if error.code not in KEYS and line <= len(lines) and (key := _KEY.match(lines[line - 1], column - 1)):
+        column = error.column = key.end() + 1
     found = _SPAN.match(lines[line - 1], column - 1) if line <= len(lines) else None
     error.code, error.width = error.code or rules.SCENE.code, len(found[0]) if found else 1
     return as_diagnostic(error)

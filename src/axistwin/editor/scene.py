@@ -13,6 +13,8 @@ from typing import Any
 from axistwin.bench import FAMILIES, product
 from axistwin.editor.answers import Hover, Item, Symbol
 from axistwin.editor.talk import terminals
+from axistwin.fault_injection.kinds import KINDS
+from axistwin.fault_injection.table import On
 from axistwin.scenes.tables import SERVO_SCHEMA, has_servo, scene_schema
 
 _HEADER = re.compile(r"\s*(?P<brackets>\[\[?)\s*(?P<path>[\w.\"'-]*)")
@@ -21,6 +23,8 @@ _KEY = re.compile(r"""[\w"'.-]+""")
 _PAIR = re.compile(r"""\s*(?P<keys>[\w"'.-]*)\s*(?:(?P<equals>=)\s*(?P<value>.*))?""", re.DOTALL)
 _MODEL = re.compile(r"""\s*model\s*=\s*["'](?P<model>[\w-]+)["']""")
 _NAME = re.compile(r"""\s*name\s*=\s*["'](?P<name>[\w-]+)["']""")
+_KIND = re.compile(r"""\s*kind\s*=\s*["']([\w-]+)["']""")
+_FILE = re.compile(r"""["']([^"'\n]+\.\w+)["']""")
 TERMINAL_KEYS = ("from", "to")
 
 
@@ -61,9 +65,15 @@ class Scenes:
         if pair["equals"]:
             key = pair["keys"].split(".")[-1]
             return [
-                Item(value, "value") for value in _values(lines, key, _node(path, model).get(key, {}), pair["value"])
+                Item(value, "value")
+                for value in _values(lines, line, key, _node(path, model).get(key, {}), pair["value"])
             ]
         return [Item(name, "key", _description(node)) for name, node in _node(path, model).items()]
+
+    def file(self, lines: list[str], line: int, at: int) -> str | None:
+        """Return the file name at this place, as written in the scene."""
+        found = next((m for m in _FILE.finditer(lines[line - 1]) if m.start() <= at <= m.end()), None)
+        return None if found is None else found[1]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
         """Return the tables of the file; a controller's table is listed under its name."""
@@ -160,25 +170,63 @@ def _description(node: dict[str, Any]) -> str:
     return " ".join(str(node.get("description", "")).split())
 
 
-def _values(lines: list[str], key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
+def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
     """Yield the possible values of a key, in quotes unless the user has typed the opening quote."""
-    quote = "" if typed.startswith(('"', "'")) else '"'
-    if key == "model":
-        yield from (f"{quote}{model}{quote}" for model in FAMILIES)
-    elif key in TERMINAL_KEYS:
-        yield from (f"{quote}{terminal}{quote}" for terminal in _terminals(lines))
-    elif node.get("type") == "boolean":
+    if node.get("type") == "boolean":
         yield from ("true", "false")
+        return
+    quote = "" if typed.startswith(('"', "'")) else '"'
+    yield from (f"{quote}{value}{quote}" for value in _words(lines, line, key, node))
+
+
+def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Iterator[str]:
+    """Yield the possible texts of a key."""
+    if key == "model" and "enum" not in node:
+        yield from FAMILIES
+    elif key in TERMINAL_KEYS:
+        yield from (f"{name}.{pin}" for name, model in _controllers(lines) for pin in terminals(model)["pins"])
+    elif key == "master":
+        yield from (f"{name}.{axis}" for name, model in _controllers(lines) for axis in product(model).axes)
+    elif key == "on" and _table(lines, line) == ["fault"]:
+        yield from _spots(lines, line)
+    elif key == "on":
+        yield from (name for name, _ in _controllers(lines))
     else:
-        yield from (f"{quote}{value}{quote}" for value in node.get("enum", ()))
+        choices = [node, *node.get("anyOf", ())]
+        yield from (value for choice in choices for value in choice.get("enum", ()) if isinstance(value, str))
 
 
-def _terminals(lines: list[str]) -> Iterator[str]:
-    """Yield the terminals of all controllers in the file, as "name.pin"."""
+def _spots(lines: list[str], line: int) -> Iterator[str]:
+    """Yield the places of a fault; if its kind is known, only those on which this kind acts."""
+    kind = KINDS.get(_value_in_table(lines, line, _KIND))
+    for name, model in _controllers(lines):
+        named = {
+            On.CONTROLLER: [name],
+            On.LINE: [f"{name}.serial"] if product(model).line is not None else [],
+            On.AXIS: [f"{name}.{axis}" for axis in product(model).axes],
+            On.PIN: [f"{name}.{pin}" for pin in terminals(model)["pins"]],
+        }
+        for on, spots in named.items():
+            if kind is None or kind.on is on:
+                yield from spots
+
+
+def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
+    """Return the value that a pattern finds in the table that contains a line."""
+    begin = next((n for n in range(line, 0, -1) if lines[n - 1].lstrip().startswith("[")), 0)
+    for each in lines[begin:]:
+        if each.lstrip().startswith("["):
+            break
+        if found := pattern.match(each):
+            return str(found[1])
+    return ""
+
+
+def _controllers(lines: list[str]) -> Iterator[tuple[str, str]]:
+    """Yield the name and the model of each controller in the file."""
     for number, line in enumerate(lines, start=1):
         if re.match(r"\s*\[\[\s*controller\s*\]\]", line) and (model := _model(lines, number)):
             end = next(
                 (n for n in range(number + 1, len(lines) + 1) if lines[n - 1].lstrip().startswith("[[")), len(lines) + 1
             )
-            name = _title(lines, number, end, model)
-            yield from (f"{name}.{pin}" for pin in terminals(model)["pins"])
+            yield _title(lines, number, end, model), model

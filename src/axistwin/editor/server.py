@@ -283,6 +283,33 @@ def _action(text: Text, fix: Fix, diagnostic: lsp.Diagnostic) -> lsp.CodeAction:
     )
 
 
+def definition(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
+    """Return the place of a label, or the file that a scene names."""
+    text = server.text(params.text_document.uri)
+    line, at = text.at(params.position)
+    editing = text.editing
+    if isinstance(editing, Scenes):
+        name = editing.file(text.lines, line, at)
+        path = text.path.parent / name if name else None
+        start = lsp.Position(0, 0)
+        return lsp.Location(path.resolve().as_uri(), lsp.Range(start, start)) if path and path.is_file() else None
+    found = editing.definition(text.lines, line, at) if isinstance(editing, SourceEditing) else None
+    return None if found is None else _location(text, *found)
+
+
+def references(server: Server, params: lsp.ReferenceParams) -> list[lsp.Location]:
+    """Return the places of a label and of the statements that call the label."""
+    text = server.text(params.text_document.uri)
+    line, at = text.at(params.position)
+    editing = text.editing
+    found = editing.references(text.lines, line, at) if isinstance(editing, SourceEditing) else []
+    return [_location(text, *each) for each in found]
+
+
+def _location(text: Text, line: int, column: int, length: int) -> lsp.Location:
+    return lsp.Location(text.document.uri, text.span((line, column), (line, column + length)))
+
+
 FEATURES: dict[str, Callable[..., object]] = {
     lsp.TEXT_DOCUMENT_DID_OPEN: did_open,
     lsp.TEXT_DOCUMENT_DID_CHANGE: did_change,
@@ -290,5 +317,7 @@ FEATURES: dict[str, Callable[..., object]] = {
     lsp.SHUTDOWN: shutdown,
     lsp.TEXT_DOCUMENT_HOVER: hover,
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: symbols,
+    lsp.TEXT_DOCUMENT_DEFINITION: definition,
+    lsp.TEXT_DOCUMENT_REFERENCES: references,
 }
 """Features without options."""

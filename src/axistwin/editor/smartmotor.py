@@ -19,6 +19,10 @@ _COMMENT = re.compile(r"""(?:[^"']|"[^"]*"?)*'""")
 _NAME = re.compile(r"@[A-Z]+|B[a-z]|[A-Za-z]+\d*|\d+")
 _VARIABLE = re.compile(r"[a-z]{1,3}")
 CALLS = ("GOTO", "GOSUB")
+LABELLED = ("Cn", "GOTOn", "GOSUBn")
+"""Codes of the commands that define or call a label."""
+Span = tuple[int, int, int]
+"""Line and column from 1, and length."""
 ARRAYS = ("ab", "aw", "al")
 
 
@@ -48,6 +52,13 @@ class Source:
             if place.line == line and place.column - 1 <= at <= place.column - 1 + place.end - place.begin:
                 return number
         return None
+
+    def label_at(self, line: int, at: int) -> int | None:
+        """Return the number of the label that the statement at a place defines or calls."""
+        number = self.statement(line, at)
+        if number is None or word(self.program.statements[number]) not in LABELLED:
+            return None
+        return digits(self.program.statements[number])
 
     def open_blocks(self, line: int, at: int) -> list[str]:
         """Return the IF, WHILE and SWITCH blocks that enclose a place, innermost last."""
@@ -80,6 +91,24 @@ class SourceEditing:
         text = lines[line - 1][:at]
         source = Source(tuple(lines))
         return [] if _COMMENT.match(text) else following(text, source, source.open_blocks(line, at))
+
+    def definition(self, lines: list[str], line: int, at: int) -> Span | None:
+        """Return the place of the label that a statement calls."""
+        source = Source(tuple(lines))
+        label = source.label_at(line, at)
+        place = None if label is None else source.labels.get(label)
+        return None if place is None else (*place, len(f"C{label}"))
+
+    def references(self, lines: list[str], line: int, at: int) -> list[Span]:
+        """Return the places of a label and of all statements that call the label."""
+        source = Source(tuple(lines))
+        label = source.label_at(line, at)
+        places = zip(source.program.statements, source.program.places, strict=True)
+        return [
+            (place.line, place.column, place.end - place.begin)
+            for statement, place in places
+            if label is not None and word(statement) in LABELLED and digits(statement) == label
+        ]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
         """Return the labels; each part ends at the next label."""

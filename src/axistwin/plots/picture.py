@@ -55,12 +55,26 @@ def save(chart: Chart, path: Path) -> None:
         write_figure(_Picture(chart).draw(Figure()), path)
 
 
+def as_svg(chart: Chart) -> str:
+    """Return a chart as an SVG element for an HTML page."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(STYLE):
+        from matplotlib.figure import Figure
+
+        text = _rendered(_Picture(chart).draw(Figure()), "svg").decode()
+    return text[text.index("<svg") :]
+
+
 def write_figure(figure: "Figure", path: Path) -> None:
     """Write a figure to an SVG or PNG file; delete an incomplete file.  Raises UsageError."""
-    metadata = {"Date": None} if path.suffix == ".svg" else {}
+    _write(path, _rendered(figure, path.suffix.lstrip(".")))
+
+
+def _rendered(figure: "Figure", form: str) -> bytes:
     picture = BytesIO()
-    figure.savefig(picture, format=path.suffix.lstrip("."), dpi=150, metadata=metadata)
-    _write(path, picture.getvalue())
+    figure.savefig(picture, format=form, dpi=150, metadata={"Date": None} if form == "svg" else {})
+    return picture.getvalue()
 
 
 def _write(path: Path, data: bytes) -> None:

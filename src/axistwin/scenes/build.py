@@ -5,6 +5,7 @@ lines; faults; the script; hosts.  Errors have their place in the scene file.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from fractions import Fraction
 from hashlib import sha256
@@ -16,7 +17,7 @@ from axistwin.bench.action_runner import ActionRunner
 from axistwin.bench.actions import FAULT_ACTS
 from axistwin.bench.acts import Do
 from axistwin.conversations.conversation import parse_line
-from axistwin.errors import UsageError
+from axistwin.errors import SceneError, UsageError
 from axistwin.fault_injection.injector import Terms, free_name
 from axistwin.fault_injection.kinds import KINDS, kind_of
 from axistwin.fault_injection.sentences import name_in
@@ -60,10 +61,19 @@ class Builder:
     """Builds one bench.
 
     `served`: controllers with ports have outside hosts.  `texts`: texts of programs that have been read, by path; all
-    benches of a scene use the same texts.
+    benches of a scene use the same texts.  `errors`: a list for the errors in masters, wires, faults, the script and
+    hosts; without a list, the first error is raised.
     """
 
-    def __init__(self, contents: SceneFile, source: Source, served: bool, texts: dict[str, str]) -> None:
+    def __init__(
+        self,
+        contents: SceneFile,
+        source: Source,
+        served: bool,
+        texts: dict[str, str],
+        errors: list[SceneError] | None = None,
+    ) -> None:
+        self._errors = errors
         self.contents, self.source, self.served, self.texts = contents, source, served, texts
         self.bench = Bench()
         load = hosting.loader(self.bench, lambda file: self._text(str(self._relative_to_scene(Path(file)))))
@@ -81,6 +91,16 @@ class Builder:
         self._plan_script()
         self._start_hosts()
         return self.bench
+
+    @contextmanager
+    def _separately(self) -> Iterator[None]:
+        """Store an error in the list of errors, if there is one, so that the next parts are checked too."""
+        try:
+            yield
+        except SceneError as error:
+            if self._errors is None:
+                raise
+            self._errors.append(error)
 
     def _note_origin(self) -> None:
         digest = sha256(self.source.text.encode()).hexdigest()
@@ -132,23 +152,30 @@ class Builder:
     def _connect_masters(self) -> None:
         for number, table in enumerate(self.contents.controller):
             if table.master is not None:
-                path: Path_ = ("controller", number, "master")
-                axis = self._axis(table.master, path)
-                with self.source.placing_errors(*path):
-                    self.bench[table.called].master.follow(axis, Fraction(*table.master_ratio))
+                with self._separately():
+                    self._connect_master(table, table.master, ("controller", number, "master"))
+
+    def _connect_master(self, table: ControllerTable, master: str, path: Path_) -> None:
+        axis = self._axis(master, path)
+        with self.source.placing_errors(*path):
+            self.bench[table.called].master.follow(axis, Fraction(*table.master_ratio))
 
     def _connect_wires(self) -> None:
         laid: dict[Pin, tuple[Pin, WireTable]] = {}
         for number, wire in enumerate(self.contents.wire):
-            source = self._pin(wire.from_, ("wire", number, "from"))
-            target = self._pin(wire.to, ("wire", number, "to"))
-            self._check_direction(number, wire)
-            with self.source.placing_errors("wire", number, "to"):
-                _check_wire(source, target, wire, laid)
-            laid[target] = source, wire
-            self.bench.wires.append((wire.from_, wire.to))
-            with self.source.placing_errors("wire", number, "delay_ms"):
-                connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
+            with self._separately():
+                self._connect_wire(number, wire, laid)
+
+    def _connect_wire(self, number: int, wire: WireTable, laid: dict[Pin, tuple[Pin, WireTable]]) -> None:
+        source = self._pin(wire.from_, ("wire", number, "from"))
+        target = self._pin(wire.to, ("wire", number, "to"))
+        self._check_direction(number, wire)
+        with self.source.placing_errors("wire", number, "to"):
+            _check_wire(source, target, wire, laid)
+        laid[target] = source, wire
+        self.bench.wires.append((wire.from_, wire.to))
+        with self.source.placing_errors("wire", number, "delay_ms"):
+            connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 
     def _check_direction(self, number: int, wire: WireTable) -> None:
         """Raise SceneError unless the wire leads from a terminal that reports changes to an input."""
@@ -203,9 +230,11 @@ class Builder:
         for table in tables:
             names.append(table.name or free_name(table.kind, names))
         self.bench.faults.announced = (*names, *self._scripted())
-        self._check_fault_order(names, tables)
+        with self._separately():
+            self._check_fault_order(names, tables)
         for number, table in enumerate(tables):
-            self._plan_fault(table, number, ("fault", number))
+            with self._separately():
+                self._plan_fault(table, number, ("fault", number))
 
     def _scripted(self) -> list[str]:
         """Return the names of the faults that the script adds."""
@@ -238,14 +267,18 @@ class Builder:
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
-            with self.source.placing_errors("script", number, "at"):
-                at_ns = to_ns(table.at)
-            acts = []
-            for which, text in enumerate(table.do):
-                path: Path_ = ("script", number, "do", which)
-                with self.source.placing_errors(*path):
-                    acts.append((path, self._act(table, text)))
-            self._plan_acts(at_ns, acts)
+            with self._separately():
+                self._plan_entry(number, table)
+
+    def _plan_entry(self, number: int, table: ScriptTable) -> None:
+        with self.source.placing_errors("script", number, "at"):
+            at_ns = to_ns(table.at)
+        acts = []
+        for which, text in enumerate(table.do):
+            path: Path_ = ("script", number, "do", which)
+            with self.source.placing_errors(*path):
+                acts.append((path, self._act(table, text)))
+        self._plan_acts(at_ns, acts)
 
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
         """Schedule acts after all other events of their time.  Errors have their place in the scene file.
@@ -285,7 +318,7 @@ class Builder:
 
     def _start_hosts(self) -> None:
         for path, name, file in self._hosts():
-            with self.source.placing_errors(*path):
+            with self._separately(), self.source.placing_errors(*path):
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:

@@ -38,6 +38,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.bench import Bench, product
 from axistwin.controllers.product import Product
+from axistwin.errors import SceneError
 from axistwin.scenes.addresses import check_ports
 from axistwin.scenes.build import Builder, is_in_loop
 from axistwin.scenes.source import Given, Source
@@ -140,6 +141,18 @@ class Scene:
         `served`: controllers with ports have outside hosts, and their `host` files are not sent.
         """
         return Builder(self._contents, self._source, served, self._texts).build()
+
+    def build_errors(self) -> list[SceneError]:
+        """Build the scene once, and return all errors in masters, wires, faults, the script and hosts.
+
+        An error in a controller or a shared line is returned alone, because other parts refer to controllers.
+        """
+        errors: list[SceneError] = []
+        try:
+            Builder(self._contents, self._source, served=False, texts=self._texts, errors=errors).build()
+        except SceneError as error:
+            errors.append(error)
+        return errors
 
     @property
     def data(self) -> Mapping[str, Any]:

@@ -181,7 +181,7 @@ def _message_for(error: ErrorDetails) -> str:
         return f"{key!r} is missing: add {'[[controller]]' if key == 'controller' else f'{key} = …'}"
     name = ".".join(str(part) for part in path if isinstance(part, str))
     what = _MESSAGES.get(error["type"]) or error["msg"].removeprefix("Value error, ")
-    return f"{name}: {what[:1].lower()}{what[1:]}, not {json.dumps(error['input'])}"
+    return f"{name}: {what[:1].lower()}{what[1:]}, not {json.dumps(error['input'], ensure_ascii=False)}"
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:

@@ -37,7 +37,9 @@ from axistwin.scenes import toml_places
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
     """Return the field of a table for a parameter of a fault; the kind of fault checks its value."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
-    return kinds[parameter.sort] | None, Field(None, description=f"{parameter.doc}: {parameter.wanted}")
+    words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
+    description = f"{parameter.doc}: {parameter.wanted}"
+    return kinds[parameter.sort] | None, Field(None, description=description, json_schema_extra=words)
 
 
 FAULT_PARAMETERS: dict[str, Any] = {
@@ -259,7 +261,7 @@ Name = Annotated[str, Field(pattern=r"^[\w-]+$")]
 class FaultTerms(Table):
     """A fault."""
 
-    kind: str
+    kind: Annotated[str, Field(json_schema_extra={"enum": list(KINDS)})]
     """Kind of fault; `axistwin faults` lists them."""
     on: str = ""
     """Place of the fault, e.g. "table.serial", "table.input1", "table.X" or "table"."""

@@ -8,9 +8,11 @@
         axistwin_clock.advance(1.5)                         # virtual time passes in this call only
 
 The conversation and a trace of the axes are recorded in the test's `tmp_path`.  If the test fails, its report names
-these files; otherwise they are removed.  Other modules of axistwin are imported when a test uses one of the fixtures.
+these files; otherwise they are removed.  `--axistwin-report DIR` writes a page for each test.  Other modules of
+axistwin are imported when a test uses one of the fixtures.
 """
 
+import re
 from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,10 +25,22 @@ if TYPE_CHECKING:
 
 RECORDED_FILES = pytest.StashKey[tuple[Path, ...]]()
 FAILED = pytest.StashKey[bool]()
+VERDICT = pytest.StashKey[tuple[str, str]]()
+"""Outcome of the test, and the text of its failure."""
 MARKER = (
     "axistwin(what, *, scene=None, speed='manual', **options): the model, or the scene (a path relative to the test's "
     "file, or a dict), that the fixtures axistwin_twin, axistwin_port and axistwin_clock serve."
 )
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option `--axistwin-report`."""
+    parser.getgroup("axistwin").addoption(
+        "--axistwin-report",
+        metavar="DIR",
+        type=Path,
+        help="Write a page for each test that uses axistwin: picture, conversation, verdict and provenance.",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -43,6 +57,8 @@ def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[T
     files = request.node.stash[RECORDED_FILES] = (tmp_path / "axistwin.talk", tmp_path / "axistwin.csv")
     with serve(what, **{"speed": "manual", **keywords}, record=files[0], trace=files[1]) as twin:
         yield twin
+    if (directory := request.config.getoption("axistwin_report")) is not None:
+        _write_page(request.node, files, directory)
 
 
 @pytest.fixture
@@ -62,6 +78,8 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
     """Add the recorded files to the report of a failed test; remove them after any other test."""
     report = yield
     files = [path for path in item.stash.get(RECORDED_FILES, ()) if path.exists()]
+    if report.when == "call" or report.failed:
+        item.stash[VERDICT] = (report.outcome, report.longreprtext)
     if report.failed and files:
         item.stash[FAILED] = True
         report.sections.append(("axistwin", "\n".join(f"kept: {_shown(path)}" for path in files)))
@@ -69,6 +87,16 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
         for path in files:
             path.unlink(missing_ok=True)
     return report
+
+
+def _write_page(item: pytest.Item, files: tuple[Path, ...], directory: Path) -> None:
+    """Write the report of a test.  The name of the page is that of the test, without special characters."""
+    from axistwin.reports.page import of_recorded_files, write_page  # lazy import: only with --axistwin-report
+
+    outcome, failure = item.stash.get(VERDICT, ("error", ""))
+    page = of_recorded_files(item.nodeid, outcome, outcome == "passed", failure.splitlines(), *files)
+    directory.mkdir(parents=True, exist_ok=True)
+    write_page(page, directory / f"{re.sub(r'[^A-Za-z0-9.]+', '-', item.nodeid).strip('-')}.html")
 
 
 def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:

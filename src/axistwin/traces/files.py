@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ALL_BITS = 0xFFFF_FFFF_FFFF_FFFF
-WAVES = ".vcd"
-"""Suffix of the only files with step pulses; other files contain the signal `pulses` instead."""
+WAVES, SIGROK = ".vcd", ".sigrok.vcd"
+"""Endings of the only files with step pulses; other files contain the signal `pulses` instead."""
 
 
 class Sink(Protocol):
@@ -53,6 +53,7 @@ class CsvSink(TextSink):
         self._names = [f",{csv_field(signal.full)}," for signal in signals]
         lines = [f"# {key}: {value}" for key, value in provenance.items()]
         lines += [f"# signal: {signal.full} {signal.kind}" for signal in signals]
+        lines += [f"# unit of {name}: {unit}" for name, unit in units(signals).items()]
         lines.append("time_ns,signal,value")
         lines += [f"{now_ns}{name}{_csv_value(value)}" for name, value in zip(self._names, first, strict=True)]
         output.append(("\n".join(lines) + "\n").encode())
@@ -147,6 +148,31 @@ class VcdSink(TextSink):
         return found + ["$upscope $end"] * len(inside)
 
 
+class SigrokSink(VcdSink):
+    """Writes a VCD file that every version of sigrok and PulseView reads.
+
+    The file has no scopes, because sigrok would show only the last part of a name.  Integers are reals: old versions
+    show only levels, and stop at an integer.  There are no texts.
+    """
+
+    def _change(self, n: int, value: float | str) -> str:
+        if self._signals[n].kind in (COUNT, REAL):
+            return f"r{float(value)!r} {self._ids[n]}"
+        return super()._change(n, value)
+
+    def _scopes(self) -> list[str]:
+        """Return the definitions of the signals, with their full names."""
+        return [
+            f"$var {'real 64' if signal.kind in (COUNT, REAL) else 'wire 1'} {identifier} {signal.full} $end"
+            for signal, identifier in zip(self._signals, self._ids, strict=True)
+        ]
+
+
+def units(signals: Iterable[Signal]) -> dict[str, str]:
+    """Return the units of the signals that have a unit, by full name."""
+    return {signal.full: signal.unit for signal in signals if signal.unit}
+
+
 def decoded(
     batch: Batch,
     signals: "NDArray[np.int64]",
@@ -204,12 +230,17 @@ def _parquet(*arguments: object) -> Sink:
 
 
 MakeSink = Callable[[Output, Sequence[Signal], Sequence[Value], int, Provenance], Sink]
-SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, ".parquet": _parquet}
+SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, SIGROK: SigrokSink, ".parquet": _parquet}
+
+
+def ending(path: Path) -> str:
+    """Return the ending of a file's name that selects the kind of file."""
+    return SIGROK if path.name.endswith(SIGROK) else path.suffix
 
 
 def sink_for(path: Path) -> MakeSink:
-    """Return the writer for files with this suffix.  Raises UsageError for another suffix, or MissingExtraError."""
-    if path.suffix not in SINKS:
+    """Return the writer for files with this ending.  Raises UsageError for another ending, or MissingExtraError."""
+    if ending(path) not in SINKS:
         *others, last = SINKS
         raise UsageError(
             f"{path.name!r} is not a name for a trace: expected a name that ends in {', '.join(others)} or {last}"
@@ -218,9 +249,10 @@ def sink_for(path: Path) -> MakeSink:
         from axistwin.traces.parquet import require_pyarrow
 
         require_pyarrow()
-    return SINKS[path.suffix]
+    return SINKS[ending(path)]
 
 
 def supported(path: Path, signals: Iterable[Signal]) -> list[Signal]:
-    """Return the signals that a file with this suffix contains."""
-    return [signal for signal in signals if signal.kind != STEP or path.suffix == WAVES]
+    """Return the signals that a file with this ending contains."""
+    left_out = {WAVES: (), SIGROK: (TEXT,)}.get(ending(path), (STEP,))
+    return [signal for signal in signals if signal.kind not in left_out]

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping
+from errno import EFBIG
 from pathlib import Path
 
 Provenance = Mapping[str, str]
@@ -9,10 +10,18 @@ BINARY: int = getattr(os, "O_BINARY", 0)
 """Flag for binary files; without this flag, Windows would write CR LF for each LF."""
 
 
-class Output:
-    """A file to which each block is written completely or, if OSError is raised, not at all."""
+class LimitReachedError(OSError):
+    """The file would become longer than its limit."""
 
-    def __init__(self, path: Path) -> None:
+
+class Output:
+    """A file to which each block is written completely or, if OSError is raised, not at all.
+
+    `limit`: largest size in bytes.
+    """
+
+    def __init__(self, path: Path, limit: int | None = None) -> None:
+        self._limit = limit
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | BINARY, 0o666)
         self._size = 0
 
@@ -23,6 +32,8 @@ class Output:
     def replace_end(self, data: bytes, of: int) -> None:
         """Replace the last `of` bytes by a block.  Raises OSError; the bytes are then restored."""
         start = self._size - of
+        if self._limit is not None and start + len(data) > self._limit:
+            raise LimitReachedError(EFBIG, f"the file has reached its limit of {self._limit / 1e6:g} MB")
         os.lseek(self._file, start, os.SEEK_SET)
         before = os.read(self._file, of)
         try:

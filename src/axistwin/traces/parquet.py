@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import require
 from axistwin.traces.batch import Batch, ChangeQueue, Value, merged
+from axistwin.traces.files import units
 from axistwin.traces.output import Output, Provenance
 from axistwin.traces.signals import REAL, TEXT, Signal
 
@@ -31,7 +32,7 @@ GROUP, MOST = 1 << 16, 1 << 20
 """Least and largest number of rows in a full row group; groups grow, so that the table of contents stays small."""
 GROWS_AFTER = 64
 NOTHING = memoryview(bytes(1 << 24))
-SIGNALS, END = "axistwin.signals", "end"
+SIGNALS, UNITS, END = "axistwin.signals", "axistwin.units", "end"
 INTEGER, NUMBER, WORDS, NONE = range(4)
 KINDS = {REAL: NUMBER, TEXT: WORDS}
 """Column for the values of a signal, by kind; other kinds: `INTEGER`."""
@@ -60,7 +61,7 @@ class ParquetSink:
         self._output, self._signals = output, signals
         self._names = pa.array([*(signal.full for signal in signals), END], pa.string())
         kinds = {signal.full: signal.kind for signal in signals}
-        self._about = {**provenance, SIGNALS: json.dumps(kinds)}
+        self._about = {**provenance, SIGNALS: json.dumps(kinds), UNITS: json.dumps(units(signals))}
         self._batches: list[pa.Table] = []
         self._rows = self._groups = 0
         self._new = False

@@ -159,6 +159,8 @@ def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
             yield line
             continue
         key, _, value = line.removeprefix("# ").strip().partition(": ")
+        if key.startswith("unit of "):
+            continue
         if key == "signal":
             signals.append(value)
             about["signals"] = "\n".join(signals)
@@ -235,7 +237,7 @@ def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[st
             case ["$upscope", "$end"] if scopes:
                 scopes.pop()
             case ["$var", kind, _, identifier, name, *_]:
-                step = kind == LEVEL and name == STEP
+                step = kind == LEVEL and name.rpartition(".")[2] == STEP
                 names[identifier] = (".".join((*scopes, name)), STEP if step else kind)
             case ["$timescale", *scale, "$end"] if "".join(scale) != "1ns":
                 raise TraceError(f"{path}: not a trace: the time scale is {' '.join(scale)}, expected 1 ns")
@@ -272,7 +274,7 @@ def _words(path: Path, text: str) -> str:
 
 def _parquet(path: Path) -> Trace:
     from axistwin.traces.parquet import END as END_ROW
-    from axistwin.traces.parquet import SIGNALS, require_pyarrow
+    from axistwin.traces.parquet import SIGNALS, UNITS, require_pyarrow
 
     require_pyarrow()
     import numpy as np
@@ -282,6 +284,7 @@ def _parquet(path: Path) -> Trace:
     table = _parquet_table(path)
     about = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
     kinds = _parquet_kinds(path, about.pop(SIGNALS, None))
+    about.pop(UNITS, None)
     times = table["time_ns"].to_numpy()
     names = table["signal"].cast(pa.string())
     tracks = {name: Track(name, kind) for name, kind in kinds.items()}

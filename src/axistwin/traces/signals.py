@@ -22,6 +22,11 @@ FAULTS = "faults"
 DEFAULT = "default"
 """Pattern that selects terminals, axes, messages and faults, but no registers."""
 EVERYTHING = "*"
+UNITS = {
+    ("pulses", COUNT): "pulses", ("velocity", REAL): "pulses/s", ("position", COUNT): "counts",
+    ("commanded", COUNT): "counts",
+}  # fmt: skip
+"""Units of the signals of axes, by name and kind."""
 SHOWN = 12
 
 
@@ -42,6 +47,13 @@ class Signal:
     def full(self) -> str:
         """The full name, e.g. `if1.output1`."""
         return f"{self.scope}.{self.name}"
+
+    @property
+    def unit(self) -> str:
+        """The unit of the values, e.g. `pulses/s`; "" for levels, texts and registers."""
+        if self.register:
+            return ""
+        return "V" if self.kind == REAL and self.name.endswith("_volts") else UNITS.get((self.name, self.kind), "")
 
     def matches(self, pattern: str) -> bool:
         """Return True if the pattern selects the signal."""

@@ -25,8 +25,9 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.traces.axes import ServoTrace, StepperTrace
 from axistwin.traces.batch import ChangeQueue, Part, Rows, Value, merged
-from axistwin.traces.files import Sink, sink_for, supported
-from axistwin.traces.output import Output
+from axistwin.traces.files import WAVES, Sink, ending, sink_for, supported
+from axistwin.traces.gtkwave import write_save_file
+from axistwin.traces.output import LimitReachedError, Output
 from axistwin.traces.provenance import provenance
 from axistwin.traces.registers import PolledRegister, ReportedRegisters, written
 from axistwin.traces.signals import DEFAULT, FAULTS, TEXT, Signal, catalogue, choose, pin_signal
@@ -43,7 +44,8 @@ _log = logging.getLogger("axistwin.trace")
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
     """Trace a bench into `path` within this context.
 
-    `patterns` select the signals; `report` receives a message if the trace ends early.
+    `patterns` select the signals; `report` receives a message if the trace ends early.  `limit` is the largest size of
+    the file in bytes: a trace that would become larger ends.
 
     Raises UsageError for a pattern without a match, or if the file cannot be written.
     """
@@ -54,8 +56,10 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         path: Path,
         patterns: Sequence[str] = (DEFAULT,),
         report: Callable[[str], object] = _log.warning,
+        limit: int | None = None,
     ) -> None:
-        self.bench, self.path, self._report = bench, path, report
+        self.bench, self.path, self._report, self._limit = bench, path, report, limit
+        self._began_ns = bench.now
         self._make = sink_for(path)
         self._flushed_s = 0.0
         self._chosen = supported(path, choose(catalogue(bench), patterns))
@@ -64,7 +68,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         if self.path.exists() and not self.path.is_file():
             raise UsageError(f"{self.path} cannot be written: not a file")
         try:
-            self._output = Output(self.path)
+            self._output = Output(self.path, self._limit)
         except OSError as error:
             raise UsageError(f"{self.path} cannot be written: {error.strerror}") from None
         self._stack = ExitStack()
@@ -79,6 +83,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         tracer.sink = self._make(self._output, self._chosen, first, bench.now, provenance(bench))
         tracer.failed = self._failed
         self._stack.enter_context(tracer)
+        self._write_save_file()
 
     def catch_up(self) -> None:
         """Write the changes up to now; every two seconds, also flush the file for other programs.
@@ -94,7 +99,16 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
     def __exit__(self, *_: object) -> None:
         if self._tracer.sink is not None:
             self._stop_on_error(self._tracer.finish)
+            self._write_save_file()
         self._stack.close()
+
+    def _write_save_file(self) -> None:
+        """Write the GTKWave save file beside a VCD file.  An error is reported; the trace continues."""
+        if ending(self.path) == WAVES:
+            try:
+                write_save_file(self.path, self._chosen, self._began_ns, self.bench.now)
+            except OSError as error:
+                self._report(f"no GTKWave save file beside {self.path.name}: {error.strerror}")
 
     def _stop_on_error(self, do: Callable[[], None]) -> None:
         try:
@@ -107,7 +121,8 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._tracer.sink = None
         self._stack.close()
         ends_s = to_seconds(self._tracer.written_ns)
-        self._report(f"the trace {self.path.name} ends at {ends_s:.6f} s, because writing failed: {error.strerror}")
+        reason = "" if isinstance(error, LimitReachedError) else "writing failed: "
+        self._report(f"the trace {self.path.name} ends at {ends_s:.6f} s, because {reason}{error.strerror}")
 
 
 class Tracer:

@@ -11,6 +11,7 @@ import click
 
 from axistwin.bench import FAMILIES, product
 from axistwin.cli.common.completing import complete_checked
+from axistwin.cli.common.working import working
 from axistwin.controllers.diagnostics import Diagnostic, Severity
 from axistwin.controllers.product import Product
 from axistwin.diagnostics import codes
@@ -72,7 +73,8 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
         _explain(code, form)
         return 0
     made, files = _targets(arguments)
-    checked = [one for file in files for one in _check(file, made, fix, quiet=form != "text")]
+    with working(f"checking {len(files)} file{'s' * (len(files) != 1)}"):
+        checked = [one for file in files for one in _check(file, made, fix, quiet=form != "text")]
     _print(checked, made, form)
     worst = [each for one in checked for each in one.found if strict or each.severity is Severity.ERROR]
     return 1 if worst else 0

@@ -5,12 +5,16 @@ from typing import Any
 
 import click
 
-from axistwin.numbers import NumberError, real
+from axistwin.numbers import NumberError, real, shortened
 
 FILE = click.Path(dir_okay=False, path_type=Path)
 """A file."""
 MOST_S = 1e9
 """Longest accepted time in seconds, about thirty years; a longer time is refused as a typing error."""
+UNITS = {"kb": 1e3, "mb": 1e6, "gb": 1e9, "tb": 1e12, "": 1}
+MOST_BYTES = 1e18
+TRACE_LIMIT = "1GB"
+"""Default of `--trace-limit`."""
 
 
 class Number(click.FloatRange):
@@ -26,6 +30,28 @@ class Number(click.FloatRange):
             self.fail(f"{error}.", param, ctx)
         found: float = super().convert(number, param, ctx)
         return found
+
+
+class Size(click.ParamType[Any]):
+    """A number of bytes such as `500MB`, `1GB` or `2e6`; `none`: None."""
+
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the text as a number of bytes, or None."""
+        text = str(value).strip().lower()
+        if text == "none":
+            return None
+        unit = next((unit for unit in UNITS if unit and text.endswith(unit)), "")
+        try:
+            size = real(text.removesuffix(unit).strip()) * UNITS[unit]
+        except NumberError:
+            size = 0
+        if not 0 < size <= MOST_BYTES:
+            self.fail(
+                f"invalid size {shortened(str(value))}: expected a size or none, e.g. 200MB, 5GB or none", param, ctx
+            )
+        return int(size)
 
 
 class Seconds(Number):

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.working import working
 from axistwin.reports.columns import columns
 from axistwin.traces.differences import Comparison, Difference, Tolerance, compare
 from axistwin.units import S, to_ns
@@ -53,9 +54,10 @@ def diff(
         from axistwin.plots.picture import check_suffix
 
         check_suffix(plot)
-    one, other = read(first), read(second)
     patterns = split(signals or EVERYTHING)
-    found = compare(one, other, Tolerance(tolerance, to_ns(time_tolerance)), patterns)
+    with working(f"comparing {first.name} with {second.name}"):
+        one, other = read(first), read(second)
+        found = compare(one, other, Tolerance(tolerance, to_ns(time_tolerance)), patterns)
     if plot is not None and found.differences:
         from axistwin.plots.diff_chart import of_difference
         from axistwin.plots.picture import save

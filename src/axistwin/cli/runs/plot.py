@@ -6,6 +6,7 @@ import click
 
 from axistwin.cli.common.completing import complete_trace
 from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.working import working
 from axistwin.errors import UsageError
 from axistwin.plots.picture import check_suffix, save, show
 from axistwin.traces.signals import EVERYTHING
@@ -64,7 +65,8 @@ def plot(
             raise UsageError(f"{trace} holds results of a sweep: expected no option but --out and --title")
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
-    found = read(trace)
+    with working(f"reading {trace.name}"):
+        found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
         raise UsageError(f"--from {since:g}: expected a time before the trace's end at {to_seconds(found.end_ns):g} s")
     chart = of_trace(
@@ -75,7 +77,8 @@ def plot(
         found.about.get("title", trace.name) if title is None else title,
     )
     if path is not None:
-        save(chart, path)
+        with working(f"drawing {path.name}"):
+            save(chart, path)
         click.echo(f"axistwin: {path}", err=True)
     if on_screen:
         show(chart)

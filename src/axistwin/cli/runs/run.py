@@ -2,30 +2,38 @@
 
 import json
 import logging
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
+from hashlib import sha256
 from pathlib import Path
-from time import monotonic
+from typing import TYPE_CHECKING
 
 import click
 
 from axistwin.bench import FAMILIES, Bench, product
 from axistwin.cli.common.completing import complete_program, complete_target
-from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.parameters import FILE, TRACE_LIMIT, Number, Size
 from axistwin.cli.common.target import bench_for
+from axistwin.cli.common.working import RunProgress, working
 from axistwin.controllers.product import Product
 from axistwin.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
 from axistwin.errors import UsageError
 from axistwin.programs import running
 from axistwin.programs.running import Outcome, Program
 from axistwin.reports import transcript
+from axistwin.reports.page import Page, check_path, write_page
 from axistwin.reports.refusals import Refusal, models_at, refusals
 from axistwin.reports.run_record import RunRecord, recording_run
+from axistwin.traces.provenance import provenance
 from axistwin.units import to_ns
 
+if TYPE_CHECKING:
+    from axistwin.plots import Chart
+    from axistwin.traces.memory import MemoryTrace
+
 SECONDS = Number(min=0)
+INTERRUPTED = 130
 
 
 @click.command()
@@ -33,12 +41,19 @@ SECONDS = Number(min=0)
 @click.argument("program", type=FILE, required=False, shell_complete=complete_program)
 @click.option("--for", "seconds", type=SECONDS, help="Total virtual time in seconds, from power-up.")
 @click.option(
-    "--trace", "traces", type=FILE, multiple=True, help="Write a trace: FILE.csv, .vcd (GTKWave) or .parquet."
+    "--trace",
+    "traces",
+    type=FILE,
+    multiple=True,
+    help="Write a trace: FILE.csv, .vcd (GTKWave), .sigrok.vcd or .parquet.",
 )
 @click.option(
     "--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.  See docs/traces.md."
 )
+@click.option("--trace-limit", type=Size(), default=TRACE_LIMIT, show_default=True, metavar="SIZE|none",
+              help="Largest size of each trace, e.g. 5GB.")  # fmt: skip
 @click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
+@click.option("--report", type=FILE, help="Write a page with picture, conversation, verdict and provenance: FILE.html.")
 @click.option("--strict", is_flag=True, help="Exit with 1 if the controller refuses a line.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
@@ -51,7 +66,9 @@ def run(
     seconds: float | None,
     traces: tuple[Path, ...],
     signals: str | None,
+    trace_limit: int | None,
     plot: Path | None,
+    report: Path | None,
     strict: bool,
     as_json: bool,
     options: tuple[str, ...],
@@ -67,7 +84,7 @@ def run(
     command lines the initialisation is done.  A line is sent when the previous line has ended; `;` starts a comment,
     `+2.5` waits, `! input1 high` drives a pin.  `!` and a code mark each line that the controller refuses.
 
-    Ctrl-C ends the run; the results up to then are printed and drawn.
+    Ctrl-C ends the run; the results up to then are printed and drawn, with the note that the run was interrupted.
 
     Exit code 1: the controller differs from the conversation, or with --strict refuses a line.
 
@@ -78,6 +95,7 @@ def run(
       axistwin run smartmotor home.sms --trace home.parquet --signals 'default,smartmotor.RPE,smartmotor.a'
       axistwin run 1811 moves.181x --plot moves.svg
       axistwin run smartmotor home.sms --for 10 --option shaft.motor=frame23
+      axistwin run if1 moves.if1 --report moves.html
       axistwin run if1 forever.if1 --for 3600 --json
       axistwin run if2 locked.talk --state ./battery --option wiring=3-wire
       axistwin run examples/winder/scene.toml --plot winder.svg
@@ -92,24 +110,51 @@ def run(
         from axistwin.plots.picture import check_suffix  # lazy import: only for a plot
 
         check_suffix(plot)
+    if report is not None:
+        check_path(report)
     logging.basicConfig(format="axistwin: %(message)s")
     bench = bench_for(target, (*loaded.options, *options), state)
     loaded.prepare(bench)
     place = bench.origin.get("title", target)
     what, title = (target, place) if program is None else (program.name, f"{place}  {program.name}")
-    with _drawing(bench, plot, title), recording_run(bench) as record:
-        with _tracing(bench, traces, signals), _progress(_Progress(what, bench, seconds, traces)):
+    with _remembering(bench, (plot, report)) as memory, recording_run(bench) as record:
+        with _tracing(bench, traces, signals, trace_limit), working(RunProgress(what, bench, seconds, traces)):
             outcome, interrupted = _perform(loaded, bench, seconds)
         for controller in bench.controllers.values():
             controller.store.end()
+    chart = _chart(memory, title)
+    if plot is not None and chart is not None:
+        from axistwin.plots import save
+
+        with working(f"drawing {plot.name}"):
+            save(chart, plot)
     refused = refusals(record.said, _sent_programs(target, program, bench))
     if refused:
         checked = f"{'' if target.endswith('.toml') else target + ' '}{target if program is None else program}"
         outcome = _with_refusals(outcome, refused, checked)
     _report(record, outcome, refused, as_json)
-    if interrupted:
-        return 130
-    return 1 if outcome.difference or (strict and refused) else 0
+    code = INTERRUPTED if interrupted else 1 if outcome.difference or (strict and refused) else 0
+    if report is not None:
+        with working(f"writing {report.name}"):
+            write_page(_page(title, record, outcome, refused, chart, code, program), report)
+    return code
+
+
+def _page(
+    title: str, record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], chart: "Chart | None", code: int,
+    program: Path | None,
+) -> Page:  # fmt: skip
+    """Return the report of a run."""
+    ended = "interrupted" if code == INTERRUPTED else "failed" if code else "completed"
+    verdict = f"{ended} at {record.bench.seconds:g} s of virtual time"
+    reasons = [outcome.note, str(outcome.difference or "")]
+    about = (
+        {} if program is None else {"program": f"{program.name}, SHA-256 {sha256(program.read_bytes()).hexdigest()}"}
+    )
+    return Page(
+        title, verdict, not code, list(transcript.text(record, refused)), {**about, **provenance(record.bench)}, chart,
+        list(transcript.summary(record)), [reason for reason in reasons if reason],
+    )  # fmt: skip
 
 
 def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outcome, bool]:
@@ -121,21 +166,28 @@ def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outc
 
 
 @contextmanager
-def _drawing(bench: Bench, plot: Path | None, title: str) -> Iterator[None]:
-    """Trace the run within this context, and then draw the run to the file `plot`."""
-    if plot is None:
-        yield
+def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[MemoryTrace | None]":
+    """Trace the run in memory within this context, if any of the files is wanted."""
+    if not any(files):
+        yield None
         return
-    from axistwin.plots import of_trace, save  # lazy import: only for a plot
-    from axistwin.traces.memory import tracing_in_memory
+    from axistwin.traces.memory import tracing_in_memory  # lazy import: only for pictures
 
     with tracing_in_memory(bench) as memory:
-        yield
-    save(of_trace(memory.trace(), title=title), plot)
+        yield memory
+
+
+def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
+    """Return the chart of the run, or None if no picture is wanted."""
+    if memory is None:
+        return None
+    from axistwin.plots import of_trace
+
+    return of_trace(memory.trace(), title=title)
 
 
 @contextmanager
-def _tracing(bench: Bench, files: Sequence[Path], signals: str | None) -> Iterator[None]:
+def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: int | None) -> Iterator[None]:
     """Trace the run to files within this context."""
     with ExitStack() as stack:
         for file in files:
@@ -143,7 +195,7 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None) -> Iterat
             from axistwin.traces.trace import tracing
 
             stack.enter_context(
-                tracing(bench, file, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True))
+                tracing(bench, file, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True), limit)
             )
         yield
 
@@ -197,34 +249,3 @@ def _report(record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], as_
             click.echo(f"axistwin: {note}", err=True)
     if outcome.difference:
         click.echo(f"axistwin: {outcome.difference}", err=True)
-
-
-class _Progress:
-    """The state of a run in one line: virtual time, per cent, times real time, size of the traces."""
-
-    def __init__(self, what: str, bench: Bench, seconds: float | None, traces: Sequence[Path]) -> None:
-        self._what, self._bench, self._seconds, self._traces = what, bench, seconds, traces
-        self._began_s = monotonic()
-
-    def __rich__(self) -> str:
-        """Return the line for the present virtual time."""
-        now_s = self._bench.seconds
-        parts = [f"running {self._what}: {now_s:.1f} s"]
-        if self._seconds:
-            parts.append(f"{min(100.0, 100 * now_s / self._seconds):.0f} %")
-        parts.append(f"{now_s / max(monotonic() - self._began_s, 1e-3):.0f} times real time")
-        if size := sum(path.stat().st_size for path in self._traces if path.exists()):
-            parts.append(f"trace {size / 1e6:.1f} MB")
-        return ", ".join(parts)
-
-
-@contextmanager
-def _progress(progress: _Progress) -> Iterator[None]:
-    """Show the progress on a terminal."""
-    if not sys.stderr.isatty():
-        yield
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status(progress):
-        yield

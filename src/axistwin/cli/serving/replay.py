@@ -9,6 +9,7 @@ import click
 
 from axistwin.cli.common.parameters import FILE, Seconds
 from axistwin.cli.common.target import bench_for
+from axistwin.cli.common.working import RunProgress, working
 from axistwin.conversations.comparison import PATIENCE_S, Compared, Comparison, compare
 from axistwin.conversations.conversation import load_text, parse
 from axistwin.errors import UsageError
@@ -57,8 +58,9 @@ def replay(
         raise UsageError(f"{file} names no model: expected e.g. --model if1")
     given = () if model.endswith(".toml") else running.options(conversation, model)
     bench = bench_for(model, (*given, *options))
-    bench.run(conversation.seconds_in("on-for", 0.0) if on_for is None else on_for)
-    comparison = compare(conversation, bench, patience)
+    with working(RunProgress(file.name, bench)):
+        bench.run(conversation.seconds_in("on-for", 0.0) if on_for is None else on_for)
+        comparison = compare(conversation, bench, patience)
     if as_json:
         click.echo(json.dumps(as_dict(comparison)))
     else:

@@ -17,6 +17,7 @@ import click
 from axistwin.bench import Bench, product
 from axistwin.bench.options import read_options
 from axistwin.cli.common.completing import complete_target
+from axistwin.cli.common.parameters import TRACE_LIMIT, Size
 from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.served import Ports
@@ -62,6 +63,8 @@ CATCH_UP_S = 0.1
 @click.option("--reset-on-connect", is_flag=True, help="Cycle the controller's power for each new client.")
 @click.option("--trace", type=click.Path(dir_okay=False), metavar="FILE", help="Write a trace: .csv, .vcd or .parquet.")
 @click.option("--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.")
+@click.option("--trace-limit", type=Size(), default=TRACE_LIMIT, show_default=True, metavar="SIZE|none",
+              help="Largest size of the trace, e.g. 5GB.")  # fmt: skip
 @click.option("--record", type=click.Path(dir_okay=False), metavar="FILE", help="Record the conversation as FILE.talk.")
 @click.option(
     "--panel", metavar="[H:]P", help="Serve a panel for browsers at this port. Without a host: only this machine."
@@ -81,6 +84,7 @@ def serve(
     reset_on_connect: bool,
     trace: str | None,
     signals: str | None,
+    trace_limit: int | None,
     record: str | None,
     panel: str | None,
     panel_token: str | None,
@@ -125,7 +129,7 @@ def serve(
             _log_hints(bench)
         else:
             shown.session.each_bench(_log_hints)
-        files.write(_recording(bench, record, headers), _tracing(bench, trace, signals))
+        files.write(_recording(bench, record, headers), _tracing(bench, trace, signals, trace_limit))
         if shown is None:
             server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect)
         else:
@@ -214,7 +218,9 @@ class _Files:
 
 
 @contextmanager
-def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Callable[[], None] | None]:
+def _tracing(
+    bench: Bench, path: str | None, signals: str | None, limit: int | None
+) -> Iterator[Callable[[], None] | None]:
     """Trace within this context; yield a function that writes pending data to the file, or None without a file."""
     if path is None:
         yield None
@@ -222,7 +228,7 @@ def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Ca
     from axistwin.traces.signals import split  # lazy import: rarely used
     from axistwin.traces.trace import tracing
 
-    with tracing(bench, Path(path), split(signals)) as traced:
+    with tracing(bench, Path(path), split(signals), limit=limit) as traced:
         yield traced.catch_up
 
 

@@ -192,7 +192,7 @@ def _unknown(text: str) -> tuple[Rule, str]:
         return rules.LATER, class5.message(later)
     if len(text) > 1 and not text.strip(text[0]) and not text[0].isalnum():
         return rules.NO_COMMENT, f"{text[:20]} is neither a command nor a comment: a comment begins with '"
-    if text.startswith("=") or text.endswith("="):
+    if text.startswith("="):
         return rules.BLANKS, f"{text}: blanks around = are not allowed"
     if find(text) is not None:
         return rules.VALUE, f"{text} is a value, not a command: R{text} reports it"
