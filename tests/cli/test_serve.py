@@ -1,5 +1,6 @@
 """`axistwin serve` as a program: output and signals."""
 
+import asyncio
 import re
 import signal
 import socket
@@ -10,9 +11,10 @@ from pathlib import Path
 import pytest
 import serial
 
+from axistwin import Bench
 from axistwin.cli.serving import served
 from axistwin.cli.serving.host_lines import lines
-from axistwin.links import PortUrl
+from axistwin.links import PortUrl, Server
 from axistwin.sim import UartFormat
 
 from ..command import AT_ONCE, PATIENCE_S, ended, refused, run, serving
@@ -33,6 +35,29 @@ def test_a_model_on_a_free_port_until_it_is_asked_to_end():
         assert (name, url.host) == ("if1", "127.0.0.1")
         assert talk(url, b"(", b"U61\rE\r") == [b"U\r", b"C\r"]
         assert ended(program) == (0, "")
+
+
+@pytest.mark.parametrize("wait", [True, False])
+def test_virtual_time_can_wait_for_the_first_host(wait):
+    async def main():
+        bench = Bench()
+        bench.add("if1", line="instant")
+        server = Server(bench)
+        url = await server.open("if1", PortUrl("tcp", "127.0.0.1", 0))
+        (server.start_on_connection if wait else server.start)()
+        await asyncio.sleep(0.02)
+        server.pacer.sync()
+        assert (bench.now == 0) is wait
+        _, writer = await asyncio.open_connection(url.host, url.port)
+        while not server.client("if1"):
+            await asyncio.sleep(0.001)
+        await asyncio.sleep(0.02)
+        server.pacer.sync()
+        assert bench.now > 0
+        writer.close()
+        server.close()
+
+    asyncio.run(main())
 
 
 def test_a_host_that_sends_commands_before_the_data_format_is_told_why_nothing_comes():

@@ -346,6 +346,7 @@ def test_a_scene_that_is_not_a_text_file(tmp_path):
 def test_the_schema_is_json_and_has_all_tables():
     schema = json.loads(json.dumps(Scene.schema()))
     tables = {"title", "seed", "controller", "wire", "chain", "rs485", "fault", "script", "stand-in"}
+    tables |= {"panel", "operator"}
     assert set(schema["properties"]) == tables
     assert {"model", "ports", "axes"} <= set(schema["$defs"]["ControllerTable"]["properties"])
     assert "from" in schema["$defs"]["WireTable"]["properties"]

@@ -9,7 +9,7 @@ import pytest
 from axistwin import Bench, Session
 from axistwin.errors import ProgramError, UsageError
 from axistwin.sim import Flow, UartFormat
-from axistwin.units import MS
+from axistwin.units import MS, to_ns
 
 from .driving import drive, until
 
@@ -136,9 +136,107 @@ def test_steps():
         session.bench["if1"].serial.subscribe_received(lambda *_: levels.append(session.bench.now))
         assert await session.step("event")
         assert levels in ([], [session.bench.now])
-        with pytest.raises(UsageError, match="unknown step 'jump': expected event, statement, move"):
+        with pytest.raises(UsageError, match="unknown step 'jump': expected event, character, statement, move"):
             await session.step("jump")
         assert not session.running
+
+    drive(main())
+
+
+def test_a_message_is_one_event_and_its_characters_are_steps():
+    async def steps_of(kind):
+        session = await ready()
+        session.pause()
+        session.say("if1", b"N\r")
+        heard, steps = bytearray(), 0
+        session.bench["if1"].serial.subscribe_received(lambda byte, _: heard.append(byte))
+        while not heard.endswith(b"\r"):
+            assert await session.step(kind)
+            steps += bool(heard)
+        return bytes(heard), steps
+
+    assert drive(steps_of("character")) == (b"0\r", 2)
+    assert drive(steps_of("event")) == (b"0\r", 1)
+
+
+def test_a_restart_begins_again_and_can_be_undone():
+    async def main():
+        session = await ready()
+        session.say("if1", MOVE)
+        await asyncio.sleep(2)
+        assert position(session) == 100
+        session.pause()
+        end_ns, journal = session.bench.now, list(session.journal)
+        session.restart()
+        assert (session.running, session.seconds, list(session.journal)) == (True, 0.0, [])
+        await asyncio.sleep(0.5)
+        assert session.undo_seconds > 0
+        await session.undo()
+        assert (session.running, session.repeating, session.seconds) == (False, True, 0.0)
+        assert (to_ns(session.recorded_seconds), list(session.journal)) == (end_ns, journal)
+        await session.go_to(session.recorded_seconds)
+        assert (position(session), session.undo_seconds) == (100, 0)
+        with pytest.raises(UsageError, match="nothing to undo: a recording can be restored for 10 s"):
+            await session.undo()
+
+    drive(main())
+
+
+def test_an_act_in_a_replay_can_be_undone():
+    async def main():
+        session = await ready()
+        session.say("if1", MOVE)
+        await asyncio.sleep(2)
+        session.pause()
+        end_s = session.recorded_seconds
+        await session.go_to(0.5)
+        session.do("if1", "input1", "high")
+        assert session.recorded_seconds == 0.5
+        await session.undo()
+        assert (session.seconds, session.recorded_seconds) == (0.5, end_s)
+        assert not session.bench["if1"].pins["input1"].level
+
+    drive(main())
+
+
+@pytest.mark.parametrize("running", [False, True])
+def test_a_later_time_is_reached_at_full_speed(running):
+    async def main():
+        session = await ready()
+        if not running:
+            session.pause()
+        session.say("if1", MOVE)
+        await session.advance_to(1000)
+        assert (position(session), session.running) == (100, running)
+        assert session.seconds == 1000
+        with pytest.raises(UsageError, match=r"999 s is over: expected a time after 1000.000 s"):
+            await session.advance_to(999)
+
+    drive(main())
+
+
+def test_a_breakpoint_ends_the_way_to_a_later_time():
+    async def main():
+        session = await ready()
+        session.say("if1", MOVE)
+        session.add_break("if1.X passes 50")
+        await session.advance_to(1000)
+        assert (position(session), session.running, session.halted_by) == (50, False, "break: if1.X passes 50")
+
+    drive(main())
+
+
+def test_virtual_time_waits_for_the_first_visitor():
+    async def main():
+        session = Session(if1, 1.0)
+        session.wait()
+        await asyncio.sleep(1)
+        assert (session.seconds, session.running, session.waiting) == (0, False, True)
+        session.welcome()
+        assert (session.running, session.waiting) == (True, False)
+        session.pause()
+        session.welcome()
+        assert not session.running, "only the first visitor starts virtual time"
 
     drive(main())
 

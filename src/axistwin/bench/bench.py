@@ -42,6 +42,8 @@ class Bench:
         """Origin of the bench: `scene` (its name and hash), `title` of the scene, `seed`."""
         self.agenda_ns = 0
         """Time of the last planned action, e.g. of a scene's script."""
+        self.planned: list[tuple[int, str]] = []
+        """Time in nanoseconds and text of each planned action, for users."""
         self.attendants: dict[str, BusHost] = {}
         """Hosts that send whole commands to boards on a bus, by board name; each board has at most one."""
         self.senders: dict[str, Process] = {}

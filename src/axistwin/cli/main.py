@@ -63,6 +63,7 @@ GROUPS = {
         Command("stand-in", "serving", "Let a legacy host drive real motors through a motion board."),
         Command("boards", "serving", "List the motion boards that are connected."),
         Command("record", "serving", "Record the conversation of a host with a real controller."),
+        Command("probe", "serving", "Compare a real controller with a virtual one, case by case."),
         Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),
     ),
     "Write programs and scenes": (

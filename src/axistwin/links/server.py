@@ -84,6 +84,15 @@ class Server:
         """Start virtual time."""
         self.pacer.start()
 
+    def start_on_connection(self) -> None:
+        """Start virtual time when the first client has connected."""
+
+        def start() -> None:
+            unsubscribe()
+            self.start()
+
+        unsubscribe = self.gate.admitted.subscribe(start)
+
     def close(self) -> None:
         """Close all ports, disconnect all clients, and stop virtual time."""
         for endpoint in self._endpoints:

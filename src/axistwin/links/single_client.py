@@ -41,6 +41,8 @@ class Gate:
         """Why the gate is closed; "" while it is open."""
         self.changes: Signal[[]] = Signal()
         """Emitted after the gate has been opened or closed."""
+        self.admitted: Signal[[]] = Signal()
+        """Emitted after a client has been connected."""
 
     @property
     def closed(self) -> bool:
@@ -101,6 +103,7 @@ class SingleClient(Generic[G]):
         self.client, self._has_refused = client, False
         self.begin()
         self.pacer.work()
+        self.gate.admitted.emit()
         return True
 
     def disconnect(self, client: G) -> None:

@@ -21,7 +21,7 @@ from axistwin.panel.views.driving import driving
 from axistwin.panel.views.faults import faults, power
 from axistwin.panel.views.front import front
 from axistwin.panel.views.machines import machines
-from axistwin.panel.views.people import people
+from axistwin.panel.views.operator import operator
 from axistwin.panel.views.pins import pins
 from axistwin.panel.views.program import program
 from axistwin.panel.views.scope import scope
@@ -67,6 +67,7 @@ async def page(enter: Callable[[], Context]) -> None:
         context.common(Memory).keep()
     client.run_javascript(BUILT)
     visits.shown(client, background_tasks.create(_Frames(client, context, made).show(), name="panel"))
+    context.session.welcome()
 
 
 class Visits:
@@ -153,26 +154,15 @@ def views(context: Context) -> Iterator[Refresh]:
 def _header(context: Context) -> Iterator[Refresh]:
     with ui.header():
         ui.link("to the machines", "#bench").classes("skip")
-        with ui.row().classes("driving"):
-            ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-            yield _clock(context)
-            yield people(context)
         yield driving(context)
 
 
-def _clock(context: Context) -> Refresh:
-    """Show the virtual time, to a millisecond while running and to a microsecond while paused."""
-    label = ui.label().classes("clock").mark("clock").props("data-test=clock")
-
-    def refresh() -> None:
-        label.text = f"{context.session.seconds:.{3 if context.session.running else 6}f} s"
-
-    return refresh
-
-
 def _body(context: Context) -> Iterator[Refresh]:
-    columns = max(2, len(context.bench.controllers) + len(context.bench.lines))
+    columns = len(context.bench.controllers) + len(context.bench.lines)
     with ui.element("div").classes("bench").props("id=bench tabindex=-1").style(f"--columns: {columns}"):
+        if context.session.operator.items:
+            with ui.card().classes("machine wide").props('role=region aria-label="operator panel"'):
+                yield operator(context)
         for name in context.bench.controllers:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 yield from _machine(context, name)
@@ -180,7 +170,7 @@ def _body(context: Context) -> Iterator[Refresh]:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 ui.label(name).classes("machine-name")
                 yield terminal(context, name)
-        with ui.element("div").classes("beside" if len(context.bench.controllers) == 1 else "beside wide"):
+        with ui.element("div").classes("beside wide"):
             yield scope(context)
             with ui.card().classes("machine").props("role=region aria-label=faults"):
                 ui.label("Faults").classes("machine-name")
@@ -193,15 +183,17 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
         ui.label(name).classes("machine-name")
         ui.label(context.bench[name].product.title).classes("quiet")
         yield power(context, name)
-    yield front(context, name)
-    yield machines(context, name)
     kinds: Kinds = {"Pins": partial(pins, context, name)}
     if context.bench[name].product.programs:
         kinds["Program"] = partial(program, context, name)
     for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
         if endpoint in endpoints.names(context.bench):
             kinds[title] = partial(terminal, context, endpoint)
-    yield tabs(context, name, kinds)
+    with ui.element("div").classes("work"):
+        yield machines(context, name)
+        with ui.element("div").classes("side"):
+            yield tabs(context, name, kinds)
+    yield front(context, name)
 
 
 class _Frames:

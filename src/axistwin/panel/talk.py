@@ -65,6 +65,10 @@ class Printer:
         self._last_ns = 0
         self._ended = False
 
+    def end_line(self) -> None:
+        """Begin a new line with the next event."""
+        self._by_host = None
+
     def text(self, said: Iterable[Utterance]) -> str:
         """Return the text of further events."""
         return "".join(part for utterance in said for part in self._parts(utterance))

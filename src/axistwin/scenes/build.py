@@ -27,7 +27,7 @@ from axistwin.programs import stored_programs
 from axistwin.scenes import hosting, toml_places
 from axistwin.scenes.source import Source, instead
 from axistwin.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
-from axistwin.sim.pins import Pin, connect
+from axistwin.sim.pins import Pin, UserPin, connect
 from axistwin.units import to_ns
 
 Path_ = toml_places.Path
@@ -87,6 +87,7 @@ class Builder:
         self._connect_wires()
         self._add_shared_lines()
         self._open_second_channels()
+        self._check_operator()
         self._plan_faults()
         self._plan_script()
         self._start_hosts()
@@ -265,6 +266,23 @@ class Builder:
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()
 
+    def _check_operator(self) -> None:
+        """Raise SceneError for a terminal of the operator panel that does not exist, or that cannot be driven."""
+        panel = self.contents.operator
+        for number, button in enumerate(panel.button):
+            self._check_operated(button.pin, ("operator", "button", number, "pin"))
+        for number, lamp in enumerate(panel.lamp):
+            self._pin(lamp.pin, ("operator", "lamp", number, "pin"))
+        for number, selector in enumerate(panel.selector):
+            for word, pin in selector.positions.items():
+                if pin:
+                    self._check_operated(pin, ("operator", "selector", number, "positions", word))
+
+    def _check_operated(self, name: str, path: Path_) -> None:
+        found = self._pin(name, path)
+        if found.is_output and not isinstance(found, UserPin):
+            raise self.source.error(path, f"{name} is an output: expected an input")
+
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
             with self._separately():
@@ -279,6 +297,8 @@ class Builder:
             with self.source.placing_errors(*path):
                 acts.append((path, self._act(table, text)))
         self._plan_acts(at_ns, acts)
+        who = f"{table.on} " if table.on else ""
+        self.bench.planned.append((at_ns, f"script: {who}{', '.join(table.do)}"))
 
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
         """Schedule acts after all other events of their time.  Errors have their place in the scene file.

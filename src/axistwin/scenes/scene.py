@@ -42,7 +42,7 @@ from axistwin.errors import SceneError
 from axistwin.scenes.addresses import check_ports
 from axistwin.scenes.build import Builder, is_in_loop
 from axistwin.scenes.source import Given, Source
-from axistwin.scenes.tables import SceneFile, StandInTable, shared_lines
+from axistwin.scenes.tables import OperatorTable, SceneFile, StandInTable, shared_lines
 
 if TYPE_CHECKING:
     from axistwin.scenes.copying import Copy
@@ -91,6 +91,16 @@ class Scene:
     def stand_in(self) -> StandInTable | None:
         """The table [stand-in] with the real motors of the scene; None without this table."""
         return self._contents.stand_in
+
+    @property
+    def waits(self) -> bool:
+        """True if virtual time is to start when the first browser or host connects."""
+        return self._contents.panel.wait
+
+    @property
+    def operator(self) -> OperatorTable:
+        """The operator panel; empty if the scene has none."""
+        return self._contents.operator
 
     @property
     def file(self) -> Path:

@@ -404,6 +404,64 @@ class StandInTable(Table):
     """Outputs, one [[stand-in.output]] each."""
 
 
+class PanelTable(Table):
+    """How the panel shows the scene."""
+
+    wait: bool = False
+    """`true`: virtual time starts when the first browser or host connects to `axistwin serve`."""
+
+
+class ButtonTable(Table):
+    """A button of the operator panel."""
+
+    name: str
+    """Inscription."""
+    pin: str
+    """Input of a controller, as "controller.pin"."""
+    pressed: Literal["high", "low"] = "high"
+    """Level of the input while the button is pressed; the other level while it is free."""
+    latching: bool = False
+    """`true`: each click presses or releases the button; otherwise the button is pressed while it is held."""
+
+
+class LampTable(Table):
+    """A lamp of the operator panel."""
+
+    name: str
+    """Inscription."""
+    pin: str
+    """Terminal of a controller, as "controller.pin"."""
+    lit: Literal["high", "low"] = "high"
+    """Level at which the lamp is lit."""
+
+
+class SelectorTable(Table):
+    """A selector switch of the operator panel.  One of its inputs is active at a time."""
+
+    name: str
+    """Inscription."""
+    positions: Annotated[dict[str, str], Field(min_length=2)]
+    """Input of each position by its inscription, as "controller.pin"; "": no input."""
+    selected: Literal["high", "low"] = "high"
+    """Level of the input of the selected position; the other inputs have the other level."""
+
+
+class OperatorTable(Table):
+    """An operator panel, shown by the panel."""
+
+    button: list[ButtonTable] = []
+    """Buttons, one [[operator.button]] each."""
+    lamp: list[LampTable] = []
+    """Lamps, one [[operator.lamp]] each."""
+    selector: list[SelectorTable] = []
+    """Selector switches, one [[operator.selector]] each."""
+
+    @property
+    def items(self) -> bool:
+        """True if the panel has an item."""
+        return bool(self.button or self.lamp or self.selector)
+
+
 class SceneFile(Table):
     """Contents of a scene file."""
 
@@ -426,6 +484,10 @@ class SceneFile(Table):
     """Actions at the machine, one [[script]] each."""
     stand_in: Annotated[StandInTable | None, Field(alias="stand-in")] = None
     """Real motors on motion boards."""
+    panel: PanelTable = PanelTable()
+    """Settings for `axistwin serve` and its panel."""
+    operator: OperatorTable = OperatorTable()
+    """Operator panel, shown by the panel."""
 
 
 @cache

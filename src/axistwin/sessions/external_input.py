@@ -15,7 +15,7 @@ from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.server import Server
 from axistwin.scenes.hosting import loader
-from axistwin.sessions.journal import Act, Cursor, Journal, check
+from axistwin.sessions.journal import Act, Cursor, Journal, Tail, check
 from axistwin.sessions.recorded_port import RecordedBus, RecordedPort
 from axistwin.sim.clock import Clock
 from axistwin.sim.registers import BusAct, Init, ReadData, WriteRegister
@@ -177,10 +177,10 @@ class Replay:
         """True if a moment at or before this time is left."""
         return self._next_ns <= time_ns
 
-    def abandon(self) -> None:
-        """End the replay, and delete the remaining moments from the journal."""
+    def abandon(self) -> Tail:
+        """End the replay, and delete the remaining moments from the journal.  Returns the deleted moments."""
         self._cancel()
-        self.journal.truncate(self._cursor)
+        return self.journal.truncate(self._cursor)
 
     def _schedule_next(self) -> None:
         found = self.journal.moment(self._cursor)

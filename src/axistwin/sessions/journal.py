@@ -37,6 +37,18 @@ class Cursor:
     """Number of different acts before this position."""
 
 
+@dataclass(frozen=True)
+class Tail:
+    """The deleted end of a journal."""
+
+    cursor: Cursor
+    """Position at which the journal was cut."""
+    data: bytes
+    acts: tuple[Act, ...]
+    last_ns: int
+    full_ns: int | None
+
+
 class Journal:
     """Moments in order of time.  A full journal accepts no more acts."""
 
@@ -90,14 +102,26 @@ class Journal:
             moment, cursor = found
             yield moment
 
-    def truncate(self, cursor: Cursor) -> None:
-        """Delete all moments after this position."""
+    def truncate(self, cursor: Cursor) -> Tail:
+        """Delete all moments after this position, and return them for `restore`."""
+        tail = Tail(
+            cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
+        )
         del self._data[cursor.offset :]
         for act in self._acts[cursor.known :]:  # acts are numbered in the order of their first use
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]
         self._last_ns, self._pass, self.full_ns = cursor.time_ns, None, None
+        return tail
+
+    def restore(self, tail: Tail) -> None:
+        """Replace all moments after the position of `tail` by those that were deleted there."""
+        self.truncate(tail.cursor)
+        self._data += tail.data
+        for act in tail.acts:
+            self._number(act)
+        self._last_ns, self.full_ns = tail.last_ns, tail.full_ns
 
     def _number(self, act: Act) -> int:
         number = self._numbers.setdefault(act, len(self._acts))

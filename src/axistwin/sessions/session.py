@@ -9,9 +9,11 @@ first new act of a user ends the replay, and the rest of the recording is delete
 import asyncio
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import Enum, auto
 from functools import partial
 from logging import getLogger
+from time import monotonic
 
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.acts import Do, Say
@@ -19,10 +21,11 @@ from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.server import Server
 from axistwin.scenes.scene import Scene
+from axistwin.scenes.tables import OperatorTable
 from axistwin.sessions import programs, saving, steps
 from axistwin.sessions.breaks import Break
 from axistwin.sessions.external_input import ExternalInput, Replay
-from axistwin.sessions.journal import Journal
+from axistwin.sessions.journal import Journal, Tail
 from axistwin.sim.serial_port import Flow
 from axistwin.storage import FileStore
 from axistwin.units import S, to_ns, to_seconds
@@ -49,6 +52,23 @@ class State(Enum):
     """A user ends the move."""
 
 
+UNDO_S = 10.0
+"""Time in which a deleted recording can be restored."""
+
+
+@dataclass(frozen=True)
+class Forgotten:
+    """The deleted part of a recording."""
+
+    at_ns: int
+    """Virtual time of the deletion."""
+    recorded_ns: int
+    """End of the recording."""
+    tail: Tail
+    since_s: float
+    """Wall-clock time of the deletion."""
+
+
 class Session:
     """Controls one bench at a time, created by `build`.
 
@@ -73,13 +93,33 @@ class Session:
         self.input = ExternalInput(self.pacer)
         """External input; its `serial(name)` and `bus(name)` are ports for hosts, whose acts are recorded."""
         self.input.attach(self.bench)
+        self.waiting = False
+        """True from `wait` until virtual time first passes."""
         self._attached: list[Attach] = []
         self._replay: Replay | None = None
         self._recorded_ns = 0
+        self._forgotten: Forgotten | None = None
         self._state = State.IDLE
         self._target: Break | None = None
         self.pacer.subscribe(self._after_advance)
         self.pacer.on_failure = self._on_failure
+
+    @property
+    def title(self) -> str:
+        """Title of the scene, or names of the controllers."""
+        return (self._scene.title if self._scene is not None else "") or ", ".join(self.bench.controllers)
+
+    @property
+    def operator(self) -> OperatorTable:
+        """The operator panel of the scene; empty without one."""
+        return OperatorTable() if self._scene is None else self._scene.operator
+
+    @property
+    def finished(self) -> bool:
+        """True if the scene has a script or hosts, all have ended, and no event is due."""
+        bench = self.bench
+        has_plan = bool(bench.planned or bench.senders or bench.attendants)
+        return has_plan and bench.clock.quiet and bench.now >= bench.agenda_ns
 
     @property
     def seconds(self) -> float:
@@ -100,6 +140,7 @@ class Session:
             self.bench, pacer=self.pacer, flow=flow, reset=self._power_cycle if reset else False, access=self.input
         )
         self.input.serve(self.server)
+        self.server.gate.admitted.subscribe(self.welcome)
         return self.server
 
     def client(self, name: str) -> str:
@@ -183,9 +224,19 @@ class Session:
     def speed(self, speed: float | None) -> None:
         self.pacer.speed = speed
 
+    def wait(self) -> None:
+        """Start virtual time at the next `welcome`: when the first host or browser connects."""
+        self.waiting = True
+
+    def welcome(self) -> None:
+        """Start virtual time if the session waits for a host or a browser."""
+        if self.waiting and not self.busy:
+            self.run()
+
     def run(self) -> None:
         """Start virtual time."""
         self._check_free()
+        self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
         self.pacer.agenda_ns = self.bench.agenda_ns  # run at least to the end of the scene's script
         self.pacer.start()
@@ -201,14 +252,16 @@ class Session:
         """Advance to the next event of a kind, and pause.  Returns False if no such event follows within 60 virtual
         seconds.
 
-        "event": a change of a pin, a character, a message, a fault, or the start or end of a motion.  "move": the start
-        or end of a motion.  "statement": the start of a line of a stored program.  Raises UsageError.
+        "event": a change of a pin, a message, a fault, or the start or end of a motion.  "character": the same, but
+        each character of a message is an event.  "move": the start or end of a motion.  "statement": the start of a
+        line of a stored program.  Raises UsageError.
         """
         self.pause()
         with steps.StepObserver(self.bench, kind) as observer, self._moving():
             end_ns = self.bench.now + steps.MAX_S * S
             while self._state is State.MOVING and not observer.seen:
                 if not self.pacer.advance_slice(partial(self._step, observer, end_ns)):
+                    observer.end_message()
                     break
                 await asyncio.sleep(0)
             return observer.seen
@@ -236,8 +289,14 @@ class Session:
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
         """Advance a step by one slice.  Returns False if no event is left."""
         return steps.advance(
-            self.bench, end_ns, lambda: observer.seen or self._state is not State.MOVING or self._replayed or over()
+            self.bench,
+            lambda: min(end_ns, observer.end_ns),
+            lambda: observer.seen or self._state is not State.MOVING or self._replayed or over(),
         )
+
+    def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
+        """Run one slice of `advance_to`."""
+        return steps.run_to(self.bench.clock, time_ns, lambda: self._state is not State.MOVING or over())
 
     def _hit(self, which: Break) -> None:
         """Stop at a breakpoint, after all events of the present nanosecond."""
@@ -286,16 +345,65 @@ class Session:
         self.pause()
         with self._moving():
             if time_ns < self.bench.now:
-                self._restart()
+                self._restart(self._recorded)
             await self._advance_to(time_ns)
 
+    def restart(self) -> None:
+        """Go to time 0, delete the recording, and start virtual time.  `undo` restores the recording."""
+        self.pause()
+        with self._moving():
+            for each in self.breaks:
+                each.suspend()
+            self._restart(self._recorded)
+            for each in self.breaks:
+                each.resume(self.bench)
+        self.forget_rest()
+        self.run()
+
+    async def advance_to(self, seconds: float) -> None:
+        """Run at full speed to a later time, and continue as before.  A breakpoint ends the move.
+
+        Raises UsageError for an earlier time.
+        """
+        time_ns, was_running = to_ns(seconds), self.running
+        if time_ns < self.bench.now:
+            raise UsageError(f"{seconds:g} s is over: expected a time after {self.seconds:.3f} s")
+        self.pause()
+        with self._moving():
+            since_ns = self.bench.now
+            while self._state is State.MOVING and self.bench.now != time_ns:
+                self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
+                self.pacer.advance_slice(partial(self._run_to, time_ns))
+                await asyncio.sleep(0)
+            completed = self._state is State.MOVING
+        if was_running and completed:
+            self.run()
+
     def forget_rest(self) -> None:
-        """Delete the part of the recording after the present time, and accept new input."""
+        """Delete the part of the recording after the present time, and accept new input.  `undo` restores the part."""
         self._check_free()
         self.pacer.sync()
         if self._replay is not None:
-            self._replay.abandon()
+            recorded_ns, at_ns = self._recorded, self.bench.now
+            self._forgotten = Forgotten(at_ns, recorded_ns, self._replay.abandon(), monotonic())
             self._end_replay()
+
+    @property
+    def undo_seconds(self) -> float:
+        """Wall-clock time for which `undo` is possible, in seconds; 0: impossible."""
+        return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
+
+    async def undo(self) -> None:
+        """Restore the recording that was deleted last, at the time of its deletion, and pause.  Raises UsageError."""
+        self._check_free()
+        found, self._forgotten = self._forgotten, None
+        if found is None:
+            raise UsageError(f"nothing to undo: a recording can be restored for {UNDO_S:g} s after it was deleted")
+        self.pause()
+        self.journal.restore(found.tail)
+        with self._moving():
+            self._restart(found.recorded_ns)
+            await self._advance_to(found.at_ns)
 
     @property
     def _recorded(self) -> int:
@@ -303,9 +411,8 @@ class Session:
         full_ns = self.journal.full_ns
         return ns if full_ns is None else min(ns, max(0, full_ns - 1))
 
-    def _restart(self) -> None:
-        """Replace the bench by a new one at time 0, and start the replay."""
-        recorded_ns = self._recorded
+    def _restart(self, recorded_ns: int) -> None:
+        """Replace the bench by a new one at time 0, and start the replay, which ends at `recorded_ns`."""
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
@@ -344,7 +451,7 @@ class Session:
     @contextmanager
     def _moving(self) -> Iterator[None]:
         """Mark the session as busy within a `with` block."""
-        self._state = State.MOVING
+        self._state, self.waiting = State.MOVING, False
         try:
             yield
         finally:

@@ -4,13 +4,17 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Self
 
-from axistwin.bench import Bench
-from axistwin.bench.events import observing
+from axistwin.bench import Bench, endpoints
+from axistwin.bench.events import Event, Received, Sent, observing
 from axistwin.errors import UsageError
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.clock import Clock
+from axistwin.units import MS
 
-KINDS = "event", "statement", "move"
+KINDS = "event", "character", "statement", "move"
+PAUSE_NS = 50 * MS
+"""Longest pause between two characters of one message."""
+NEVER_NS = 1 << 63
 MAX_S = 60
 """Longest step in virtual seconds."""
 
@@ -23,12 +27,16 @@ class StepObserver:
             raise UsageError(f"unknown step {kind!r}: expected {', '.join(KINDS)}")
         self.bench, self.kind = bench, kind
         self._seen = False
+        self._talk: tuple[str, bool] | None = None
+        """Endpoint of the present message, and True if the host sends the message."""
+        self.end_ns = NEVER_NS
+        """Time at which the present message ends if no further character follows."""
         self._moving = self._movements()
 
     def __enter__(self) -> Self:
         self._stack = ExitStack()
-        if self.kind == "event":
-            self._stack.enter_context(observing(self.bench, self._see))
+        if self.kind in ("event", "character"):
+            self._stack.enter_context(observing(self.bench, self._see_event if self.kind == "event" else self._see))
         elif self.kind == "statement":
             for controller in self.bench.controllers.values():
                 self._stack.callback(controller.subscribe_lines(self._see))
@@ -42,6 +50,19 @@ class StepObserver:
         """True after the event that ends the step."""
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
+    def end_message(self) -> None:
+        """End the step at the end of the present message, if any."""
+        self._seen = self._seen or self._talk is not None
+
+    def _see_event(self, event: Event) -> None:
+        """End the step at an event; characters of one message are one event."""
+        if not isinstance(event, Sent | Received) or endpoints.at_a_bus(self.bench, event.controller):
+            self._seen = True
+            return
+        talk = event.controller, isinstance(event, Sent)
+        self._seen = event.data[-1:] in (b"\r", b"\n") or self._talk not in (None, talk)
+        self._talk, self.end_ns = talk, event.time_ns + PAUSE_NS
+
     def _see(self, *_: object) -> None:
         self._seen = True
 
@@ -54,9 +75,9 @@ class StepObserver:
         ]
 
 
-def advance(bench: Bench, end_ns: int, done: Callable[[], object]) -> bool:
+def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object]) -> bool:
     """Execute all events of one time after another.  Return True when `done()` is true, False if no event is due by
-    `end_ns`.
+    `end_ns()`.
 
     While a servo moves, each of its samples is an event.
     """
@@ -66,7 +87,7 @@ def advance(bench: Bench, end_ns: int, done: Callable[[], object]) -> bool:
     while not done():
         times_ns = [clock.next_event_ns(), *(axis.next_sample_ns() for axis in servos)]
         due_ns = min((time_ns for time_ns in times_ns if time_ns is not None), default=None)
-        if due_ns is None or due_ns > end_ns:
+        if due_ns is None or due_ns > end_ns():
             return False
         clock.run_to(due_ns)
     return True

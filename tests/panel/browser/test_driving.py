@@ -162,3 +162,24 @@ def test_a_session_is_saved_and_repeated_by_run(panel, tmp_path):
     result = CliRunner().invoke(axistwin, ["run", str(tmp_path / "scene.toml")])
     assert result.exit_code == 0, result.output
     assert re.search(r"pulses/s|counts/s", result.output)
+
+
+@on("drill")
+def test_the_header_does_not_move_and_planned_actions_are_gone_to(panel):
+    panel.begin()
+    names = ("Restart", "event", "character", "move", "Until")
+
+    def places():
+        return [panel.button(name).bounding_box() for name in names]
+
+    before = places()
+    expect(panel.page.get_by_text("script: power off at 6 s")).to_be_visible()
+    click(panel.button("Go there"))
+    panel.near(6, within=0)
+    assert places() == before
+    panel.go_to(2)
+    assert places() == before, "with the button that ends the replay"
+    click(panel.button("Live from here"))
+    click(panel.page.get_by_role("button", name="Undo"))
+    panel.near(2, within=0)
+    expect(panel.button("Live from here")).to_be_visible()

@@ -24,13 +24,13 @@ QUIET = """async ([states, patience, frame]) => {
 }"""
 AT = """() => {
   const visible = (each) => each?.getClientRects().length > 0;
-  const toolbar = document.querySelector('[role=toolbar][aria-label=driving]');
   return {
+    folded: visible(document.querySelector('button.more')) && !visible(document.querySelector('.speed-box')),
     open: [...document.querySelectorAll('.q-menu, .q-dialog')].some(visible),
     drives: [...document.querySelectorAll('button')].some(
       (each) => visible(each) && each.innerText.includes('you drive')),
     clock: document.querySelector('[data-test=clock]').innerText,
-    state: toolbar.querySelector('[role=status]').innerText,
+    state: document.querySelector('[data-test=state]').innerText,
     speed: document.querySelector('[aria-label="times real time"]').value,
   };
 }"""
@@ -145,7 +145,7 @@ class Panel:
         self.clock = self.page.get_by_test_id("clock")
         self.driving = self.page.get_by_role("toolbar", name="driving")
         self.time = self.page.get_by_role("toolbar", name="time")
-        self.state = self.driving.get_by_role("status")
+        self.state = self.page.get_by_test_id("state")
 
     def button(self, name, within=None):
         return (within or self.page).get_by_role("button", name=name, exact=True)
@@ -218,6 +218,8 @@ class Panel:
         at = self.page.evaluate(AT)
         if at["open"]:
             strike(self.page, "Escape")
+        if at["folded"]:
+            click(self.button("more controls"))
         if not at["drives"]:  # a failed test may have left another driver
             click(self.page.get_by_role("button", name="drives").first)
             click(self.button("Drive"))

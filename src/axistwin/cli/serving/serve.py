@@ -69,6 +69,7 @@ CATCH_UP_S = 0.1
 @click.option(
     "--panel", metavar="[H:]P", help="Serve a panel for browsers at this port. Without a host: only this machine."
 )
+@click.option("--wait", is_flag=True, help="Start virtual time when the first browser or host connects.")
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
 @click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
 @click.option("--show-hosts", is_flag=True, help="Print connection lines for pyserial, PyVISA and EPICS asyn.")
@@ -88,6 +89,7 @@ def serve(
     record: str | None,
     panel: str | None,
     panel_token: str | None,
+    wait: bool,
     show_hosts: bool,
     as_json: bool,
     options: tuple[str, ...],
@@ -113,6 +115,7 @@ def serve(
     axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
     axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
     axistwin serve examples/drill/scene.toml --panel 8080           then open http://127.0.0.1:8080/
+    axistwin serve xy.toml --wait                   virtual time starts with the first host or browser
     axistwin serve if2 --panel 0.0.0.0:8080         for other machines; the token is printed
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
@@ -136,7 +139,8 @@ def serve(
             server = shown.session.serve(flow=Flow(flow), reset=reset_on_connect)
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
-        return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), files))
+        start = partial(_start, server, shown, waits=wait or served.waits)
+        return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, files))
 
 
 def _served(
@@ -271,7 +275,9 @@ Show = Callable[[str | None], None]
 """Prints the ports; the argument is the panel's address."""
 
 
-async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Show, files: _Files) -> int:
+async def _serve(
+    server: Server, wanted: Ports, shown: "Panel | None", show: Show, start: Callable[[], None], files: _Files
+) -> int:
     ended = ending()
     server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances virtual time
     try:
@@ -279,7 +285,7 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Sho
             await server.open(name, url)
         panel = None if shown is None else await shown.open()
         _freeze_objects()
-        _start(server, shown)
+        start()
         show(panel)
         if files.open:
             _catch_up_regularly(server.pacer, files)
@@ -296,11 +302,14 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Sho
             logging.getLogger("axistwin.links").warning("%s", late)
 
 
-def _start(server: Server, shown: "Panel | None") -> None:
-    if shown is None:
-        server.start()
+def _start(server: Server, shown: "Panel | None", *, waits: bool) -> None:
+    """Start virtual time, or (`waits`) let the first browser or host start it."""
+    if shown is not None:
+        (shown.session.wait if waits else shown.session.run)()
+    elif waits:
+        server.start_on_connection()
     else:
-        shown.session.run()
+        server.start()
 
 
 def _freeze_objects() -> None:

@@ -29,6 +29,11 @@ class Served:
     scene: "Scene | None" = None
     """The scene; None for a model."""
 
+    @property
+    def waits(self) -> bool:
+        """True if virtual time is to start when the first browser or host connects."""
+        return self.scene is not None and self.scene.waits
+
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
     """Return one controller on the given ports, or on any free port."""

@@ -4,6 +4,7 @@ import io
 import zipfile
 from collections.abc import Awaitable, Callable, Iterator
 from functools import partial
+from math import ceil
 
 from nicegui import events, ui
 
@@ -13,19 +14,25 @@ from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.panel.context import Context, Refresh, seldom, together
 from axistwin.panel.turns import breathe
+from axistwin.panel.views.darkness import darkness
 from axistwin.panel.views.keys import keys
+from axistwin.panel.views.people import people
 from axistwin.sessions.breaks import Break
+from axistwin.units import to_seconds
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
 """Positions of the speed slider; the text field accepts any other speed, too."""
 STEPS = {
     "event": "a level, a message, a motion or a fault changes",
+    "character": "an event, where each character of a message is an event",
     "statement": "a line of a program begins",
     "move": "a move begins or ends",
 }
 STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
 SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
 """JavaScript that sends the text on the button at the time of the click: Run, Pause or Stop."""
+UNFOLD = "document.documentElement.classList.toggle('more', {on})"
+"""JavaScript that shows or hides the rarely used controls on a narrow screen."""
 OUTLINE = "dense outline no-caps color=white"
 SELDOM = 10
 """Interval, in frames, between two updates of delay and timeline."""
@@ -34,14 +41,52 @@ SELDOM = 10
 def driving(context: Context) -> Refresh:
     """Build the toolbars that control virtual time."""
     with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
+        ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
+        show_clock = _clock(context)
+        breathe()
         button, show_button = _run(context)
-        views = [show_button, *_made(context, _speed, _state)]
+        breathe()
+        views = [show_clock, show_button, *_made(context, _speed)]
+        _more(context)
     with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
         views += _made(context, _timeline, _until, _breaks)
         _save(context)
         breathe()
         keys(lambda key, shown: _drive(context, shown, button) if key == " " else _key(context, key))
+    with ui.row().classes("driving status"):
+        breathe()
+        views.append(_status(context))
+        breathe()
+        with ui.row().classes("driving visitor"):
+            views.append(people(context))
+            darkness(context)
     return together(*views)
+
+
+def _clock(context: Context) -> Refresh:
+    """Show the virtual time, to a millisecond while running and to a microsecond while paused."""
+    label = ui.label().classes("clock").mark("clock").props("data-test=clock")
+
+    def refresh() -> None:
+        label.text = f"{context.session.seconds:.{3 if context.session.running else 6}f} s"
+
+    return refresh
+
+
+def _more(context: Context) -> None:
+    """Build the button that folds and unfolds the rarely used controls on a narrow screen."""
+    settings = context.person.settings
+
+    def show() -> None:
+        ui.run_javascript(UNFOLD.format(on="true" if settings.get("more") else "false"))
+
+    def fold() -> None:
+        settings["more"] = not settings.get("more")
+        show()
+
+    if settings.get("more"):
+        show()
+    ui.button(icon="tune", on_click=fold).props('flat dense color=white aria-label="more controls"').classes("more")
 
 
 def _made(context: Context, *views: Callable[[Context], Refresh]) -> Iterator[Refresh]:
@@ -56,9 +101,12 @@ def _made(context: Context, *views: Callable[[Context], Refresh]) -> Iterator[Re
 def _run(context: Context) -> tuple[ui.button, Refresh]:
     button = ui.button().props("dense no-caps").classes("run").mark("run")
     button.on("click", lambda event: _drive(context, event.args, button), js_handler=SHOWN)
+    restart = ui.button("Restart", icon="replay", on_click=lambda: context.touch(context.session.restart))
+    restart.props(OUTLINE).mark("restart").tooltip("begin again at 0 s and run; the recording is discarded, see Undo")
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(context, kind))
-        step.props(OUTLINE).mark(f"step-{kind}").tooltip(f"run until {what}")
+        breathe()
+        step.props(OUTLINE).classes("rest").mark(f"step-{kind}").tooltip(f"run until {what}")
 
     def refresh() -> None:
         text = "Stop" if context.actions.busy else "Pause" if context.session.running else "Run"
@@ -104,16 +152,18 @@ def _key(context: Context, key: str) -> Awaitable[None] | None:
 
 
 def _speed(context: Context) -> Refresh:
+    words = ui.label().classes("slider-words rest").mark("speed-words")
     slider = ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"')
-    slider.classes("speed").mark("speed")
+    slider.classes("speed rest").mark("speed")
     box = ui.input(value=_speed_text(context.session.speed)).props('dense outlined aria-label="times real time"')
-    box.classes("speed-box").mark("speed-box").tooltip("times real time, or max")
+    box.classes("speed-box rest").mark("speed-box").tooltip("times real time, or max")
     shown: float | None = -1.0
 
     def show() -> None:
         nonlocal shown
         shown = context.session.speed
         box.value, slider.value = _speed_text(shown), _nearest(shown)
+        words.text = "speed max" if shown is None else f"speed \u00d7{shown:g}"
 
     def change(action: Callable[[], object]) -> None:
         context.touch(action, now=True)
@@ -152,10 +202,12 @@ def _change_speed(context: Context, by: int) -> None:
 # State
 
 
-def _state(context: Context) -> Refresh:
-    """Show the state as text that screen readers announce."""
-    words = ui.label().classes("state").props("role=status aria-live=polite").mark("state")
-    late = ui.label().classes("quiet").mark("late")
+def _status(context: Context) -> Refresh:
+    """Build the status line: the scene, the state as text that screen readers announce, and the next planned action."""
+    ui.label(context.session.title).classes("title scene-title").mark("scene-title")
+    words = ui.label().classes("state").props("role=status aria-live=polite data-test=state").mark("state")
+    late = ui.label().classes("quiet late").mark("late")
+    views = [_planned(context), _deleted(context)]
 
     def show_delay() -> None:
         late.text = context.session.pacer.report() or ""
@@ -163,7 +215,56 @@ def _state(context: Context) -> Refresh:
     def refresh() -> None:
         words.text = _in_words(context)
 
-    return together(refresh, seldom(context, SELDOM, show_delay))
+    return together(refresh, *views, seldom(context, SELDOM, show_delay))
+
+
+def _planned(context: Context) -> Refresh:
+    """Show the next planned action of the scene, and a button that runs to its time."""
+    text = ui.label().classes("quiet planned").mark("planned")
+    at_s: float | None = None
+
+    def go() -> Awaitable[None] | None:
+        return None if at_s is None else context.move(partial(context.session.advance_to, at_s))
+
+    button = ui.button("Go there", on_click=go).props(OUTLINE).mark("go-planned")
+    button.tooltip("run at full speed to this time")
+
+    def refresh() -> None:
+        nonlocal at_s
+        now = context.bench.now
+        time_ns, what = min(((at, what) for at, what in context.bench.planned if at > now), default=(0, ""))
+        at_s = to_seconds(time_ns) if what else None
+        words = "" if at_s is None else f"{what} at {_figures(at_s)} s"
+        if text.text != words:
+            text.text = words
+            button.set_visibility(bool(words))
+
+    button.set_visibility(False)
+    return refresh
+
+
+def _deleted(context: Context) -> Refresh:
+    """Build the button that ends a replay, and the button that restores a deleted recording."""
+    forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
+    forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
+    undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)
+    undo.mark("undo").tooltip("restore the recording that has just been discarded")
+
+    def refresh() -> None:
+        left_s = ceil(context.session.undo_seconds)
+        if undo.visible != bool(left_s):
+            undo.set_visibility(bool(left_s))
+        if left_s and undo.text != (text := f"Undo ({left_s} s)"):
+            undo.text = text
+        if forget.visible != context.session.repeating:
+            forget.set_visibility(context.session.repeating)
+
+    return refresh
+
+
+def _figures(seconds: float) -> str:
+    """Return a time with at most three decimals, e.g. 36,000 or 11.4."""
+    return f"{seconds:,.3f}".rstrip("0").rstrip(".")
 
 
 def _in_words(context: Context) -> str:
@@ -172,9 +273,11 @@ def _in_words(context: Context) -> str:
         return f"replaying the run: {session.progress:.0%}"
     if session.busy:
         return "moving"
+    if session.waiting:
+        return "paused at 0 s until a browser or a host connects"
     repeating = ", replaying the recording" if session.repeating else ""
     if session.running:
-        return f"running{repeating}"
+        return f"running{repeating}" if repeating or not session.finished else "running: the scene has finished"
     return f"paused{repeating}" + (f": {session.halted_by}" if session.halted_by else "")
 
 
@@ -182,10 +285,11 @@ def _in_words(context: Context) -> str:
 
 
 def _timeline(context: Context) -> Refresh:
+    words = ui.label().classes("slider-words time-words").mark("time-words")
     slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds"')
     slider.classes("timeline").mark("timeline")
     box = ui.input(placeholder="seconds").props('dense outlined aria-label="go to this moment"')
-    box.classes("moment").mark("moment")
+    box.classes("moment rest").mark("moment")
     dragged = False
 
     def drag(event: events.GenericEventArguments) -> None:
@@ -194,15 +298,13 @@ def _timeline(context: Context) -> Refresh:
 
     slider.on("pan", drag).on("change", lambda event: _go_to(context, float(event.args)))
     box.on("keydown.enter", lambda: _go_to(context, box.value))
-    forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
-    forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
 
     def refresh() -> None:
         if not dragged:
-            forget.set_visibility(context.session.repeating)
             end = max(round(context.session.recorded_seconds, 3), 0.001)
             if slider.props["max"] != end:  # an assignment is sent to the browser, even without a change
                 slider.props["max"] = end
+                words.text = f"time 0 \u2026 {end:,.1f} s"
             slider.value = round(context.session.seconds, 3)
 
     return seldom(context, SELDOM, refresh)
@@ -241,14 +343,14 @@ def _until(context: Context) -> Refresh:
         context.touch(lambda: context.session.run_until(box.value.strip()))
 
     box = ui.input(placeholder="run until …", autocomplete=_stems(context.bench)).on("keydown.enter", run)
-    box.props('dense outlined aria-label="run until"').classes("sentence").mark("until")
+    box.props('dense outlined aria-label="run until"').classes("sentence rest").mark("until")
     box.tooltip("e.g. table.X passes 1000, table.output1 rises, or motor runs 12")
-    ui.button("Until", on_click=run).props(OUTLINE).mark("run-until")
+    ui.button("Until", on_click=run).props(OUTLINE).classes("rest").mark("run-until")
     return lambda: None
 
 
 def _breaks(context: Context) -> Refresh:
-    button = ui.button("Breaks", icon="pan_tool").props(OUTLINE).mark("breaks")
+    button = ui.button("Breaks", icon="pan_tool").props(OUTLINE).classes("rest").mark("breaks")
     with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
         box = ui.input("stop whenever", autocomplete=_stems(context.bench)).classes("sentence").mark("new-break")
         box.on("keydown.enter", lambda: context.touch(lambda: context.session.add_break(box.value.strip())))
@@ -290,7 +392,9 @@ def _remove(context: Context, each: Break) -> None:
 
 
 def _save(context: Context) -> None:
-    button = ui.button("Save", icon="save", on_click=lambda: _download(context)).props(OUTLINE).mark("save")
+    button = (
+        ui.button("Save", icon="save", on_click=lambda: _download(context)).props(OUTLINE).classes("rest").mark("save")
+    )
     button.tooltip("save the session, with the messages of all hosts, as a scene that repeats it")
 
 

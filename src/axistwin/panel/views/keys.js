@@ -5,7 +5,7 @@
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.defaultPrevented) return;
     if (event.target.closest(TYPING) || (event.key === " " && event.target.closest(PRESSED))) return;
-    if (!" esm+-?".includes(event.key)) return;
+    if (!" ecsm+-?".includes(event.key)) return;
     event.preventDefault();
     emitEvent("driving-key", { key: event.key, shown: document.querySelector(".run")?.dataset.shown });
   });

@@ -7,8 +7,8 @@ from nicegui import events, ui
 from axistwin.panel.turns import breathe
 
 KEYS = {
-    " ": "run or pause", "e": "step to the next event", "s": "step to the next statement",
-    "m": "step to the next move", "+": "faster", "-": "slower", "?": "this help",
+    " ": "run or pause", "e": "step to the next event", "c": "step to the next character",
+    "s": "step to the next statement", "m": "step to the next move", "+": "faster", "-": "slower", "?": "this help",
 }  # fmt: skip
 ELSEWHERE = {
     "Tab, Shift-Tab": "move the focus to the next or previous control", "Enter": "send the typed text",
@@ -29,7 +29,7 @@ def keys(press: Callable[[str, object], object]) -> None:
                 ui.label("space" if key == " " else key).classes("key")
                 ui.label(what)
         ui.button("Close", on_click=dialog.close)
-    ui.button("?", on_click=dialog.open).props('dense flat color=white aria-label="help"').mark("help")
+    ui.button("?", on_click=dialog.open).props('dense flat color=white aria-label="help"').classes("rest").mark("help")
 
     def pressed(event: events.GenericEventArguments) -> object:
         told = event.args if isinstance(event.args, dict) else {}

@@ -125,6 +125,7 @@ class _View:
                 with ui.row().classes("orders") as self._orders[which]:
                     for order in controller.product.orders(which):
                         self._order(order)
+                breathe()
             load = _Loading(self.context, self.name)
             breathe()
             ui.button("Load\u2026", icon="upload_file", on_click=load.open).props(_FLAT).mark(f"{self.name} load")

@@ -5,12 +5,30 @@ window.axistwinState = (() => {
 
   // Counts the messages that the page sends, and sends their number after them.
   function attach() {
+    watch();
     window.socket.onAnyOutgoing((kind, message) => {
       if (kind !== "event" || message.args?.[0]?.startsWith(OWN)) return;
       sent += 1;
       document.body.dataset.state = "busy";
       if (!planned) queueMicrotask(() => { planned = false; emitEvent("sent", { sent }); });
       planned = true;
+    });
+  }
+
+  // Greys the page while the server cannot be reached, and shows since when.
+  function watch() {
+    const gone = document.createElement("div");
+    gone.id = "gone";
+    gone.setAttribute("role", "alert");
+    document.body.append(gone);
+    window.socket.on("disconnect", () => {
+      const since = new Date().toLocaleTimeString([], { hour12: false });
+      gone.textContent = `No connection to the server since ${since}. The page shows the state of that time.`;
+      document.documentElement.classList.add("gone");
+    });
+    window.socket.on("connect", () => {
+      gone.textContent = "";
+      document.documentElement.classList.remove("gone");
     });
   }
 

@@ -4,10 +4,11 @@ from functools import partial
 
 from nicegui import ui
 
-from axistwin.bench import actions, endpoints
+from axistwin.bench import FAMILIES, actions, endpoints
 from axistwin.errors import ProgramError, UsageError
 from axistwin.panel.context import Context, Refresh
 from axistwin.panel.talk import Printer, Talk
+from axistwin.panel.views.asides import Asides
 
 SCREEN = {
     "rows": 12, "cols": 100, "fontSize": 12, "convertEol": False, "disableStdin": False, "scrollback": 4000,
@@ -31,10 +32,15 @@ def terminal(context: Context, name: str) -> Refresh:
     screen = ui.xterm(SCREEN, on_data=lambda event: _typed(context, name, event.data)).classes("terminal")
     screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
     screen.run_terminal_method(":attachCustomKeyEventHandler", f"({FITTED.format(id=screen.id)}, {PASSED_ON})")
-    _line(context, name, whole)
-    if not whole:
-        _buttons(context, name)
-    show = _roll(context, name, screen, whole)
+    known = name in context.bench.controllers and context.bench[name].product.model in FAMILIES
+    asides = Asides(context, name) if known else None
+    _line(context, name, whole, asides)
+    with ui.row().classes("terminal-line"):
+        if not whole:
+            _buttons(context, name)
+        if asides is not None:
+            asides.buttons()
+    show = _roll(context, name, screen, whole, asides)
 
     def refresh() -> None:
         show()
@@ -44,7 +50,7 @@ def terminal(context: Context, name: str) -> Refresh:
     return refresh
 
 
-def _roll(context: Context, name: str, screen: ui.xterm, whole: bool) -> Refresh:
+def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: Asides | None) -> Refresh:
     """Return a function that prints new messages; after the bench was replaced, it clears the screen first."""
     talk, generation, count = context.common(Talk), -1, 0
     printer = Printer(endpoints.codec_at(context.bench, name), whole)
@@ -59,6 +65,9 @@ def _roll(context: Context, name: str, screen: ui.xterm, whole: bool) -> Refresh
         count, said = talk.since(name, count)
         if said:
             screen.write(printer.text(said))
+        if asides is not None and (lines := asides.text(said)):
+            screen.write(lines)
+            printer.end_line()
 
     return show
 
@@ -75,7 +84,7 @@ def _typed(context: Context, name: str, text: str) -> None:
     context.touch(lambda: context.session.say(name, data))
 
 
-def _line(context: Context, name: str, whole: bool) -> None:
+def _line(context: Context, name: str, whole: bool, asides: Asides | None) -> None:
     """Build the field for a line, which is sent when the user presses Enter."""
     history = context.person.lines.setdefault(name, [])
     with ui.row().classes("terminal-line"):
@@ -90,7 +99,11 @@ def _line(context: Context, name: str, whole: bool) -> None:
             context.touch(partial(say, box.value))
 
         def say(line: str) -> None:
-            context.session.say(name, _bytes(context, name, line, whole, ending.value))
+            data = _bytes(context, name, line, whole, ending.value)
+            comments = asides.typing(data) if asides is not None else ()
+            context.session.say(name, data)
+            if asides is not None:
+                asides.add(comments)
             history[:] = [*(each for each in history if each != line), line][-REMEMBERED:]
             if box.value == line:
                 box.value = ""
@@ -112,7 +125,7 @@ def _bytes(context: Context, name: str, text: str, whole: bool, ending: str) -> 
 
 def _buttons(context: Context, name: str) -> None:
     port = context.bench.port(name)
-    with ui.row().classes("terminal-line"):
+    with ui.row().classes("terminal-part"):
         button = ui.button("Break", on_click=lambda: _do(context, name, "break", "0.25"))
         button.props("dense outline no-caps").mark(f"break-{name}")
         if port.handshake:

@@ -1,0 +1,35 @@
+"""Dark or light colours: as the system of the user, or as the user has selected."""
+
+from nicegui import ui
+
+from axistwin.panel.context import Context
+
+MODES = {
+    None: ("brightness_auto", "colours: as the system"),
+    True: ("dark_mode", "colours: dark"),
+    False: ("light_mode", "colours: light"),
+}
+"""Icon and label of each mode; a click selects the next mode."""
+
+
+def darkness(context: Context) -> None:
+    """Build the button that selects the colours; the selection is stored for this user."""
+    settings = context.person.settings
+    dark = ui.dark_mode(_mode(settings.get("dark")))
+
+    def show() -> None:
+        icon, words = MODES[dark.value]
+        button.set_icon(icon)
+        button.props["aria-label"] = button.props["title"] = words
+
+    def change() -> None:
+        modes = list(MODES)
+        settings["dark"] = dark.value = modes[(modes.index(dark.value) + 1) % len(modes)]
+        show()
+
+    button = ui.button(on_click=change).props("dense flat color=white").mark("darkness")
+    show()
+
+
+def _mode(setting: object) -> bool | None:
+    return setting if isinstance(setting, bool) else None

@@ -1,0 +1,266 @@
+"""Compare a controller with a twin, case by case."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from enum import StrEnum
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from axistwin.bench import Bench, product
+from axistwin.controllers.product import Product
+from axistwin.errors import AxistwinError
+from axistwin.probing.cases import Case, Condition, Dialect, dialect
+from axistwin.probing.ends import Answer, End, VirtualEnd
+from axistwin.sim.frames import UartFormat
+
+POWER_UP_S = 2.0
+EXCHANGES = 3
+ATTEMPTS = 4
+"""Number of times that a case without motion is performed before a late answer counts as a difference."""
+REAL_TIME = 0.05
+"""Largest deviation in seconds of the first exchanges on a port that keeps real time."""
+
+
+class Motion(StrEnum):
+    """The motion that a probe may cause."""
+
+    NONE = "none"
+    SMALL = "small"
+
+
+class Verdict(StrEnum):
+    """Result of a comparison."""
+
+    SAME = "same"
+    DIFFERS = "differs"
+    INCONCLUSIVE = "inconclusive"
+
+
+@dataclass(frozen=True)
+class Result:
+    """Result of one case."""
+
+    case: Case
+    verdict: Verdict
+    reason: str = ""
+    expected: tuple[Answer, ...] = ()
+    received: tuple[Answer, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the result as JSON."""
+        return {
+            "name": self.case.name, "section": self.case.section, "moves": self.case.moves, "writes": self.case.writes,
+            "verdict": str(self.verdict), "reason": self.reason, "sent": [said.hex(" ") for said in self.case.says],
+            "expected": [answer.data.hex(" ") for answer in self.expected],
+            "received": [answer.data.hex(" ") for answer in self.received],
+            "expected_s": [round(answer.seconds, 6) for answer in self.expected],
+            "received_s": [round(answer.seconds, 6) for answer in self.received],
+        }  # fmt: skip
+
+
+@dataclass
+class Probe:
+    """Results of a probe."""
+
+    model: str
+    condition: Condition
+    results: list[Result] = field(default_factory=list)
+    times_judged: bool = False
+    fits: list[str] = field(default_factory=list)
+    """Options that remove differences, such as `busy="ignore"`."""
+
+    def of(self, verdict: Verdict) -> list[Result]:
+        """Return the results with this verdict."""
+        return [result for result in self.results if result.verdict is verdict]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the probe as JSON."""
+        sections = {
+            section: sum(result.verdict is Verdict.SAME for result in self.results if result.case.section == section)
+            for section in dict.fromkeys(result.case.section for result in self.results)
+        }
+        return {
+            "model": self.model, "facts": asdict(self.condition)["facts"], "times_judged": self.times_judged,
+            "counts": {str(verdict): len(self.of(verdict)) for verdict in Verdict}, "fits": self.fits,
+            "seen_on_real_hardware": sections, "results": [result.as_dict() for result in self.results],
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a probe."""
+
+    motion: Motion = Motion.NONE
+    as_new: bool = False
+    """True for a controller that has just been switched on, wired as a bare controller: all values are compared."""
+    line: UartFormat | None = None
+    find_options: bool = True
+    """True: find options of the twin that remove differences."""
+    report: Callable[[int, int], None] = lambda done, total: None
+    """Called with the number of finished cases and of all cases."""
+
+
+def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | None" = None) -> Probe:
+    """Compare the controller at `end` with a twin.  Raises LinkError if it does not answer or is moving.
+
+    `twin`: a twin that has been asked all cases already.
+    """
+    settings = settings or Settings()
+    made = product(model)
+    family = dialect(made)
+    found = Probe(made.model, family.examine(end))
+    every = family.cases(made, found.condition.facts.get("terminator", ""))
+    wanted = [case for case in every if _reason(case, found.condition, settings.motion) is None]
+    twin = twin or Twin(made, family, wanted, settings.line, {})
+    tolerance = _tolerance(end, family, twin)
+    found.times_judged = tolerance is not None
+    for number, case in enumerate(every):
+        reason = _reason(case, found.condition, settings.motion)
+        if reason is None:
+            found.results.append(_compare(case, end, twin.answers[case], family, settings, tolerance))
+        elif case.moves and settings.motion is Motion.NONE:
+            continue
+        else:
+            found.results.append(Result(case, Verdict.INCONCLUSIVE, reason))
+        settings.report(number + 1, len(every))
+    if settings.find_options and found.of(Verdict.DIFFERS):
+        found.fits = _fits(made, family, wanted, found, settings, tolerance)
+    return found
+
+
+def _reason(case: Case, condition: Condition, motion: Motion) -> str | None:
+    """Return the reason why a case is not performed, or None."""
+    if case.moves and (motion is Motion.NONE or condition.no_motion):
+        return condition.no_motion or "may move something: use --motion small"
+    return condition.no_writes if case.writes and condition.no_writes else None
+
+
+class Twin:
+    """A new controller in virtual time, and its answers to the cases."""
+
+    def __init__(
+        self, made: Product, family: Dialect, cases: Sequence[Case], line: UartFormat | None, options: Mapping[str, Any]
+    ) -> None:
+        bench = Bench()
+        keywords: dict[str, Any] = {} if line is None else {"line": line}
+        self.end = VirtualEnd(bench, bench.add(made.model, **keywords, **options))
+        bench.run(POWER_UP_S)
+        family.examine(self.end)
+        self.first = [self.end.ask(family.first) for _ in range(EXCHANGES)][-1]
+        self.answers = {
+            case: tuple(self.end.ask(said, 0, case.wait_s if case.moves else family.patience_s) for said in case.says)
+            for case in cases
+        }
+
+
+def _tolerance(end: End, family: Dialect, twin: Twin) -> float | None:
+    """Return the tolerance of times in seconds; None if the port does not keep real time."""
+    worst = 0.0
+    for _ in range(EXCHANGES):
+        answer = end.ask(family.first, len(twin.first.data))
+        worst = max(worst, abs(answer.seconds - twin.first.seconds))
+    if end.exact:
+        return end.grain_s
+    return None if worst > REAL_TIME else max(3 * worst, end.grain_s)
+
+
+def _compare(
+    case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
+) -> Result:
+    if case.moves and not end.exact:
+        tolerance = None  # a case that moves cannot be repeated
+    verdict, reason, received = Verdict.SAME, "", expected
+    best: list[Answer] = []
+    for _ in range(1 if case.moves else ATTEMPTS):
+        received = tuple(
+            end.ask(said, len(answer.data), case.wait_s) for said, answer in zip(case.says, expected, strict=True)
+        )
+        if _only_late(expected, received):  # load of the computer only delays: the shortest time counts
+            best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
+            received = tuple(best)
+        verdict, reason = _judge(case, expected, received, family, settings, tolerance)
+        if verdict is not Verdict.DIFFERS or not best:
+            break
+    return Result(case, verdict, reason, expected, received)
+
+
+def _only_late(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
+    """True if the bytes are the same, so that the computer's load could have caused a difference."""
+    return [answer.data for answer in expected] == [answer.data for answer in received]
+
+
+def _judge(
+    case: Case,
+    expected: Sequence[Answer],
+    received: Sequence[Answer],
+    family: Dialect,
+    settings: Settings,
+    tolerance: float | None,
+) -> tuple[Verdict, str]:
+    depends = case.depends and not settings.as_new
+    said, got = ([answer.data for answer in answers] for answers in (expected, received))
+    if said != got:
+        if depends and list(map(family.answer_form, said)) == list(map(family.answer_form, got)):
+            return Verdict.INCONCLUSIVE, "the value depends on the machine"
+        if depends and _sometimes_silent(family, said, got):
+            return Verdict.INCONCLUSIVE, "the answer depends on earlier settings"
+        return Verdict.DIFFERS, "another answer"
+    if tolerance is not None and case.timed:
+        for before, now in zip(expected, received, strict=True):
+            if abs(now.seconds - before.seconds) > tolerance:
+                return Verdict.DIFFERS, f"the answer takes {now.seconds:.4f} s instead of {before.seconds:.4f} s"
+    return Verdict.SAME, ""
+
+
+def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
+    """True if one side did not answer a request for a definition: a move or a sequence that is not defined."""
+    if not family.definitions:
+        return False
+    one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))
+    return one_sided and all(not answer or answer[0] in family.definitions for answer in (*said, *got))
+
+
+def _fits(
+    made: Product,
+    family: Dialect,
+    cases: Sequence[Case],
+    found: Probe,
+    settings: Settings,
+    tolerance: float | None,
+) -> list[str]:
+    """Return the options with which the twin has fewer differences, the best first."""
+    received = {result.case: result.received for result in found.results if result.received}
+    suggested = family.candidates({case.name: answers[0].data for case, answers in received.items()})
+    fitting = []
+    for name, value in _values(made, suggested):
+        try:
+            answers = Twin(made, family, cases, settings.line, {name: value}).answers
+        except AxistwinError:  # with this value the twin does not answer
+            continue
+        left = sum(
+            _judge(case, answers[case], received[case], family, settings, tolerance)[0] is Verdict.DIFFERS
+            for case in cases
+        )
+        if left < len(found.of(Verdict.DIFFERS)):
+            text = f'"{value}"' if isinstance(value, str) else str(value).lower()
+            fitting.append((left, f"{name}={text}"))
+            if not left and name in suggested:
+                break
+    fitting.sort()
+    best = fitting[0][0] if fitting else 0
+    return [f"{text} ({left} differences left)" if left else text for left, text in fitting if left == best]
+
+
+def _values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
+    """Return other values of each option of the model: all choices, half and double times, suggested values."""
+    hints = get_type_hints(made.options)
+    default = made.options()
+    found: list[tuple[str, Any]] = [(name, value) for name, values in suggested.items() for value in values]
+    for option in fields(made.options):
+        now, kind = getattr(default, option.name), hints[option.name]
+        if get_origin(kind) is Literal:
+            found += [(option.name, choice) for choice in get_args(kind) if choice != now]
+        elif kind is bool:
+            found.append((option.name, not now))
+        elif kind is float and now:
+            found += [(option.name, now * factor) for factor in (0.5, 2.0)]
+    return found

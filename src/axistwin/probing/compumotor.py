@@ -1,0 +1,176 @@
+"""Cases for the 1810 and 1811.  Commands are sent as bytes; answers are messages of 16 bytes."""
+
+from collections.abc import Mapping
+
+from axistwin.controllers.compumotor.language import Opcode
+from axistwin.controllers.product import Product
+from axistwin.errors import LinkError
+from axistwin.probing.cases import Case, Condition, Dialect, around
+from axistwin.probing.ends import MESSAGE, End
+
+USER_BITS = (0x08, 0x09, 0x0A)
+MOVE = 0xC0
+"""Number of the move that the cases define and delete; it must be free."""
+MOVE_PARAMETERS, MODE, MOVING, FREE, PART = 0x91, 0x90, 0x8C, 0xE2, 0xFD
+LISTS = 0x92
+DEFINITIONS = (0xC8, 0xCB, 0xCE)
+DELETE, DEFAULTS, ECHO = 0xD7, 0x31, 0x01
+INDEXER = 0x50
+UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
+
+
+def cases(product: Product, _: str) -> list[Case]:
+    """Return the cases: requests in three forms, user bits, definitions of a move, commands to ignore; then moves."""
+    commands = {command.opcode: command for command in product.commands if isinstance(command, Opcode)}
+    return [*_requests(commands), *_bits(commands), *_definitions(commands), *_ignored(commands), *_moves(commands)]
+
+
+def _asked(code: int) -> bool:
+    return 0x80 <= code <= 0x9F or code in (FREE, PART)
+
+
+def _requests(commands: dict[int, Opcode]) -> list[Case]:
+    found = []
+    for code, command in filter(lambda item: _asked(item[0]), commands.items()):
+        section, name = command.chapter, f"{code:02X}h {command.name}"
+        if command.parameters:
+            numbers = (0, 1, MOVE, 255) if code == MOVE_PARAMETERS else (1, 15)
+            found += [Case(f"{name} {number}", section, (bytes((code, number)),), depends=True) for number in numbers]
+            found.append(Case(f"{name} without a number", section, (bytes((code,)), bytes((ECHO, code)))))
+            continue
+        found += [
+            Case(name, section, (bytes((code,)),), depends=code != PART),
+            Case(f"{name}, followed by 00", section, (bytes((code, 0, 0)),), depends=code != PART),
+            Case(f"{name}, followed by 01", section, (bytes((code, 1)), bytes((ECHO, code)))),
+        ]
+    return found
+
+
+def _bits(commands: dict[int, Opcode]) -> list[Case]:
+    section = commands[ECHO].chapter
+    found = [Case(f"01h interrupt {value}", section, (bytes((ECHO, value)),)) for value in (0, 1, 0x55, 0xFF)]
+    for code in USER_BITS:
+        command = commands[code]
+        (parameter,) = command.fields
+        for words, value in around(parameter.low, parameter.high).items():
+            if 0 <= value <= 0xFF:
+                says = (bytes((code, value)), b"\x97")
+                name = f"{code:02X}h {command.name}: {words}, {value}"
+                found.append(Case(name, command.chapter, says, writes=True, depends=True))
+    return found
+
+
+def _definitions(commands: dict[int, Opcode]) -> list[Case]:
+    found = []
+    ask = bytes((MOVE_PARAMETERS, MOVE))
+    gone = bytes((DELETE, MOVE))
+    for code in DEFINITIONS:
+        command = commands[code]
+        values = {
+            "legal": (0x00, 1000, 10_000, 250),
+            "velocity 0": (0x00, 0, 10_000, 250), "acceleration 0": (0x00, 500, 0, 250),
+            "other ranges": (0x11, 100, 100, -250), "a wrong velocity range": (0x60, 100, 100, 250),
+            "a wrong acceleration range": (0x03, 100, 100, 250), "a negative velocity": (0x00, -1, 100, 250),
+            "the greatest distance": (0x00, 1000, 10_000, 0x7FFF_FFFF),
+            "the least distance": (0x00, 1000, 10_000, -0x8000_0000),
+        }  # fmt: skip
+        for words, (ranges, velocity, acceleration, distance) in values.items():
+            numbers = b"".join(number.to_bytes(4, "big", signed=True) for number in (velocity, acceleration))
+            last = bytes((distance & 1,)) if code == DEFINITIONS[2] else distance.to_bytes(4, "big", signed=True)
+            says = (gone, bytes((code, MOVE, ranges)) + numbers + last, ask, gone, ask)
+            name = f"{code:02X}h {command.name}: {words}"
+            found.append(Case(name, command.chapter, says, writes=True, timed=False))
+        short = (gone, bytes((code, MOVE)), ask)
+        found.append(Case(f"{code:02X}h {command.name}: too short", command.chapter, short, writes=True))
+    return found
+
+
+def _ignored(commands: dict[int, Opcode]) -> list[Case]:
+    section = commands[0].chapter
+    found = [Case("00h null", section, (b"\0", b"\x01\x07"))]
+    return found + [
+        Case(f"{code:02X}h, undefined", section, (bytes((code,)), bytes((ECHO, code))))
+        for code in UNDEFINED
+        if code not in commands
+    ]
+
+
+def _moves(commands: dict[int, Opcode]) -> list[Case]:
+    asks = tuple(bytes((code,)) for code in (0x80, 0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x88, 0x89, 0x8C))
+
+    def case(code: int, *texts: str, wait_s: float = 0.4, name: str = "") -> Case:
+        command = commands[code]
+        says = (*(bytes.fromhex(text) for text in texts), *asks)
+        words = f"{code:02X}h {name or command.name}"
+        return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s)
+
+    def run(*texts: str, name: str) -> Case:
+        # the position after a run depends on the host's timing
+        says = (*(bytes.fromhex(text) for text in texts), *(bytes((code,)) for code in (0x84, 0x86, 0x89, 0x8C)))
+        return Case(name, commands[0x32].chapter, says, moves=True, writes=True, wait_s=0.4)
+
+    return [
+        case(0x31, "31 00 00 00 00 03 E8 00 00 27 10", "50", "30"),
+        case(0x33, "33 00 00 00 32", "33 FF FF FF CE"),
+        case(0x34, "34 00 00 00 28", "34 00 00 00 00"),
+        case(0x40, "C8 C0 00 00 00 03 E8 00 00 27 10 00 00 00 32", "40 C0", name="a number above 32h"),
+        case(0x40, "C8 32 00 00 00 03 E8 00 00 27 10 00 00 00 32", "40 32", "91 32"),
+        case(0xCB, "CB 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "40 32", "91 32"),
+        case(0xD6, "D6 00 00 01 2C", "33 00 00 00 64", "33 FF FF FF 9C", "D6 00 00 00 00"),
+        case(0x2E, "2E 00 00 03 E8", "33 00 00 00 0A"),
+        case(0xD9, "D9 0F", "33 00 00 00 0A", "29 00 00 07 D0", "33 FF FF FF F6", "D8", "92 0F", "41 0F"),
+        case(0x79, "79", "DA 0F"),
+        case(0x20, "D9 0F", "20 01 00 03", "33 00 00 00 05", "D8", "92 0F", "41 0F", "DA 0F", "92 0F"),
+        case(0x94, "94", "97", "0B 01", "97", "0C 01", "97", name="triggers and outputs"),
+        case(0xB0, "9C", "B0 00 02 00 01", "9C", "B0 00 01 00 01", "9C", name="ratio"),
+        case(0xB1, "9D", "B1 00 00 03 E8", "9D", "B1 00 00 61 A8", "9D", name="motor resolution"),
+        case(0xB2, "9E", "B2 00 00 00 05", "9E", "B2 00 00 00 00", "9E", name="backlash sigma"),
+        case(0x14, "14 01", "33 00 00 00 14", "14 00", "33 00 00 00 14", name="sense of CW"),
+        case(0x0D, "0D 01", "97", "0D 02", "97", "0D 00", "97"),
+        *(
+            case(code, f"{code:02X} 01", "33 00 00 00 14", "33 FF FF FF EC", f"{code:02X} 00", "33 00 00 00 14")
+            for code in range(0xA0, 0xA6)
+        ),
+        case(0xAF, "A1 01", "AF", "33 00 00 00 14", "A1 00"),
+        run("32 00", "70", name="32h go on, then stop"),
+        run("32 01", "78", name="32h go on the other way, then kill"),
+        run("CE 32 00 00 00 00 64 00 00 27 10 00", "40 32", "91 32", "70", "D7 32", name="CEh continuous move"),
+    ]  # fmt: skip
+
+
+def examine(end: End) -> Condition:
+    """Read mode, part number and state.  Raises LinkError if the board does not answer or the motor is moving."""
+    answers = {}
+    for code in (MODE, MOVING, PART):
+        answers[code] = end.ask(bytes((code,)), expected=MESSAGE).data
+        if not answers[code].startswith(bytes((code,))):
+            raise LinkError(
+                f"the board does not answer {code:02X}h (received {answers[code].hex(' ') or 'nothing'}): "
+                "end the definition of a sequence (D8h), or reset the board"
+            )
+    if answers[MOVING][1]:
+        raise LinkError("the motor is moving: stop the motor, then start again")
+    taken = end.ask(bytes((MOVE_PARAMETERS, MOVE))).data
+    reason = ""
+    if answers[MODE][1] != INDEXER:
+        reason = "the board is in a streaming mode: send 50h"
+    elif taken:
+        reason = f"move {MOVE} is defined: delete the move"
+    part = answers[PART][1:].rstrip(b"\0").decode("latin-1")
+    return Condition({"part number": part}, no_writes=reason, no_motion=reason)
+
+
+def answer_form(answer: bytes) -> bytes:
+    """Return the opcodes of the messages."""
+    return answer[::MESSAGE]
+
+
+def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
+    """Return the part number in the answer to FDh."""
+    for name, answer in answers.items():
+        if name.startswith("FDh") and name.endswith("number") and answer:
+            return {"part_number": [answer[1:].rstrip(b"\0").decode("latin-1")]}
+    return {}
+
+
+DIALECT = Dialect(cases, examine, b"\x01\x07", answer_form, definitions=(MOVE_PARAMETERS, LISTS), candidates=candidates)

@@ -1,0 +1,182 @@
+"""Cases for the IF1 and IF2.
+
+A message without `$` keeps parameters only and starts nothing, so that settings can be tested without motion.
+"""
+
+import re
+
+from axistwin.controllers.digiplan.language import Accept, Instruction
+from axistwin.controllers.product import Product
+from axistwin.errors import LinkError
+from axistwin.probing.cases import Case, Condition, Dialect, around
+from axistwin.probing.ends import End
+
+SPOIL = b"~"
+"""An unknown character: a message with this character has no effect but the data fault bit."""
+SETTINGS = "<>@^D"
+LEGAL = {"<": 4, ">": 1, "@": 400, "^": 4, "D": 0}
+"""Values in every range, which the cases leave behind."""
+UNKNOWN = "!\"&'.;?\\_`abcdefghijklmnopqrstuvwxyz{|}"
+IN_MOTION = 1
+RECALCULATION_S = 1.2
+"""Longest time of a new ramp's calculation, which holds back answers."""
+
+
+def cases(product: Product, terminator: str) -> list[Case]:
+    """Return the cases: requests, the limits of each setting, wrong messages; then moves."""
+    end = terminator.encode()
+    commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
+    return [*_requests(commands, end), *_settings(commands, end), *_wrong(commands, end), *_moves(commands, end)]
+
+
+def _requests(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
+    found = []
+    for code, command in commands.items():
+        if Accept.REQUEST in command.accepted:
+            asked = str(code).encode()
+            found += [
+                Case(f"{code}: {command.name}", command.chapter, (asked + end,), depends=True),
+                Case(f"{code} with spaces", command.chapter, (b" " + asked + b" " + end,), depends=True),
+                Case(f"{code} twice in a message", command.chapter, (asked * 2 + end, b"F" + end)),
+                Case(f"{code} with a number", command.chapter, (asked + b"1" + end, b"F" + end)),
+                Case(f"{code} after an empty message", command.chapter, (end + asked + end,), depends=True),
+            ]
+    return found
+
+
+def _settings(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
+    found = []
+    for code in SETTINGS:
+        command = commands[code]
+        (parameter,) = command.parameters
+        back = b"%s%d%s" % (code.encode(), LEGAL[code], end)
+        values: dict[str, object] = {"legal": LEGAL[code], **around(parameter.low, parameter.high)}
+        if code == "D":
+            del values["highest"]  # 2.55 s for each character
+        for words, value in values.items():
+            sent = f"{code}{value}".encode() + end
+            found.append(_setting(f"{code}{value}: {command.name}, {words}", command.chapter, sent, back, end))
+        for words, text in {"no number": "", "a space": f" {LEGAL[code]}", "zeros": f"000{LEGAL[code]}"}.items():
+            sent = f"{code}{text}".encode() + end
+            found.append(_setting(f"{code}{text}: {command.name}, {words}", command.chapter, sent, back, end))
+    return found
+
+
+def _setting(name: str, section: str, sent: bytes, back: bytes, end: bytes) -> Case:
+    return Case(name, section, (sent, b"F" + end, back, b"F" + end), writes=True, timed=False)
+
+
+def _wrong(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
+    section = commands["F"].chapter
+    found = [Case(f"unknown character {code!r}", section, (code.encode() + end, b"F" + end)) for code in UNKNOWN]
+    texts = {
+        "a number alone": "12", "a lone sign": "+", "a lone comma": ",", "a lone divider": ":",
+        "a repeat outside a sequence": "=3,1",
+        "a legal setting with an unknown character": "@400~", "two settings with an error": "@400 <0",
+        "an input number of 4": "H4", "an output number of 6": "S6", "an abort outside a sequence": "A",
+        "U during operation": "U61", "V during operation": "V61",
+    }  # fmt: skip
+    found += [
+        Case(words, section, (text.encode() + end, b"F" + end, b"F" + end), writes=text[0] == "@", timed=False)
+        for words, text in texts.items()
+    ]
+    asks = (b"F" + end, b"E" + end, b"N" + end)
+    for axis in "XYZ":
+        for move in (f"{axis}+1", f"{axis}-100", f"{axis}16777215", f"{axis}+99999999"):
+            says = (move.encode() + end, *asks)
+            name, chapter = f"{move} without $", commands[axis].chapter
+            found.append(Case(name, chapter, says, writes=True, depends=True, timed=False))
+    locking = tuple(text + end for text in (b"[", b"E", b"F", b"@0", b"F", b"]", b"E", b"F"))
+    return [*found, Case("locked and unlocked", commands["["].chapter, locking, writes=True, timed=False)]
+
+
+def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
+    asks = (b"N", b"K", b"E", b"F", b"O")
+
+    def case(name: str, code: str, *texts: bytes, wait_s: float = 1.5) -> Case:
+        says = tuple(text + end for text in (*texts, *asks))
+        return Case(
+            name, commands[code].chapter, says, moves=True, writes=True, wait_s=wait_s if texts else 0, timed=False
+        )
+
+    found = [case("ramp settings", "<", b"< 4 > 1 @ 400 ^ 4")]
+    for axis in "XYZ":
+        found += [
+            case(f"{axis} by 50 steps and back", axis, f"{axis}+50 @400 $".encode(), b"N", f"{axis}-50$".encode()),
+            case(f"{axis} by the distance of the last move", axis, f"{axis}+$".encode(), f"{axis}-$".encode()),
+        ]
+    return [
+        *found,
+        case("backlash", "B", b"B+5", b"X+20$", b"X-20$", b"B+0"),
+        case("faster than the start/stop speed", "@", b"< 4 @ 1000 X+200$", b"X-200 @400$"),
+        case("interpolation", "/", b"X+40/Y+20$", b"X-40/Y-20$"),
+        Case("a move during a move", commands["$"].chapter, tuple(
+            text + end for text in (b"X+200 @400 $", b"X-100$", b"E")), moves=True, wait_s=0.02, timed=False),
+        case("the end of both moves", "$", b" "),
+        case("back after both moves", "$", b"X-100$"),
+        case("a sequence", ":", b":X+10:X-10:$", b"O"),
+        case("a repeat", "=", b":X+5:=3,1:X-20:$", b"N", b"N"),
+        Case(
+            "a long repeat",
+            commands["="].chapter,
+            tuple(text + end for text in (b":X+1:=250,1:Y+1:$", b"E", b"#", b"E")),
+            moves=True,
+            writes=True,
+            wait_s=0.3,
+            timed=False,
+        ),
+        # the position after a run depends on the host's timing
+        Case("a run and its end", commands["G"].chapter, tuple(
+            text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
+    ]  # fmt: skip
+
+
+def examine(end: End) -> Condition:
+    """Find the terminator of the messages, clear the fault flags and read the state."""
+    for terminator in ("\r", "\n"):
+        code = terminator.encode()
+        end.ask(SPOIL + code)
+        if re.fullmatch(rb"[CEF\[]\r\n?", end.ask(b"E" + code, 2).data):
+            return _condition(end, terminator)
+    answer = end.ask(b"(", 2).data
+    if answer == b"U\r":
+        return _initialise(end)
+    raise LinkError(
+        f"the interface does not answer E (received {answer!r}): check the line format, e.g. --line '9600 8N2', "
+        "or switch the interface off and on"
+    )
+
+
+def _initialise(end: End) -> Condition:
+    end.ask(b"U61\r", wait_s=1.5)
+    if not end.ask(b"E\r", 2).data:
+        raise LinkError("the interface does not answer after U61: give its frame by --line '9600 8N2'")
+    condition = _condition(end, "\r")
+    condition.facts["initialised"] = "by this program, with U61"
+    return condition
+
+
+def _condition(end: End, terminator: str) -> Condition:
+    code = terminator.encode()
+    for request in (b"F", b"K", b"F"):
+        end.ask(request + code, 2)
+    busy, motion, inputs = (end.ask(request + code, 2).data.strip() for request in (b"E", b"K", b"I"))
+    facts = {"terminator": terminator, "busy status": busy.decode("latin-1"), "inputs": inputs.decode("latin-1")}
+    if not motion.isdigit():
+        raise LinkError(f"the interface answers {motion!r} to K: expected a number; check --model and --line")
+    if int(motion) & IN_MOTION:
+        raise LinkError("the motor is moving: stop the motor, then start again")
+    reasons = {b"[": "the interface is locked: unlock it", b"E": "a sequence is running or waiting: end it",
+               b"F": "a fault is active: close the limits and the emergency stop"}  # fmt: skip
+    reason = reasons.get(busy, "")
+    return Condition(facts, no_writes=reason, no_motion=reason)
+
+
+def answer_form(answer: bytes) -> bytes:
+    """Return an answer with each number as one `0`; a single raw byte (Q) has no form."""
+    if len(answer) == 1:
+        return b"."
+    return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))
+
+
+DIALECT = Dialect(cases, examine, b"E", answer_form, RECALCULATION_S)

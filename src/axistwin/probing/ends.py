@@ -1,0 +1,263 @@
+"""The host's end of a connection to a controller: a serial port, a bus socket, or a twin in virtual time."""
+
+import socket
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import NamedTuple
+
+import serial
+
+from axistwin.bench import Bench, Controller
+from axistwin.errors import LinkError, UsageError
+from axistwin.links import parse
+from axistwin.sim.frames import UartFormat
+from axistwin.units import MS, S
+
+QUIET_S = 0.06
+"""Time without data after which an answer is complete."""
+LONGEST_S = 1.0
+"""Longest wait for the expected bytes, beyond their usual time."""
+MESSAGE = 16
+COMMAND_READY, MESSAGE_TAKEN = 0x10, 0x80
+MESSAGE_READY, INPUT_READY, FAILED = 0x08, 0x10, 0x20
+NOBODY = 0xFF
+
+
+class Answer(NamedTuple):
+    """Received bytes, and the time in seconds from the request to the last byte."""
+
+    data: bytes
+    seconds: float
+
+
+class End(ABC):
+    """The host's end of a connection."""
+
+    grain_s = 0.02
+    """Uncertainty of a measured time."""
+    exact = False
+    """True if no load of a computer can delay an answer."""
+
+    def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0) -> Answer:
+        """Send `data` and collect the answer.
+
+        The answer ends after a silence that follows all `expected` bytes; without them, after `LONGEST_S`.  A request
+        without an answer takes `wait_s` seconds.
+        """
+        self.drain()
+        began = last = self.now
+        self.send(data)
+        received = bytearray()
+        while True:
+            since = self.now - began
+            silent = since if not received else self.now - last
+            complete = len(received) >= expected or since > wait_s + LONGEST_S
+            if complete and silent >= (QUIET_S if received else max(wait_s, QUIET_S)):
+                return Answer(bytes(received), last - began)
+            if more := self.receive():
+                received += more
+                last = self.now
+
+    @property
+    @abstractmethod
+    def now(self) -> float:
+        """The time in seconds."""
+
+    @abstractmethod
+    def send(self, data: bytes) -> None:
+        """Send characters, or one command of a board."""
+
+    @abstractmethod
+    def receive(self) -> bytes:
+        """Return received data; empty if there are none after some milliseconds."""
+
+    @abstractmethod
+    def drain(self) -> None:
+        """Discard late data of an earlier answer."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the connection."""
+
+
+class VirtualEnd(End):
+    """A controller of a bench, in virtual time."""
+
+    grain_s = 0.0005
+    exact = True
+    _STEP_S, _PHASE_NS = 0.02, 10 * MS
+
+    def __init__(self, bench: Bench, controller: Controller) -> None:
+        self.bench, self.controller = bench, controller
+        self._messages = bytearray()
+        self._host = None
+        if controller.product.attend is not None:
+            self._host = controller.product.attend(controller.bus)
+            self._host.subscribe_received(self._messages.extend)
+        else:
+            controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
+
+    @property
+    def now(self) -> float:
+        """The virtual time in seconds."""
+        return self.bench.now / S
+
+    def send(self, data: bytes) -> None:
+        """Send characters, or one command of a board."""
+        if self._host is not None:
+            self._host.write(data)
+        else:
+            self.controller.serial.write(data)
+
+    def receive(self) -> bytes:
+        """Return the data that arrive next."""
+        if not self._messages:
+            self.bench.run_until(lambda: self._messages, self._STEP_S)
+        data = bytes(self._messages)
+        self._messages.clear()
+        return data
+
+    def drain(self) -> None:
+        """Begin each request at a multiple of 10 ms, so that two controllers are compared in the same phase."""
+        self._messages.clear()
+        self.bench.clock.run_to(-(-self.bench.now // self._PHASE_NS) * self._PHASE_NS)
+        self._messages.clear()
+
+    def close(self) -> None:
+        """Disconnect the host program of a board."""
+        if self._host is not None:
+            self._host.close()
+
+
+class SerialEnd(End):
+    """A controller on a serial port, or on a network port of a terminal server."""
+
+    def __init__(self, url: str, name: str, line: UartFormat) -> None:
+        self._name = name
+        try:
+            self.port = serial.serial_for_url(
+                url, baudrate=line.baudrate, bytesize=line.bytesize, parity=line.parity, stopbits=line.stopbits,
+                timeout=0.01,
+            )  # fmt: skip
+        except (serial.SerialException, ValueError, OSError) as error:
+            raise LinkError(f"cannot open {name}: {error}: check the name, and close other programs") from None
+
+    @property
+    def now(self) -> float:
+        """The time in seconds."""
+        return time.monotonic()
+
+    def set_line(self, line: UartFormat) -> None:
+        """Change baud rate and frame."""
+        self.port.baudrate, self.port.bytesize = line.baudrate, line.bytesize
+        self.port.parity, self.port.stopbits = line.parity, line.stopbits
+
+    def send(self, data: bytes) -> None:
+        """Send characters."""
+        self._call(lambda: self.port.write(data))
+
+    def receive(self) -> bytes:
+        """Return received data."""
+        return self._call(lambda: self.port.read(max(1, self.port.in_waiting))) or b""
+
+    def drain(self) -> None:
+        """Discard late data of an earlier answer."""
+        self._call(self.port.reset_input_buffer)
+
+    def close(self) -> None:
+        """Close the port."""
+        self.port.close()
+
+    def _call(self, action: Callable[[], object]) -> bytes | None:
+        try:
+            done = action()
+        except (serial.SerialException, OSError) as error:
+            raise LinkError(f"{self._name} was disconnected: {error}: connect it and start again") from None
+        return done if isinstance(done, bytes) else None
+
+
+class BusEnd(End):
+    """A board on a bus socket: commands and messages by the handshake of chapter Reading and writing."""
+
+    _POLL_S = 0.002
+    _INPUT_S = 2.0
+
+    def __init__(self, name: str, host: str, port: int) -> None:
+        self._name = name
+        try:
+            self._socket = socket.create_connection((host, port), timeout=5)
+        except OSError as error:
+            raise LinkError(f"cannot open {name}: {error}: check the address") from None
+        self._lines = self._socket.makefile("rw", encoding="ascii", newline="\n")
+
+    @property
+    def now(self) -> float:
+        """The time in seconds."""
+        return time.monotonic()
+
+    def send(self, data: bytes) -> None:
+        """Send one command as soon as the board is ready for it."""
+        until = self.now + self._INPUT_S
+        while not self._status() & INPUT_READY:
+            if self.now > until:
+                raise LinkError(f"{self._name}: the board accepts no command (SB bit 4 stays clear): reset the board")
+            time.sleep(self._POLL_S)
+        self._request("w 0 " + data.hex(" "))
+        self._request(f"w 1 {COMMAND_READY:02x}")
+
+    def receive(self) -> bytes:
+        """Return the next message."""
+        if not self._status() & MESSAGE_READY:
+            time.sleep(self._POLL_S)
+            return b""
+        message = bytes.fromhex(self._request(f"r 0 {MESSAGE}"))
+        self._request(f"w 1 {MESSAGE_TAKEN:02x}")
+        return message
+
+    def drain(self) -> None:
+        """Discard waiting messages."""
+        while self.receive():
+            pass
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._lines.close()
+        self._socket.close()
+
+    def _status(self) -> int:
+        status = int(self._request("r 1"), 16)
+        if status == NOBODY:
+            raise LinkError(f"{self._name}: no board answers on the bus: switch it on, and check its address")
+        return status
+
+    def _request(self, text: str) -> str:
+        try:
+            self._lines.write(text + "\n")
+            self._lines.flush()
+            answer = self._lines.readline().strip()
+        except OSError as error:
+            raise LinkError(f"{self._name} was disconnected: {error}") from None
+        if not answer or answer.startswith("error"):
+            raise LinkError(f"{self._name}: the bus socket answered {answer or 'nothing'!r} to {text!r}")
+        return answer
+
+
+def open_end(target: str, line: UartFormat | None) -> End:
+    """Open a port: a device, `tcp://`, `rfc2217://`, `bus://` or a URL of pyserial.  Raises LinkError, UsageError.
+
+    `line`: baud rate and frame; None: a board on a bus.
+    """
+    if target.startswith("bus://"):
+        if line is not None:
+            raise UsageError(f"{target} is a bus socket: give a serial port, e.g. /dev/ttyUSB0 or tcp://127.0.0.1:5001")
+        url = parse(target)
+        return BusEnd(target, url.host, url.port)
+    if line is None:
+        raise UsageError(f"{target} is no bus socket, and this model is on a bus: give e.g. bus://127.0.0.1:1811")
+    address = target
+    if target.startswith("tcp://"):
+        address = f"socket://{parse(target).address}"
+    elif target.startswith(("pty:", "serial:")):
+        address = parse(target).path
+    return SerialEnd(address, target, line)

@@ -1,0 +1,76 @@
+"""The tutor in a terminal of the panel."""
+
+import pytest
+
+from axistwin.panel.views.asides import Asides
+from axistwin.panel.views.terminal import terminal
+
+from .showing import bench_of, show
+
+
+@pytest.fixture
+def written(monkeypatch):
+    """Return the list of the texts that the tutor prints."""
+    found = []
+
+    def text(self, said, original=Asides.text):
+        found.append(original(self, said))
+        return found[-1]
+
+    monkeypatch.setattr(Asides, "text", text)
+    return found
+
+
+def of(name):
+    return lambda context: terminal(context, name)
+
+
+def say(visit, name, line):
+    visit.choose(f"say-{name}", line)
+    visit.trigger(f"say-{name}", "keydown.enter")
+
+
+def test_a_refused_line_and_an_answer_are_explained(written):
+    def play(visit):
+        visit.run(1)
+        say(visit, "smartmotor", "RW")
+        visit.run(0.5)
+        assert "Bo motor off; Bp plus limit" in "".join(written)
+        written.clear()
+        say(visit, "smartmotor", "RXYZ")
+        visit.run(0.1)
+        assert "refused: " in "".join(written)
+
+    show(bench_of("smartmotor"), of("smartmotor"), play)
+
+
+def test_the_tutor_is_switched_off_and_still_answers_questions(written):
+    def play(visit):
+        visit.run(1.5)
+        visit.choose("tutor-if1", False)
+        say(visit, "if1", "X1000$")
+        visit.run(0.5)
+        assert "".join(written) == ""
+        visit.press("next-if1")
+        visit.press("why-if1")
+        assert "type" in "".join(written)
+        written.clear()
+        visit.choose("explain-if1", "DP301")
+        visit.trigger("explain-if1", "keydown.enter")
+        visit.frame()
+        assert "DP301" in "".join(written)
+
+    show(bench_of("if1"), of("if1"), play)
+
+
+def test_a_board_explains_commands_by_name_and_after_going_back_in_time(written):
+    async def play(visit):
+        visit.run(1)
+        visit.press("why-1811")
+        assert "".join(written) != ""
+        await visit.context.session.go_to(0.5)
+        written.clear()
+        visit.press("next-1811")
+        assert "type" in "".join(written)
+
+    show(bench_of("1811"), of("1811"), play)

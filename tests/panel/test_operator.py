@@ -1,0 +1,94 @@
+"""The operator panel of a scene: buttons, lamps and selector switches."""
+
+import pytest
+
+from axistwin import Session
+from axistwin.errors import SceneError
+from axistwin.panel import Common, Context, People
+from axistwin.panel.views.operator import operator
+from axistwin.scenes.scene import Scene
+
+from .showing import show_to
+
+CONTROLLER = '[[controller]]\nmodel = "if1"\nname = "cell"\n'
+PANEL = """
+[[operator.button]]
+name = "Start"
+pin = "cell.input1"
+[[operator.button]]
+name = "Stop"
+pin = "cell.estop"
+pressed = "low"
+latching = true
+[[operator.lamp]]
+name = "Led"
+pin = "cell.led"
+[[operator.selector]]
+name = "Mode"
+positions = { hand = "", auto = "cell.input2", test = "cell.input3" }
+"""
+
+
+def loaded(tmp_path, text):
+    (tmp_path / "cell.toml").write_text(CONTROLLER + text)
+    return Scene.load(tmp_path / "cell.toml")
+
+
+@pytest.fixture
+def context(tmp_path):
+    scene, people = loaded(tmp_path, PANEL), People()
+    return Context(Common(Session(scene.build, None, scene=scene)), people, people["somebody"])
+
+
+def test_a_button_is_pressed_while_it_is_held_and_a_latching_one_until_the_next_click(context):
+    def play(visit):
+        pins = visit.bench["cell"].pins
+        for down, up in (("pointerdown", "pointerup"), ("keydown.enter", "keyup.enter")):
+            visit.trigger("operator-Start", down)
+            assert pins["input1"].level and visit.pressed("operator-Start") == ["operator-Start"]
+            assert visit.found("operator-Start-level").text == "pressed, high"
+            visit.trigger("operator-Start", up)
+            assert not pins["input1"].level and visit.found("operator-Start-level").text == "free, low"
+        assert visit.found("operator-Stop-level").text == "free, high"
+        visit.press("operator-Stop")
+        assert not pins["estop"].level and visit.pressed("operator-Stop") == ["operator-Stop"]
+        visit.press("operator-Stop")
+        assert pins["estop"].level and visit.pressed("operator-Stop") == []
+        assert len([act for moment in context.session.journal for act in moment.acts]) == 6
+
+    show_to(context, operator, play)
+
+
+def test_a_lamp_shows_its_terminal(context):
+    def play(visit):
+        assert visit.lit("operator-Led")
+        visit.run(1.5)
+        assert not visit.lit("operator-Led")
+
+    show_to(context, operator, play)
+
+
+def test_a_selector_switch_has_one_position(context):
+    def play(visit):
+        keys = [f"operator-Mode-{word}" for word in ("hand", "auto", "test")]
+        pins = visit.bench["cell"].pins
+        for word, levels in (("auto", (True, False)), ("test", (False, True)), ("hand", (False, False))):
+            visit.press(f"operator-Mode-{word}")
+            assert visit.pressed(*keys) == [f"operator-Mode-{word}"]
+            assert (pins["input2"].level, pins["input3"].level) == levels
+
+    show_to(context, operator, play)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[[operator.button]]\nname = "a"\npin = "cell.input9"', r"cell\.toml:6:1: cell has no pin 'input9'"),
+        ('[[operator.button]]\nname = "a"\npin = "cell.output1"', r"cell\.output1 is an output: expected an input"),
+        ('[[operator.lamp]]\nname = "a"\npin = "led"', r"NAME\.PIN"),
+        ('[[operator.selector]]\nname = "a"\npositions = { on = "cell.input1" }', "at least 2"),
+    ],
+)
+def test_an_invalid_operator_panel(tmp_path, text, message):
+    with pytest.raises(SceneError, match=message):
+        loaded(tmp_path, text).build()
