@@ -3,9 +3,12 @@
 Every file is `quick` unless it is slow: if only quick tests are asked for, slow files are not even imported.
 """
 
+import gc
+import marshal
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +20,13 @@ from axistwin.bench import Controller
 from .digiplan.talking import ready
 
 TESTS = Path(__file__).parent
+BROWSER = "tests/panel/browser"
+PACKED = "packed"
 SLOW_FOLDERS = {"panel", "sessions", "basic"}
 SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
     "bus_hosts": "x86",
-    "cli": "board cli demo ending motors other_systems plot record run serve serve_trace term",
+    "cli": "board cli demo ending learn motors other_systems plot record run serve serve_trace term way_in",
     "compumotor": "closed_loop closed_loop_maintenance closed_loop_stall command_list decisions home interactions"
     " manual_moves manual_programming manual_requests manual_sequences manual_stop moves outputs owners"
     " state_machine streaming streaming_moments",
@@ -32,10 +37,10 @@ SLOW_FILES = {
     " sequence_properties speed stored_state",
     "editor": "editing lsp",
     "examples": "scenes",
-    "fault_injection": "anywhere machines",
+    "fault_injection": "anywhere machines triggers",
     "guide": "new shipped",
-    "links": "bus c_hosts fairness pty repeats tcp telnet urls",
-    "motion": "profile",
+    "links": "bus c_hosts fairness pty repeats rfc2217 tcp telnet urls",
+    "motion": "profile step_queue",
     "plots": "plot_trace",
     "robustness": "mutated_files mutation same_instant",
     "scenes": "scene_happenings",
@@ -45,6 +50,8 @@ SLOW_FILES = {
     " interrupt_returns interrupt_roles interrupts jit kernel_properties kernel_reference limits listing"
     " machine master_on_an_axis modes overheat pieces program_store registers serial_data servo"
     " servo_reference status_word trajectory",
+    "standin": "board driver protocol",
+    "sweeps": "engine sweeps_page values",
     "testing": "pytest_plugin twin",
     "traces": "trace traces traces_page",
 }
@@ -61,6 +68,30 @@ def pytest_configure() -> None:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_report_to_serializable() -> Iterator[dict[str, Any]]:
+    """Send a report as one value: xdist takes the items of a report to pieces one by one, in Python."""
+    return {PACKED: marshal.dumps((yield))}
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_report_from_serializable(data: dict[str, Any]) -> Iterator[Any]:
+    data |= marshal.loads(data.pop(PACKED))
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Collect without the garbage collector, and leave out of its later rounds what lives to the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+@cache
 def is_slow(path: Path) -> bool:
     *folders, file = path.relative_to(TESTS).with_suffix("").parts
     names = SLOW_FILES.get("/".join(folders), "").split()
@@ -73,10 +104,37 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if config.option.markexpr == "quick" and is_slow(collection_path) else None
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
         if not is_slow(item.path):
             item.add_marker("quick")
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: turn(item.path))
+
+
+@cache
+def turn(path: Path) -> int:
+    """Return the turn of a file if several processes share the work: long units first, short ones fill the end.
+
+    The second unit is a file that compiles the kernel, before a server of the first one needs it.
+    """
+    folders = path.relative_to(TESTS).parts[:-1]
+    if "browser" in folders:
+        return 0
+    return 1 if path.name == "test_motors.py" else 2 if is_slow(path) else 3
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give each process whole files; the files that need the browser are one unit."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return BROWSER if file.startswith(BROWSER) else file
+
+    return ByFile(config, log)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

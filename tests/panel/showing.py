@@ -30,12 +30,16 @@ def bench_of(*models, **options):
 class Visit:
     """A simulated page with one view, and the `Context` of its user."""
 
-    def __init__(self, user, context, refresh):
-        self.user, self.context, self._refresh = user, context, refresh
+    def __init__(self, user, context, made):
+        self.user, self.context, self._made = user, context, made
 
     @property
     def bench(self):
         return self.context.bench
+
+    @property
+    def _refresh(self):
+        return self._made[-1]
 
     def frame(self):
         """Update the view, and build parts that have become visible."""
@@ -44,6 +48,11 @@ class Visit:
             while self.context.unbuilt:
                 self.context.unbuilt.pop()()
                 self._refresh()
+
+    async def reload(self):
+        """Open the page again, as the same user, and draw a frame."""
+        await self.user.open("/")
+        self.frame()
 
     def run(self, seconds):
         """Run the bench for some virtual time, and draw a frame."""
@@ -160,7 +169,7 @@ def show_to(context, view, play):
 
     async def played(user):
         await user.open("/")
-        visit = Visit(user, context, made[-1])
+        visit = Visit(user, context, made)
         visit.frame()
         found = play(visit)
         return await found if isawaitable(found) else found

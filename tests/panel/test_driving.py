@@ -5,8 +5,10 @@ import zipfile
 
 from nicegui import ui
 
+from axistwin import Bench
 from axistwin.panel import State
 from axistwin.panel.views.driving import SPEEDS, driving
+from axistwin.programs import stored_programs
 
 from .showing import bench_of, show
 
@@ -42,6 +44,24 @@ def test_a_step_goes_to_the_next_event_and_one_that_never_comes_is_told():
         assert visit.messages == ["no such event within 60 virtual seconds: a line of a program begins"]
 
     show(bench_of("if1"), driving, play)
+
+
+def test_steps_of_a_motor_with_a_program():
+    def build():
+        bench = Bench()
+        motor = bench.add("smartmotor", "motor")
+        stored_programs.store(b"UCI UDI ZS BRKRLS OFF\nA=1000 V=100000 P=5000 MP\nG\nTWAIT\nEND\n", "turn.sms", motor)
+        return bench
+
+    async def play(visit):
+        times = [0.0]
+        for kind in ("event", "statement", "statement", "move"):
+            visit.press(f"step-{kind}")
+            await visit.until(lambda: visit.context.session.seconds > times[-1] and state(visit) == "paused")
+            times.append(visit.context.session.seconds)
+        assert not visit.messages
+
+    show(build, driving, play)
 
 
 def test_speed_by_slider_and_field():

@@ -76,6 +76,21 @@ def test_the_list_of_all_registers_is_made_when_it_is_opened_and_kept_open_for_t
     show(bench_of(model), of(model), play)
 
 
+@pytest.mark.parametrize("model", FAMILIES)
+def test_what_it_means_explains_each_item_in_words_and_is_kept_open_for_this_person(model):
+    def play(visit):
+        assert not visit.found(f"{model}-meaning").value
+        visit.choose(f"{model}-meaning", True)
+        assert visit.context.person.settings[f"{model} meaning"] is True
+        explained = [label.text for label in visit.found(f"{model}-meaning").descendants() if hasattr(label, "text")]
+        for group in product(model).front:
+            assert f"{group.title}: {group.chapter}" in explained
+            for item in group.items:
+                assert explained[explained.index(f"{item.name}.  {item.doc}") - 1] == (item.label or item.name)
+
+    show(bench_of(model), of(model), play)
+
+
 def test_another_bench_takes_the_place_of_the_one_before():
     def play(visit):
         visit.run(1.5)

@@ -1,8 +1,10 @@
 """The complete page: tabs, users, terminals, and a controller of another family."""
 
+import re
 from dataclasses import replace
 
 import pytest
+from nicegui import ui
 
 from axistwin.bench import FAMILIES, Bench
 from axistwin.bench.events import LineBreak, Sent
@@ -19,9 +21,9 @@ def whole(context):
     return together(*views(context))
 
 
-def said(visit):
-    """Return the data that the host of an if1 has sent."""
-    events = visit.context.common(Talk).since("if1", 0)[1]
+def said(visit, name):
+    """Return the data that the host of a controller has sent."""
+    events = visit.context.common(Talk).since(name, 0)[1]
     return b"".join(event.data for event in events if isinstance(event, Sent))
 
 
@@ -58,7 +60,7 @@ def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched():
         visit.frame()
         type_into(visit, "say-if1", "(")
         visit.run(0.5)
-        assert said(visit) == b"(\r"
+        assert said(visit, "if1") == b"(\r"
         visit.press("if1-power")
         assert not visit.bench["if1"].powered
 
@@ -133,17 +135,35 @@ def at(name):
     return lambda context: terminal(context, name)
 
 
-def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered():
+@pytest.mark.parametrize("model", ["if1", "smartmotor"])
+def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered(model):
     def play(visit):
         visit.run(1.5)
-        type_into(visit, "say-if1", "(")
-        assert said(visit) == b"(\r"
-        assert visit.found("say-if1").value == ""
-        assert visit.context.person.lines["if1"] == ["("]
-        type_into(visit, "say-if1", r"\x41\r")
-        assert said(visit) == b"(\rA\r\r"
+        visit.context.person.ending = "CR"
+        type_into(visit, f"say-{model}", "(")
+        assert said(visit, model) == b"(\r"
+        assert visit.found(f"say-{model}").value == ""
+        assert visit.context.person.lines[model] == ["("]
+        type_into(visit, f"say-{model}", r"\x41\r")
+        assert said(visit, model) == b"(\rA\r\r"
+        with visit.user.client:
+            visit.user.find(ui.select).elements.pop().value = "LF"
+        type_into(visit, f"say-{model}", "Q")
+        assert said(visit, model) == b"(\rA\r\rQ\n"
 
-    show(bench_of("if1"), at("if1"), play)
+    show(bench_of(model), at(model), play)
+
+
+@pytest.mark.parametrize("model", ["if1", "smartmotor"])
+def test_keys_go_out_one_by_one_from_the_screen_itself(model):
+    def play(visit):
+        visit.run(1.5)
+        for key in "Ra ":
+            visit.user.find(ui.xterm).trigger("data", key)
+        visit.frame()
+        assert said(visit, model) == b"Ra "
+
+    show(bench_of(model), at(model), play)
 
 
 def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong():
@@ -157,20 +177,56 @@ def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong():
     show(bench_of("1811"), at("1811"), play)
 
 
-def test_break_control_lines_and_format():
+@pytest.mark.parametrize("model", ["if1", "smartmotor"])
+def test_break_and_format(model):
     def play(visit):
         visit.run(1.5)
-        host, talk = visit.bench["if1"].serial.host, visit.context.common(Talk)
-        visit.press("break-if1")
-        assert [type(event) for event in talk.since("if1", 0)[1]] == [LineBreak]
-        visit.choose("dtr-if1", False)
-        assert not host.dtr
-        type_into(visit, "format-if1", "2400 7E1")
+        host, talk = visit.bench[model].serial.host, visit.context.common(Talk)
+        visit.press(f"break-{model}")
+        assert [type(event) for event in talk.since(model, 0)[1]] == [LineBreak]
+        type_into(visit, f"format-{model}", "2400 7E1")
         assert str(host.format) == "2400 7E1"
-        type_into(visit, "format-if1", "fast")
+        type_into(visit, f"format-{model}", "fast")
         assert "fast" in visit.messages[-1]
 
+    show(bench_of(model), at(model), play)
+
+
+def test_control_lines():
+    def play(visit):
+        visit.choose("dtr-if1", False)
+        assert not visit.bench["if1"].serial.host.dtr
+
     show(bench_of("if1"), at("if1"), play)
+
+
+@pytest.mark.parametrize(("model", "line"), [("if1", "("), ("1811", "go_relative 2500"), ("smartmotor", "Ra ")])
+def test_a_reload_loses_nothing(monkeypatch, model, line):
+    written = []
+    monkeypatch.setattr(ui.xterm, "write", lambda _, text: written.append(text))
+
+    def conversation():
+        """Return the lines with a time, without the remarks of the tutor."""
+        return [each for each in "".join(written).split("\r\n") if re.search(r"\d\.\d{6}", each)]
+
+    async def play(visit):
+        visit.run(1.5)
+        visit.user.find("Terminal").click()
+        visit.frame()
+        type_into(visit, f"say-{model}", line)
+        visit.run(0.5)
+        visit.choose("scope-signals", f"{model}.host_says")
+        visit.press("scope-show")
+        shown = visit.found("clock").text, visit.found("scope-signals").value, conversation()
+        assert shown[0] == "2.000000 s"
+        assert shown[1] == f"{model}.host_says"
+        assert "1.500000" in shown[2][0]
+        written.clear()
+        await visit.reload()
+        assert (visit.found("clock").text, visit.found("scope-signals").value, conversation()) == shown
+        assert visit.user.find("you drive")
+
+    show(bench_of(model), whole, play)
 
 
 def test_who_is_connected_from_outside_is_told():

@@ -4,10 +4,12 @@ import pytest
 from nicegui import ui
 
 from axistwin import Bench
+from axistwin.bench import FAMILIES
 from axistwin.bench.hosts import host_at
 from axistwin.panel.views.program import program
 from axistwin.programs import stored_programs
 
+from ..digiplan.talking import ready, send
 from .showing import bench_of, show
 
 SOURCE = b"a=1\nWAIT=4000\na=2\nC1\nWAIT=4000\nGOTO1\n"
@@ -125,6 +127,38 @@ def test_switched_off_and_on_it_begins_again():
     show(motor(), at("motor"), play)
 
 
+def test_a_board_that_is_switched_off_and_on_has_lost_its_sequences():
+    def play(visit):
+        visit.press("board perform")
+        visit.run(0.5)
+        assert listing(visit, "board").running == 0
+        visit.press("board power-cycle")
+        assert visit.bench["board"].powered
+        assert not visit.bench["board"].programs
+        assert visit.user.find("Nothing is stored.")
+
+    show(board, at("board"), play)
+
+
+def test_breaks_at_lines_of_an_interface():
+    def build():
+        bench = Bench()
+        if1 = ready(bench)
+        send(bench, if1, ":X400:P0,20:R1:$")
+        return bench
+
+    def play(visit):
+        for line in (0, 1):
+            visit.trigger("if1 listing", "toggle", {"line": line})
+        assert [each.sentence for each in visit.context.session.breaks] == ["if1 runs 1", "if1 runs 2"]
+        assert listing(visit, "if1").on_breaks == (0, 1)
+        for line in (0, 1):
+            visit.trigger("if1 listing", "toggle", {"line": line})
+        assert (visit.context.session.breaks, listing(visit, "if1").on_breaks) == ([], ())
+
+    show(build, at("if1"), play)
+
+
 def test_a_program_is_pasted_and_loaded():
     def play(visit):
         visit.press("motor load")
@@ -148,7 +182,20 @@ def test_a_text_of_any_length_is_not_taken():
     show(motor(), at("motor"), play)
 
 
-def test_what_is_wrong_with_a_program_is_told_with_its_place():
+@pytest.mark.parametrize("model", FAMILIES)
+def test_a_text_that_is_wrong_is_told_with_its_place_and_nothing_is_loaded(model):
+    def play(visit):
+        before = [listing.lines for listing in visit.bench[model].programs.values()]
+        visit.press(f"{model} load")
+        visit.choose(f"{model} text", "§\n")
+        visit.press(f"{model} loading")
+        assert ":1:1: " in visit.messages[-1]
+        assert [listing.lines for listing in visit.bench[model].programs.values()] == before
+
+    show(bench_of(model), at(model), play)
+
+
+def test_a_name_that_says_no_family_is_told():
     def play(visit):
         visit.press("motor load")
         visit.choose("motor called", "program.xyz")

@@ -35,18 +35,16 @@ DESK, PHONE = {"width": 1280, "height": 900}, {"width": 360, "height": 740}
 @pytest.hookimpl(tryfirst=True)  # before `-m browser` selects
 def pytest_collection_modifyitems(items):
     """Put the tests in a browser last, machine by machine: the first one of a machine starts a program."""
-    for item in items:
-        if Path(__file__).parent in item.path.parents:
-            item.add_marker(pytest.mark.browser)
-            item.add_marker(pytest.mark.timeout(300))
-            item.add_marker(pytest.mark.xdist_group("browser"))  # one server and one browser for all of them
-    items.sort(key=_order)
+    here = Path(__file__).parent
+    inside = [item for item in items if item.path.is_relative_to(here)]
+    for item in inside:
+        item.add_marker(pytest.mark.browser)
+        item.add_marker(pytest.mark.timeout(300))
+    items[:] = [*(item for item in items if item not in inside), *sorted(inside, key=_order)]
 
 
 def _order(item):
     parameters = item.callspec.params if hasattr(item, "callspec") else {}
-    if item.get_closest_marker("browser") is None:
-        return -1, False
     place = SCENES.index(parameters["machine"]) if "machine" in parameters else len(SCENES)
     return place, "phone" not in item.fixturenames
 
