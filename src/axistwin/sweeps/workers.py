@@ -109,7 +109,7 @@ class Workers:
         for worker in self._workers:
             if worker.busy_s() > self._limit_s:
                 worker.late = True
-                worker.kill()
+                worker.interrupt()
 
     def _serve(
         self, worker: "_Worker", waiting: Iterator[Task], rows: "SimpleQueue[Row | BaseException | None]"
@@ -180,8 +180,14 @@ class _Worker:
         since_s = self._since_s
         return 0.0 if since_s is None else monotonic() - since_s
 
+    def interrupt(self) -> None:
+        """Kill the process; `perform`, in another thread, raises EOFError."""
+        self._since_s = None
+        if self.process is not None:
+            self.process.kill()
+
     def kill(self) -> None:
-        """Kill the process."""
+        """Kill the process, and close its pipes, from which no other thread reads."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()
