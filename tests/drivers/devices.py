@@ -2,7 +2,7 @@
 
 import socket
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 
 @contextmanager
@@ -17,7 +17,7 @@ def answering(answer):
                 client, _ = listener.accept()
             except OSError:
                 return
-            with client:
+            with client, suppress(OSError):  # the driver may disconnect first
                 while data := client.recv(4096):
                     if (reply := answer(data)) is None:
                         break
