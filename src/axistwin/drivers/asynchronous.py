@@ -145,7 +145,7 @@ class AsyncController:
             await port.close()
 
     async def run(self, procedure: Procedure[T]) -> T:
-        """Execute a function of the core.  Raises DriverError."""
+        """Execute a request of the protocol core at the port.  Raises DriverError if the request fails."""
         async with self._lock:
             if self._port is None:
                 self._port = await open_port(self.url, self.core, self._baud)

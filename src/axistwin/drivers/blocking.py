@@ -105,7 +105,7 @@ class Controller:
         self.core.close()
 
     def run(self, procedure: Procedure[T]) -> T:
-        """Execute a function of the core.  Raises DriverError."""
+        """Execute a request of the protocol core at the port.  Raises DriverError if the request fails."""
         with self._lock:
             if self._port is None:
                 self._port = SerialPort(self.url, self.core, self._baud)

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 from axistwin.errors import UsageError
 
 T = TypeVar("T")
-INSIDE = "cannot advance virtual time inside `do`, a condition or a callback: call it from the test's own thread"
-OVER = "this twin is closed: its `with` block has ended"
+IN_LOOP = "cannot advance virtual time inside `do`, a condition or a callback: call it from the test's own thread"
+CLOSED = "this twin is closed: its `with` block has ended"
 
 
 class LoopThread:
@@ -30,13 +30,13 @@ class LoopThread:
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
             coroutine.close()  # waiting in the loop's own thread would never end
-            raise UsageError(INSIDE if inside else OVER)
+            raise UsageError(IN_LOOP if inside else CLOSED)
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def check_outside(self) -> None:
         """Raise UsageError if called from the thread itself, where waiting would block for ever."""
         if threading.current_thread() is self._thread:
-            raise UsageError(INSIDE)
+            raise UsageError(IN_LOOP)
 
     def do(self, action: Callable[[], T]) -> T:
         """Call a function in the thread and return its result."""

@@ -73,7 +73,7 @@ class Probe:
         return [result for result in self.results if result.verdict is verdict]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the probe as JSON."""
+        """Return the results of the probe as data for a JSON file."""
         sections = {
             section: sum(result.verdict is Verdict.SAME for result in self.results if result.case.section == section)
             for section in dict.fromkeys(result.case.section for result in self.results)

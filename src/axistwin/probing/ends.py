@@ -119,7 +119,10 @@ class VirtualEnd(End):
         return data
 
     def drain(self) -> None:
-        """Begin each request at a multiple of 10 ms, so that two controllers are compared in the same phase."""
+        """Discard earlier answers, and advance to the next multiple of 10 ms.
+
+        So both controllers get each request in the same phase of their 10 ms cycle.
+        """
         self._messages.clear()
         self.bench.clock.run_to(-(-self.bench.now // self._PHASE_NS) * self._PHASE_NS)
         self._messages.clear()

@@ -75,7 +75,7 @@ class Move:
 
     @property
     def target(self) -> int:
-        """Position after the move in pulses; while the axis is moving, the present position."""
+        """Position in pulses: at the end of a completed move, or the present one during a move."""
         return self.train_move.position_at(self.now_ns)
 
     @property

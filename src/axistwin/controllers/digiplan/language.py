@@ -25,7 +25,7 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 class Accept(Flag):
     """Kinds of message and states in which a command is allowed."""
 
-    DIRECT = auto()  # allowed in a direct message
+    DIRECT = auto()  # allowed in a message that is executed at once
     STEP = auto()  # allowed in a step of a sequence
     ALONE = auto()  # allowed as a message of its own
     LOCKED = auto()  # obeyed even while the interface is locked

@@ -51,7 +51,7 @@ def between(track: Track, a_ns: int, b_ns: int) -> Reading:
 
 
 def _mean(track: Track, from_ns: int, to_ns: int) -> float:
-    """Return the time average; an interval that is partly outside counts in proportion to the part inside."""
+    """Return the mean over time between two times; each value counts for the part of its interval between them."""
     rows = track.rows(from_ns, to_ns)
     if to_ns == from_ns:
         return value_at(track, from_ns)

@@ -115,7 +115,7 @@ class Tracking:
         return self.deadband is not None and abs(self.error) <= self.deadband
 
     def slipped(self, pulses: int, counts: int) -> int:
-        """Return the difference of motor and encoder pulses beyond the backlash, in rotor teeth."""
+        """Return the slip in rotor teeth: motor position minus encoder position, less the backlash."""
         if self.ratio is None or not (self.resolution and self.teeth):
             return 0
         motor, encoder = self.ratio
