@@ -46,11 +46,13 @@ def test_a_conversation_and_its_link(address, browser):
     page.wait_for_selector("html[data-state=ready]", timeout=50_000)
     page.select_option("#speed", "10")
     page.wait_for_function("() => parseFloat(document.querySelector('#time').textContent) > 2")  # power-up takes 1 s
+    at_rest = "() => /if1.X +4000 pulses +0\\/s(?! +moving)/.test(document.querySelector('#machine').textContent)"
     for line, answer in (("(", "U\n"), ("U61", "U61\n"), ("X4000@1000$", "$\n"), ("K", "0\n")):
+        if line == "K":
+            page.wait_for_function(at_rest)
         page.fill("#text", line)
         page.press("#text", "Enter")
         page.wait_for_function("words => document.querySelector('#conversation').innerText.includes(words)", arg=answer)
-    page.wait_for_function("() => document.querySelector('#machine text').textContent.includes(' 4000 pulses')")
     page.click("#run")
     page.click("#share")
     page.wait_for_function("() => document.querySelector('#note').textContent.includes('link')")
@@ -60,7 +62,7 @@ def test_a_conversation_and_its_link(address, browser):
     other.wait_for_function(
         "time => document.querySelector('#time').textContent === time", arg=page.inner_text("#time")
     )
-    assert other.inner_text("#machine") == page.inner_text("#machine")
+    assert other.text_content("#machine") == page.text_content("#machine")
     assert other.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert not foreign
 
