@@ -36,12 +36,12 @@ class Curves:
     @property
     def samples(self) -> int:
         """Number of samples; the first one is at 0."""
-        return self._samples
+        return max((len(curve.positions) for curve in self.axes.values()), default=0)
 
     @property
     def next_ns(self) -> int:
         """Time of the next sample."""
-        return self._samples * self.interval_ns
+        return self.samples * self.interval_ns
 
     def _sample(self) -> None:
         for name, curve in self.axes.items():
@@ -49,7 +49,6 @@ class Curves:
             found = self._bench.controllers[controller].axes[axis]
             curve.positions.append(found.position)
             curve.velocities.append(float(found.velocity))
-        self._samples = max((len(curve.positions) for curve in self.axes.values()), default=0)
 
     def advance(self, until_ns: int) -> Iterator[int]:
         """Advance the bench to a time, and yield the time of each sample.
@@ -67,12 +66,11 @@ class Curves:
         self._session.advance(until_ns)
 
     def _thin_out(self) -> None:
-        if self._samples < MOST_SAMPLES:
+        if self.samples < MOST_SAMPLES:
             return
         for curve in self.axes.values():
             del curve.positions[1::2], curve.velocities[1::2]
         self.interval_ns *= 2
-        self._samples = (self._samples + 1) // 2
 
     def window(self, from_ns: int, points: int) -> dict[str, dict[str, list[list[float]]]]:
         """Return `[seconds, value]` pairs from a time on, by axis and quantity; at most `2 * points` of each curve.
@@ -101,7 +99,7 @@ class Curves:
         """Return all samples as CSV."""
         head = [f"{name}.{quantity}" for name in self.axes for quantity in ("position", "velocity")]
         rows = [",".join(("seconds", *head))]
-        for n in range(self._samples):
+        for n in range(self.samples):
             cells = [f"{n * self.interval_ns / 1e9:.9g}"]
             for curve in self.axes.values():
                 cells += [str(curve.positions[n]), f"{curve.velocities[n]:.9g}"]
