@@ -24,7 +24,6 @@ from axistwin.playground.link import Shared, decode, encode
 from axistwin.scenes.scene import Scene
 from axistwin.sessions.saving import SCENE
 from axistwin.sessions.session import Session
-from axistwin.sim.pins import UserPin
 from axistwin.sim.serial_port import Flow
 from axistwin.teaching import Tutor
 from axistwin.version import VERSION
@@ -172,7 +171,7 @@ class Playground:
                 }
                 for axis, found in controller.axes.items()
             ],
-            "inputs": [pin for pin, found in pins if not found.is_output or isinstance(found, UserPin)],
+            "inputs": [pin for pin, found in pins if found.drivable],
             "outputs": [pin for pin, found in pins if found.is_output],
             "lamps": [
                 {"label": item.label or item.name, "group": group.title, "words": _words(item), "tone": item.tone.value}

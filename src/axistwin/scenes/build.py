@@ -27,7 +27,7 @@ from axistwin.programs import stored_programs
 from axistwin.scenes import hosting, toml_places
 from axistwin.scenes.source import Source, instead
 from axistwin.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
-from axistwin.sim.pins import Pin, UserPin, connect
+from axistwin.sim.pins import Pin, connect
 from axistwin.units import to_ns
 
 Path_ = toml_places.Path
@@ -279,8 +279,7 @@ class Builder:
                     self._check_operated(pin, ("operator", "selector", number, "positions", word))
 
     def _check_operated(self, name: str, path: Path_) -> None:
-        found = self._pin(name, path)
-        if found.is_output and not isinstance(found, UserPin):
+        if not self._pin(name, path).drivable:
             raise self.source.error(path, f"{name} is an output: expected an input")
 
     def _plan_script(self) -> None:

@@ -75,6 +75,11 @@ class Pin:
         return self._output
 
     @property
+    def drivable(self) -> bool:
+        """True if the level can be set from outside."""
+        return not self._output
+
+    @property
     def driven(self) -> bool:
         """True while a test lead forces the level."""
         return self._driven is not None
@@ -299,6 +304,11 @@ class UserPin(Pin):
     def is_output(self) -> bool:
         """True while the output stage is on."""
         return self._stage is not None
+
+    @property
+    def drivable(self) -> bool:
+        """Always True: a test lead overrides the output stage."""
+        return True
 
     def drive(self, level: bool | float) -> None:
         """Force the terminal with a test lead: True is 5 V, False is 0 V, a number is a voltage.

@@ -40,7 +40,7 @@ def inputs(controller: Controller) -> list[list[str]]:
     """Return the names of each terminal that can be driven from outside."""
     found: dict[Pin, list[str]] = {}
     for name, pin in controller.pins.items():
-        if not pin.is_output or isinstance(pin, UserPin):
+        if pin.drivable:
             found.setdefault(pin, []).append(name)
     return list(found.values())
 
