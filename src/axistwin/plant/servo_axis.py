@@ -7,7 +7,7 @@ kept here: physics, external torques, ambient temperature, switches.
 
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from math import inf
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
@@ -165,6 +165,9 @@ class ServoAxis:
 
     Without a `motor` the axis is ideal: the shaft follows the trajectory exactly.
     """
+
+    unit: ClassVar[str] = "counts"
+    """Unit of positions."""
 
     def __init__(
         self,

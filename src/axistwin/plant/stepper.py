@@ -6,7 +6,7 @@ the machine's own state.
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from axistwin.errors import UsageError
 from axistwin.motion.profile import Profile
@@ -97,6 +97,9 @@ class EncoderView:
 
 class StepperAxis:
     """Motor, load and encoder behind one step output.  Without a `motor` the axis is ideal and never stalls."""
+
+    unit: ClassVar[str] = "pulses"
+    """Unit of positions."""
 
     def __init__(
         self,

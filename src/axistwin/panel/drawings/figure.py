@@ -22,11 +22,6 @@ class Figure(Protocol):
         """Update the drawing; parts move to their new positions in a smooth transition, or at once."""
 
 
-def unit(axis: Axis) -> str:
-    """Return the unit of the axis's position."""
-    return "counts" if isinstance(axis, ServoAxis) else "pulses"
-
-
 def readout(part: str, label: str, of: str = "") -> str:
     """Return the HTML of a number with its label and unit (`of`).  `data-part` is `part`, and `row-…` of the row."""
     told = f"<small>{escape(of)}</small>" if of else ""
@@ -41,7 +36,7 @@ def readouts(*rows: str) -> str:
 
 def error_rows(axis: Axis) -> list[str]:
     """Return rows for following error and temperature of a servo, or for lost steps and encoder of a stepper."""
-    of = unit(axis)
+    of = axis.unit
     if isinstance(axis, ServoAxis):
         return [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
     encoder = [readout("encoder", "encoder", "counts")] if axis.encoder_count is not None else []
@@ -50,7 +45,7 @@ def error_rows(axis: Axis) -> list[str]:
 
 def motion_rows(axis: Axis) -> list[str]:
     """Return rows for position and velocity: in the unit of the machine, if there is one, and in pulses or counts."""
-    of = unit(axis)
+    of = axis.unit
     rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
     if axis.units is None:
         return rows

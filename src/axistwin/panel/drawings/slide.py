@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from axistwin.bench import Controller
 from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion, unit
+from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
 from axistwin.panel.drawings.scale import grouped, ticks
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
@@ -65,7 +65,7 @@ class Slide:
         return f"translate({min(max(self._x(position), LEFT - OVERRUN), RIGHT + OVERRUN):.2f}px, 0)"
 
     def _art(self, controller: Controller, axis: Axis) -> str:
-        of = unit(axis)
+        of = axis.unit
         told = f"{self.name}: a slide of {self.limits[0]} to {self.limits[1]} {of}"
         rows = [*motion_rows(axis), *error_rows(axis)]
         if isinstance(axis, ServoAxis):

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from axistwin.bench import Bench, Controller, endpoints
 from axistwin.bench.codec import Codec
 from axistwin.plant.machine_units import MachineUnits
-from axistwin.plant.servo_axis import ServoAxis
 from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 
@@ -57,10 +56,9 @@ def _meaning(bench: Bench, signal: Signal) -> Meaning:
 
 def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:
     axis = controller.axes[name]
-    unit = "counts" if isinstance(axis, ServoAxis) else "pulses"
     if signal.kind == REAL:
-        return Meaning(f"{unit}/s", axis.units)
-    return Meaning(unit, axis.units) if signal.kind == COUNT else PLAIN
+        return Meaning(f"{axis.unit}/s", axis.units)
+    return Meaning(axis.unit, axis.units) if signal.kind == COUNT else PLAIN
 
 
 def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
