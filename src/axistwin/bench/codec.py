@@ -124,6 +124,11 @@ def _escaped(escape: re.Match[str], at: int) -> bytes:
 CHARACTERS = Characters()
 
 
+def unpadded(message: bytes) -> bytes:
+    """Return a message of a board without its trailing zeros, which `Codec.hear` appends again."""
+    return message.rstrip(b"\0") or message[:1]
+
+
 def codec_of(product: Product) -> Codec:
     """Return the codec for data to and from this product."""
     return CHARACTERS if product.language is None else Hex(product.language)

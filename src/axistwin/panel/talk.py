@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from itertools import islice
 
 from axistwin.bench import Bench, endpoints
-from axistwin.bench.codec import Codec
+from axistwin.bench.codec import Codec, unpadded
 from axistwin.bench.control_characters import word
 from axistwin.bench.events import Event, LineBreak, Received, Sent, observing
 from axistwin.sessions.session import Session
@@ -93,7 +93,7 @@ class Printer:
 
     def _message(self, said: Sent | Received) -> str:
         by_host = isinstance(said, Sent)
-        data = said.data if by_host else said.data.rstrip(b"\0") or said.data[:1]
+        data = said.data if by_host else unpadded(said.data)
         return f"{self._codec.show(data)}   {DIM}{self._codec.words(said.data, by_host)}{NORMAL}"
 
     def _characters(self, said: Sent | Received) -> Iterator[str]:

@@ -12,13 +12,12 @@ from typing import Any
 
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.bench.actions import on_a_bus
-from axistwin.bench.codec import codec_of
+from axistwin.bench.codec import codec_of, unpadded
 from axistwin.controllers.front import Item, Lamp
 from axistwin.diagnostics import diagnose_text
 from axistwin.diagnostics.checking import MODELS, PROGRAMS
 from axistwin.errors import PlacedError, UsageError
 from axistwin.guide.shipped import examples
-from axistwin.plant.servo_axis import ServoAxis
 from axistwin.playground.curves import Curves
 from axistwin.playground.link import Shared, decode, encode
 from axistwin.scenes.scene import Scene
@@ -114,7 +113,7 @@ class Playground:
             codec = codec_of(controller.product)
 
             def message(data: bytes) -> None:
-                shown = codec.show(data.rstrip(b"\0") or data[:1])
+                shown = codec.show(unpadded(data))
                 self._receive(name, data, f"< {shown}   {codec.words(data, by_host=False)}\n")
 
             controller.bus.subscribe_received(message)
@@ -166,7 +165,7 @@ class Playground:
             "axes": [
                 {
                     "name": f"{name}.{axis}",
-                    "unit": "counts" if isinstance(found, ServoAxis) else "pulses",
+                    "unit": found.unit,
                     "limits": list(found.limits) if found.limits else None,
                 }
                 for axis, found in controller.axes.items()

@@ -6,7 +6,7 @@ from typing import Any
 
 from axistwin.bench import endpoints
 from axistwin.bench.actions import level_name, voltage
-from axistwin.bench.codec import Codec
+from axistwin.bench.codec import Codec, unpadded
 from axistwin.bench.events import LevelChanged, VoltageChanged
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo_axis import ServoAxis
@@ -176,7 +176,7 @@ def _message(item: Message, codec: Codec) -> str:
     words = codec.words(data, item.by_host)
     if not words:
         return codec.show(data)
-    shown = codec.show(data if item.by_host else data.rstrip(b"\0") or data[:1])
+    shown = codec.show(data if item.by_host else unpadded(data))
     return f"{shown}   {words}"
 
 

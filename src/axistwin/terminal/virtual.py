@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from axistwin.bench.codec import codec_of
+from axistwin.bench.codec import codec_of, unpadded
 from axistwin.errors import UsageError
 from axistwin.scenes.hosting import program_text
 from axistwin.sessions.session import Session
@@ -154,7 +154,7 @@ class BoardEnd(VirtualEnd):
             self.session.say(self.controller.name, command)
 
     def _received(self, message: bytes) -> None:
-        shown = self._codec.show(message.rstrip(b"\0") or message[:1])
+        shown = self._codec.show(unpadded(message))
         self._print_line(f"< {shown}   {self._codec.words(message, by_host=False)}")
         if self.tutor.on:
             self._aside(*self.tutor.received(message))
