@@ -141,6 +141,14 @@ class Controller:
             raise UsageError(f"{self.name} has no variables: that is for SmartMotors")
         self._abilities.assign(name, value)
 
+    def read(self, source: str) -> int | str | None:
+        """Return the level of a terminal, or the value of a register, by name; None without power."""
+        if not self.powered:
+            return None
+        if source in self.terminals:
+            return self.terminals[source].level
+        return self.registers[source].read()
+
     @property
     def programs(self) -> Mapping[str, Listing]:
         """Stored programs or sequences by name, each with the line that is running now."""

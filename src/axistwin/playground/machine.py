@@ -280,11 +280,8 @@ class Playground:
 
 def _value(controller: Controller, item: Item) -> int | None:
     """Return the value of the terminal or register of a lamp; None without power."""
-    if not controller.powered:
-        return None
-    if item.source in controller.terminals:
-        return int(controller.terminals[item.source].level)
-    return int(controller.registers[item.source].read())
+    value = controller.read(item.source)
+    return None if value is None else int(value)
 
 
 def _words(item: Lamp) -> str:

@@ -51,20 +51,12 @@ class _Source:
 
     def __init__(self, context: Context, who: str, name: str) -> None:
         self._context, self._who, self._name = context, who, name
-        self._terminal = name in context.bench[who].terminals
         self._known: int | str | object | None = NOTHING
         self.shows: list[Show] = []
 
     def refresh(self) -> None:
         """Read the value, and show the value if it has changed."""
-        controller = self._context.bench.controllers[self._who]
-        value: int | str | None = None
-        if not controller.powered:
-            pass
-        elif self._terminal:
-            value = controller.terminals[self._name].level
-        else:
-            value = controller.registers[self._name].read()
+        value = self._context.bench.controllers[self._who].read(self._name)
         if value != self._known:
             self._known = value
             for show in self.shows:
