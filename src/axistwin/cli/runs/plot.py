@@ -60,13 +60,14 @@ def plot(
     path = out if out is not None or on_screen else trace.with_suffix(".png")
     if path is not None:
         check_suffix(path)
+    limited = on_screen or signals or since is not None or until is not None
     if trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace):
-        if on_screen or signals or since is not None or until is not None:
+        if limited:
             raise UsageError(f"{trace} holds results of a sweep: expected no option but --out and --title")
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
     if trace.suffix == ".db":
-        if on_screen or signals or since is not None or until is not None:
+        if limited:
             raise UsageError(f"{trace} holds a study: expected no option but --out and --title")
         return _plot_study(trace, path or trace, title)
     with working(f"reading {trace.name}"):
