@@ -134,7 +134,7 @@ class AsyncController:
         return lambda *arguments, **keywords: self.run(function(*arguments, **keywords))
 
     async def close(self) -> None:
-        """Close the port.  A motion goes on."""
+        """Close the port.  A motion continues."""
         async with self._lock:
             await self._close()
 

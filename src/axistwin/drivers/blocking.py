@@ -94,7 +94,7 @@ class Controller:
         return lambda *arguments, **keywords: self.run(function(*arguments, **keywords))
 
     def close(self) -> None:
-        """Close the port.  A motion goes on."""
+        """Close the port.  A motion continues."""
         with self._lock:
             self._close()
 

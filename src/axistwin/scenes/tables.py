@@ -405,7 +405,7 @@ class StandInTable(Table):
 
 
 class PanelTable(Table):
-    """How the panel shows the scene."""
+    """Options of the panel for this scene."""
 
     wait: bool = False
     """`true`: virtual time starts when the first browser or host connects to `axistwin serve`."""
