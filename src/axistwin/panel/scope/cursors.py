@@ -80,9 +80,9 @@ def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None
     """Return the time of the first change between `time_ns` and `upto_ns`, forward or backward from `time_ns`."""
     found: list[int] = []
     for track in tracks:
-        begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns)).begin
+        begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns) + 1).begin
         if upto_ns > time_ns:
-            found += begins[begins > time_ns][:1].tolist()
+            found += begins[(begins > time_ns) & (begins <= upto_ns)][:1].tolist()
         else:
             found += begins[(begins < time_ns) & (begins >= upto_ns)][-1:].tolist()
     return min(found, key=lambda edge: abs(edge - time_ns), default=None)

@@ -54,7 +54,7 @@ class _Pixels:
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
     """Return the part of a track from `from_ns` to `to_ns` by pixels; values after `now_ns` are unknown."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # one row more, for the value before the window
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)  # one row more, for the value before the window
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
     seen.low[past] = seen.high[past] = np.nan
@@ -65,7 +65,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
     """Return the line of a track from `from_ns` to `to_ns`: exact if there are few changes, else by pixels."""
     until_ns = min(to_ns, now_ns)
-    rows = track.rows(from_ns, until_ns)
+    rows = track.rows(from_ns, until_ns + 1)
     if len(rows.begin) > pixels // FEW or not np.array_equal(rows.begin, rows.end):
         seen = window(track, from_ns, to_ns, pixels, now_ns)
         return Line(seen.times, seen.values)

@@ -111,8 +111,8 @@ class Track:
         """Time after which all changes are stored exactly."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
-    def add(self, times: Times, values: Numbers) -> None:
-        """Append samples; samples that are equal to the sample before are left out."""
+    def add(self, times: Times, values: Numbers) -> bool:
+        """Append samples; samples that are equal to the sample before are left out.  Returns False if all are."""
         changed = np.empty(len(values), bool)
         changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
         np.not_equal(values[1:], values[:-1], out=changed[1:])
@@ -121,6 +121,7 @@ class Track:
         half = CHANGES // 2
         for at in range(0, len(times), half):
             self._append(times[at : at + half], values[at : at + half])
+        return len(times) > 0
 
     def interrupt(self, time_ns: int) -> None:
         """Record that values from this time on are unknown."""
@@ -216,11 +217,12 @@ class Words(Track):
         """Time after which all texts are stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
-    def say(self, times: Times, texts: list[bytes]) -> None:
-        """Append texts with their start times."""
+    def say(self, times: Times, texts: list[bytes]) -> bool:
+        """Append texts with their start times.  Returns False if there are none."""
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
+        return bool(texts)
 
     def at(self, time_ns: int) -> str:
         """Return the text at this time; "" without a text."""
