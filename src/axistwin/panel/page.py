@@ -12,6 +12,7 @@ from fastapi import Request
 from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
+from axistwin.panel import layout
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful
 from axistwin.panel.memory import Memory, release
@@ -183,12 +184,13 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
         ui.label(name).classes("machine-name")
         ui.label(context.bench[name].product.title).classes("quiet")
         yield power(context, name)
-    kinds: Kinds = {"Pins": partial(pins, context, name)}
-    if context.bench[name].product.programs:
-        kinds["Program"] = partial(program, context, name)
+    kinds: Kinds = {}
     for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
         if endpoint in endpoints.names(context.bench):
             kinds[title] = partial(terminal, context, endpoint)
+    if context.bench[name].product.programs:
+        kinds["Program"] = partial(program, context, name)
+    kinds["Pins"] = partial(pins, context, name)
     with ui.element("div").classes("work"):
         yield machines(context, name)
         with ui.element("div").classes("side"):
@@ -205,6 +207,7 @@ class _Frames:
         """Number of messages from the browser that have been handled."""
         self._news = asyncio.Event()
         """Set if the next frame is to follow at once."""
+        self._layout = layout.written(context.person)
         with client:
             ui.on("sent", self._on_sent)
 
@@ -231,6 +234,7 @@ class _Frames:
         if self._context.unbuilt:
             self._news.set()
             await self._complete()
+        self._keep_layout()
         now = self._handled, self._context.actions.state
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
@@ -245,6 +249,13 @@ class _Frames:
                 session.pacer.inspect(view)
             else:
                 view()
+
+    def _keep_layout(self) -> None:
+        """Store the layout in the browser if it has changed."""
+        text = layout.written(self._context.person)
+        if text != self._layout:
+            self._layout = text
+            self._client.run_javascript(layout.KEEP.format(text=json.dumps(text)))
 
     async def _complete(self) -> None:
         """Build the tabs that the user has opened, in pieces."""
