@@ -11,13 +11,12 @@ from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.columns import columns
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.teaching import Pupil, Tutor
+from axistwin.teaching import Pupil, Tutor, own_command
 from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
 from axistwin.units import to_seconds
 
 T = TypeVar("T")
-_COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 HELP = """\
 Enter sends a line to the controller.  Commands of the terminal:
@@ -67,10 +66,8 @@ class LocalCommands:
         self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
-        """True for one of the terminal's own commands.  A sequence of an IF1 also begins with a colon, but is upper
-        case.
-        """
-        return _COMMAND.fullmatch(line.decode("latin-1")) is not None
+        """True for one of the terminal's own commands."""
+        return own_command(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
         """Return the tutor's asides about a line that is sent next.  Raises ProgramError for an unknown command."""
@@ -93,10 +90,10 @@ class LocalCommands:
 
     async def obey(self, line: str) -> bool:
         """Execute a command, and show an error on the screen.  Return False for `:quit`, otherwise True."""
-        found = _COMMAND.fullmatch(line)
+        found = own_command(line)
         assert found is not None
         try:
-            return await self._obey(found[1], (found[2] or "").strip())
+            return await self._obey(*found)
         except AxistwinError as error:
             self.screen.show(f"{error}")
             return True
