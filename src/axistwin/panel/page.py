@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
@@ -16,6 +17,7 @@ from axistwin.panel import layout
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful
 from axistwin.panel.memory import Memory, release
+from axistwin.panel.outbound import Outbound
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
 from axistwin.panel.views.driving import driving
@@ -64,8 +66,10 @@ async def page(enter: Callable[[], Context]) -> None:
     visits = context.common(Visits)
     visits.begin(client, context.person)
     async with visits.building:
-        made = await in_turns(partial(_built, client, context))
-        context.common(Memory).keep()
+        with Outbound(client) as outbound:
+            made = await in_turns(partial(_built, client, context))
+            context.common(Memory).keep()
+        await outbound.send()
     client.run_javascript(BUILT)
     visits.shown(client, background_tasks.create(_Frames(client, context, made).show(), name="panel"))
     context.session.welcome()
@@ -128,7 +132,12 @@ def _released(elements: list[ui.element]) -> None:
 def rehearse(context: Context, request: Request) -> None:
     """Build a page without a browser, so that reading files and importing modules does not delay hosts later."""
     client = Client(ui.page(""), request=request)
-    _built(client, context)
+    made = _built(client, context)
+    with client:
+        for view in made:
+            view()
+        while context.unbuilt:
+            context.unbuilt.pop()()
     client.build_response(request)
     client.delete()
 
@@ -240,15 +249,11 @@ class _Frames:
 
     async def _refresh(self) -> None:
         """Update all views; after every `TURN_S`, other tasks of the event loop run."""
-        session, began_s = self._context.session, perf_counter()
-        for view in self._made:
-            if perf_counter() - began_s > TURN_S:
+        left = deque(self._made)
+        while left:
+            self._context.session.inspect(partial(_refresh_some, left))
+            if left:
                 await asyncio.sleep(0)
-                began_s = perf_counter()
-            if session.running:
-                session.pacer.inspect(view)
-            else:
-                view()
 
     def _keep_layout(self) -> None:
         """Store the layout in the browser if it has changed."""
@@ -288,6 +293,13 @@ class _Frames:
         if type(sent) is int:
             self._handled = sent
             self._news.set()
+
+
+def _refresh_some(left: deque[Refresh]) -> None:
+    """Update views at the same virtual time for `TURN_S`, and remove them from `left`."""
+    until_s = perf_counter() + TURN_S
+    while left and perf_counter() < until_s:
+        left.popleft()()
 
 
 def _notify(client: Client, words: str) -> None:

@@ -28,7 +28,7 @@ class Reading:
 def value_at(track: Track, time_ns: int) -> float:
     """Return the value at the end of that nanosecond; NaN if the time is within a merged interval."""
     rows = track.rows(time_ns, time_ns + 1)
-    place = int(np.searchsorted(rows.begin, time_ns, "right")) - 1
+    place = int(rows.begin.searchsorted(time_ns, "right")) - 1
     if place < 0 or rows.end[place] > time_ns:
         return np.nan
     return float(rows.last[place])
