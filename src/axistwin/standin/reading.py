@@ -16,7 +16,7 @@ DIRECTIONS = {"plus": +1, "minus": -1, "both": 0, None: None}
 
 @dataclass(frozen=True)
 class Plan:
-    """The settings of a stand-in, read from its scene."""
+    """The settings of a stand-in, read from the scene file."""
 
     boards: tuple[tuple[BoardTable, Wiring], ...]
     horizon_s: float
@@ -50,7 +50,7 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
 def _bounds(
     scene: Scene, bench: Bench, table: BoardAxisTable, number: int
 ) -> tuple[tuple[int, int] | None, float | None]:
-    """Return travel in pulses and highest rate in pulses/s."""
+    """Return the limits of an axis: travel in pulses and highest rate in pulses/s; None for no limit."""
     name, _, axis = table.axis.rpartition(".")
     units = bench[name].axes[axis].units
     travel = max_rate = None
