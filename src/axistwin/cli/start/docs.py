@@ -94,7 +94,7 @@ def _print(page: str) -> None:
     if not sys.stdout.isatty():
         click.echo(page)
         return
-    from rich.console import Console  # lazy import: only for a terminal
+    from rich.console import Console  # lazy import: needed only for a terminal
     from rich.markdown import Markdown
 
     Console().print(Markdown(page))
