@@ -28,7 +28,7 @@ def check_ports(contents: SceneFile, source: Source) -> None:
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
-    """Yield the place and URL of each port, and True for the port of an 1810 or 1811."""
+    """Yield the place of each port in the file, its URL, and True for a port of an 1810 or 1811."""
     for number, table in enumerate(contents.controller):
         with source.placing_errors("controller", number, "model"):
             at_a_bus = product(table.model).attend is not None
@@ -41,7 +41,7 @@ def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, boo
 
 
 def _place(url: PortUrl) -> tuple[str, ...]:
-    """Return the resource that only one port can use; empty if the system chooses a free resource."""
+    """Return the address or path that only one port can use; () if the system chooses a free one."""
     if url.scheme in ("pty", "serial"):
         return ("file", url.path) if url.path else ()
     return ("address", url.host.replace("localhost", "127.0.0.1"), str(url.port)) if url.port else ()
