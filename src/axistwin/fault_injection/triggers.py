@@ -31,7 +31,7 @@ from axistwin.sim.signal import Signal
 
 Unsubscribe = Callable[[], object]
 Arm = Callable[[Callable[[], None]], Unsubscribe]
-"""Calls a function each time the event occurs; returns an unsubscribe function."""
+"""Function that subscribes another function to an event, and returns an unsubscribe function."""
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
 _POSITION = re.compile(r"(?P<position>-?[0-9.]+(?: ?(?!(?:up|down)\b)[^\W\d_]+| ?°)?)(?: (?P<way>up|down))?")
@@ -113,7 +113,7 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Read "hears" (the device receives characters or a command) or "says" (the host receives them)."""
+    """Return the trigger for "hears" (the device has received characters) or "says" (the host has received them)."""
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
@@ -201,7 +201,7 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError for a line that cannot run.  Lines that are stored later are accepted."""
+    """Raise UsageError for a line that can never run; a line that may be stored later is accepted."""
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
         raise UsageError(f"{machine.name} runs no line {line}: lines count from 1" + (f" to {most}" if most else ""))
@@ -211,7 +211,7 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
 
 
 def _silence(listing: Listing, line: int) -> str:
-    """Return the reason why a line never runs, and the next line that can run."""
+    """Return the reason why a line of a program never runs, and the next line that can run."""
     after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
     remedy = "" if after is None else f"; name line {after + 1}, {listing.lines[after]}"
     return f"{listing.lines[line - 1]} takes no time{remedy}"

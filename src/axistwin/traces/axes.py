@@ -1,4 +1,4 @@
-"""Changes of the signals of axes.
+"""Traces of axes: find the changes of their signals.
 
 The pulses of a stepper axis are calculated from its moves when a trace is written.  The samples of a servo axis are
 stored until a trace is written.
