@@ -34,7 +34,7 @@ class LineError(Flag):
 
 
 SOUND = LineError.NONE
-"""No error, as a constant, because access to the enumeration is slow in the inner loop."""
+"""Constant for no error, because access to the enumeration is slow in an inner loop."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ class Frame:
     bit: int
     per: int
     sent: tuple[UartFormat, int] | None = None
-    """The format and the character if nothing has disturbed it."""
+    """Format and value of an undisturbed character; None for any other signal."""
     own: bool = False
     """True if the receiver's own transmitter sends the frame on a shared pair; the receiver then ignores the frame."""
 

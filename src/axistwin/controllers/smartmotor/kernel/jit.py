@@ -46,7 +46,7 @@ def sampled(function: F) -> F:
 
 @cache
 def setting() -> str:
-    """Return the value of AXISTWIN_JIT, read once."""
+    """Return the value of the environment variable AXISTWIN_JIT, which is read once."""
     given = os.environ.get("AXISTWIN_JIT", "auto")
     if given not in SETTINGS:
         raise UsageError(f"AXISTWIN_JIT={given}: expected one of {', '.join(SETTINGS)}")
@@ -66,7 +66,7 @@ def available() -> bool:
 
 
 def note() -> str:
-    """Return one line for the user if Numba would make SmartMotors faster; otherwise an empty text."""
+    """Return a hint for the user if Numba is missing and would make SmartMotors faster; otherwise ""."""
     return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
 
@@ -117,7 +117,7 @@ class _Sealing:
 
 
 def _sums(directory: Path) -> dict[str, str]:
-    """Return a checksum of each file of machine code."""
+    """Return a checksum for each file of machine code in a directory."""
     files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
     return {str(path.relative_to(directory)): sha256(path.read_bytes()).hexdigest() for path in files}
 
@@ -132,7 +132,7 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # the next start compiles again
+        return  # without this mark, the next start compiles again
 
 
 def _whole(directory: Path) -> bool:
@@ -149,7 +149,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return each module's globals with compiled functions that call one another."""
+    """Return the globals of each module, in which compiled functions call each other."""
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}
@@ -189,14 +189,14 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
     try:
         directory = user_cache() / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # RuntimeError: no home directory
+    except (OSError, RuntimeError):  # RuntimeError is raised without a home directory
         return None
     return directory if os.access(directory, os.W_OK) else None
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
     """Return a hash of the code of each function, the values of its globals, and the versions of the compiler."""
-    from importlib.metadata import version  # lazy import: slow
+    from importlib.metadata import version  # lazy import: takes much time
 
     digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')}".encode())
     for function in functions:

@@ -6,11 +6,11 @@
 
 from itertools import count, islice
 
-# Integers.  Positions in encoder counts, trajectory positions and velocities in 1/65536 count (and per sample).
+# Integers: positions in encoder counts; trajectory positions and velocities in 1/65536 count (per sample)
 _slots = count()
 
 # Time
-SAMPLE = next(_slots)  # number of the last sample done, from 0 at power-up
+SAMPLE = next(_slots)  # number of the last computed sample, from 0 at power-up
 CLK_ZERO = next(_slots)  # CLK = SAMPLE - CLK_ZERO
 
 # The running program (interpreter.py)
@@ -48,7 +48,7 @@ EPTR, ADDR = next(_slots), next(_slots)
     BUFFERED_FACTOR,  # variant of BUFFERED_MODE: MF1/2/4, MC1/2/4/8
 ) = islice(_slots, 3)
 
-# The tuning in force (F without = copies the buffered one); KS is the number of samples between two errors
+# The tuning in force, which the command F copies from the buffered one; KS: number of samples between two errors
 TUNING, *_ = islice(_slots, 8)  # KP KI KD KL KS KV KA KG in force, in this order
 PID_RATE = next(_slots)  # PID1, 2, 4, 8
 
@@ -64,9 +64,9 @@ TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)  # P, V and A in force; a
 SHAFT = next(_slots)  # shaft position in counts since the bench was made, machine's direction
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
-# Follow and cam
+# Modes follow and cam
 (
-    CTR,  # external counter
+    CTR,  # external counter, which the program can read as CTR
     MASTER,  # edges received from the external encoder, counted as in `axis.master`
     MASTER_SEEN,  # number of external encoder edges that the trajectory has followed
 ) = islice(_slots, 3)
@@ -142,7 +142,7 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 # Memory of the servo law and the physics (servo.py)
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)  # filter of CURRENT; sum of (0.01 A)², number of summands
-SLIPPED = next(_slots)  # counts from the encoder's reading (SHAFT) to the real shaft position
+SLIPPED = next(_slots)  # difference in counts between the encoder's reading (SHAFT) and the real shaft position
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # defective encoder: OF counts per OUT_OF; 0 of 0: no defect
 UNCOUNTED = next(_slots)  # remainder of a defective encoder's count
 ENERGY = next(_slots)  # nJ taken from the supply by the windings since the bench was made
@@ -154,9 +154,9 @@ ARRAY_BASE = next(_slots)  # index of al[0] in `v`
 INTS = next(_slots)
 
 STOPPED, RUNNING, BLOCKED = range(3)
-"""BLOCKED: a statement is waiting for something outside, such as room in the transmitter."""
+"""States of the program.  BLOCKED: a statement waits for an external event, such as room in the transmitter."""
 NOTHING_YET = -1
-"""Instead of a statement number: no statement has begun since the program was started."""
+"""Value in place of a statement number before the first statement of a started program."""
 DEPTH_MOST, SWITCH_MOST = 10, 4
 
 MODES = (
@@ -167,7 +167,7 @@ MODES = (
 M_RELATIVE = len(MODES)
 """Value reported instead of M_POSITION while D gave the target."""
 NO_POWER = -1
-"""Mode reported without power."""
+"""Mode that is reported while the power is off."""
 
 CALL_GOSUB, CALL_FAULT, CALL_INPUT = 0, 1, 2
 """The reason for a return address on the stack: GOSUB, a call of C1 by a fault, a call of C2 by pin G."""
