@@ -59,9 +59,8 @@ class ActionRunner:
             return
         if name not in self.bench.attendants:
             self.bench.attendants[name] = attend(self.bench[name].bus)
-            self.bench.attendants[name].subscribe_received(
-                lambda _: None
-            )  # discards messages, so that the board can send the next one
+            # discards messages, so that the board can send the next one
+            self.bench.attendants[name].subscribe_received(lambda _: None)
         self.bench.attendants[name].write(data)
 
     def _by_hand(self, name: str, do: Callable[[], object]) -> None:

@@ -379,9 +379,8 @@ class Motor(AxisCore):
         """Return True while a motion is in progress or has not begun yet."""
         if moving:
             self._has_moved = True
-            self._begin_by = (
-                (yield Clock()) + BEGIN_S if self._homing else None
-            )  # a search for HOME has pauses without motion
+            # a search for HOME has pauses without motion
+            self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
             return True

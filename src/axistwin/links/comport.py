@@ -289,9 +289,8 @@ class ComPort:
 
     def set_line_state(self, errors: LineError) -> None:
         """Report line errors of characters received from the device."""
-        state = self._line_state = LineState.EMPTY | LineState(
-            errors.value << 2
-        )  # the bits have the same order in both types
+        # the bits have the same order in both types
+        state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()
 

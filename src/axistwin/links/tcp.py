@@ -190,15 +190,13 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    sock = socket.socket(
-        family, socket.SOCK_STREAM, socket.IPPROTO_TCP
-    )  # asyncio disables Nagle's algorithm only with IPPROTO_TCP
+    # asyncio disables Nagle's algorithm only with IPPROTO_TCP
+    sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         # on Windows, SO_REUSEADDR would let a second server use the same address
         sock.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR), 1)
-        sock.setsockopt(
-            socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER
-        )  # set before listening, because connections inherit it
+        # set before listening, because connections inherit it
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         sock.bind(address)
     except OSError:
         sock.close()

@@ -125,9 +125,8 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     def flat(tables: Iterable[Iterable[int]]) -> "NDArray[np.int64]":
         numbers = tuple(chain.from_iterable(tables))
-        return np.frombuffer(
-            pack(f"{len(numbers)}q", *numbers), np.int64
-        )  # the fastest conversion of integers to an array
+        # the fastest conversion of integers to an array
+        return np.frombuffer(pack(f"{len(numbers)}q", *numbers), np.int64)
 
     profiles = [profile for _, profile in moves]
     lengths = flat([[len(profile.starts) for profile in profiles]])  # the last of the starts is the end of the move

@@ -15,14 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.layout_engine import LayoutEngine
 
 SUFFIXES = (".svg", ".png")
-COLOURS = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-)  # colours that colour-blind readers can distinguish
+# colours that colour-blind readers can distinguish
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
 STYLE: dict[Any, Any] = {  # Any, because `rc_context` accepts only a Literal type of its keys
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,

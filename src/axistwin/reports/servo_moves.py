@@ -67,10 +67,8 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        self._latest: tuple[int, NDArray[np.int64] | None] = (
-            -1,
-            None,
-        )  # time of the next sample, and the last `WINDOW` positions
+        # time of the next sample, and the last `WINDOW` positions
+        self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
 
     def add_samples(self, samples: Samples) -> None:
         """Find the moves in the next block of samples."""

@@ -190,9 +190,8 @@ class Line:
             return self._carry_break(item)
         undisturbed = not self._disturbances and not self._cuts and self._free_ns <= self.clock.now
         if self.instant and undisturbed and self.receiver.understands(sent):
-            self.receiver.take(
-                item & ((1 << sent.bytesize) - 1), SOUND
-            )  # the character is received as a whole, without sampling
+            # the character is received as a whole, without sampling
+            self.receiver.take(item & ((1 << sent.bytesize) - 1), SOUND)
             return 0
         passage = self._passage(sent)
         if not self._cuts:

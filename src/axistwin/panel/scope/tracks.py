@@ -179,9 +179,8 @@ class Track:
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            all_ = joined(
-                [NOTHING, all_.cut(slice(over, None))]
-            )  # a copy, so that the memory of the larger array is freed
+            # a copy, so that the memory of the larger array is freed
+            all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)
         self._older[level] = all_

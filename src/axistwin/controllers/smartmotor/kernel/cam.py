@@ -68,7 +68,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
 
 @sampled
 def turn(i: Ints, v: Ints, moved: int) -> None:
-    """Update the place in the cycle after a movement of the external encoder.
+    """Update the place in the cycle after the external encoder has moved.
 
     A quarter of BASE or more in one sample is too fast: the zero point may be missed.
     """
@@ -92,9 +92,8 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[s.CX] = n
     here = entry(i, v, n)
-    following = (
-        n + 1 if i[s.CAM_F] or n + 1 < size else 0
-    )  # otherwise the table is closed: its last point is followed by the first
+    # otherwise the table is closed: its last point is followed by the first
+    following = n + 1 if i[s.CAM_F] or n + 1 < size else 0
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 
 

@@ -124,7 +124,7 @@ class Core:
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at the first of these times, as far as they are certain.
+        """Return the shaft's positions now and at these times, as long as they are certain.
 
         The times are later than now, one sample apart.  A position is certain before the end of the block, and always
         while the motor sleeps.
@@ -141,7 +141,7 @@ class Core:
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard the samples that use edges read ahead: these edges are no longer certain.
+        """Discard the samples that use edges read ahead, because these edges are no longer certain.
 
         The next sample is kept, because its edges were read before now.
         """
@@ -372,7 +372,7 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on copies of the committed state, in plain Python first and compiled for long runs.
+    """Runs the kernel on a copy of the committed state, first in plain Python, for long runs compiled.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """

@@ -32,15 +32,11 @@ OUTSIDE = next(_slots)  # external torque and gravity, as an acceleration in cou
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction torques, as an acceleration in counts/sample²
 JAM = next(_slots)  # additional friction of a jammed shaft: 0 or infinite
 VISCOUS = next(_slots)  # viscous friction, per count/sample of speed
-OPEN_GAIN, CLOSED_GAIN = (
-    next(_slots),
-    next(_slots),
-)  # share of the speed that is left after a sample, with open and with closed windings
+# share of the speed that is left after a sample, with open and with closed windings
+OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # torque constant: counts/sample² per A
-AMPS_PER_PWM, AMPS_PER_SPEED = (
-    next(_slots),
-    next(_slots),
-)  # steady current per PWM unit, and reduction of the current by back-EMF
+# steady current per PWM unit, and reduction of the current by back-EMF
+AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # current through the windings at the end of a sample
 AMPS_KEPT = next(_slots)  # share of the current that inductance keeps for one sample, 0 to 1
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # mean share of the old current during a sample; 1 minus that
@@ -48,9 +44,8 @@ LAG = next(_slots)  # part of a change of speed that adds no distance in its sam
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # steady temperature rise, K per A²: over housing, over air
-WINDING_STEP, HOUSING_STEP, AIR_STEP = (
-    next(_slots) for _ in range(3)
-)  # share of a temperature difference that is lost in each block
+# share of a temperature difference that is lost in each block
+WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # energy in a sample: nJ per A², nJ per A and count
 PER_NM = next(_slots)  # acceleration by a torque: counts/sample² per N·m
@@ -174,7 +169,7 @@ def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
     once.
     """
     if not isfinite(celsius) or not -273.0 <= celsius <= 1000.0:
-        raise UsageError(f"ambient={celsius}: give a temperature from -273 to 1000 °C")
+        raise UsageError(f"ambient={celsius}: expected a temperature from -273 to 1000 °C")
     f[AMBIENT] = celsius
     if i[s.IDEAL]:
         f[WINDING_C] = f[HOUSING_C] = celsius
