@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, ClassVar
 
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, installed
 from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
@@ -208,16 +208,19 @@ class StepperAxis:
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Return the motor's positions at these times in the latest move, in order; valid while no steps are lost."""
+        move = self.train.move
+        profile, at_start = move.profile, move.origin - self._lost - self._unmade
+        if not installed("numpy"):
+            past_ns = (max(time_ns - move.start_ns, 0) for time_ns in times_ns)
+            return [at_start + move.direction * profile.pulses_by(passed) for passed in past_ns]
         import numpy as np
 
-        move = self.train.move
         since_ns = np.maximum(np.asarray(times_ns, np.int64) - move.start_ns, 0)
-        profile = move.profile
         first, last = profile.pulses_by(int(since_ns[0])), profile.pulses_by(int(since_ns[-1]))
         pulses_ns = np.empty(last - first, np.int64)
         profile.fill_pulse_times(first + 1, 0, pulses_ns)
         done = first + np.searchsorted(pulses_ns, since_ns, side="right")
-        found: list[int] = (move.origin - self._lost - self._unmade + move.direction * done).tolist()
+        found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
     # Functions for users of the machine

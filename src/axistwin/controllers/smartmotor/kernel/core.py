@@ -28,7 +28,7 @@ SAMPLE_NS = 245_760
 """Duration of a sample in ns; the command RSP reports it as 24576, in units of 10 ns."""
 SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 7
 """Numbers of samples in a block; computing a block takes less than 2 ms, the time slice of a served bench."""
-PLAIN_SAMPLES = 20_000
+PLAIN_SAMPLES = 1_000 if jit.IN_BROWSER else 20_000
 """Number of samples, of all motors, that plain Python computes before the compiler is loaded."""
 PLAIN_MOTORS = 8
 """Number of motors that plain Python runs in real time on any computer."""
@@ -445,17 +445,15 @@ class _Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """Create NumPy views of the arrays again if an array has been replaced."""
+        """Create the views of the arrays again if an array has been replaced."""
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:
             return
-        import numpy as np  # lazy import: only for long motions
-
         self._code, self._viewed = core.code, self.predicted
         self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
-        i, v, f, ring = (np.frombuffer(copy, copy.typecode) for copy in self._copies)
+        i, v, f, ring = (jit.view(numbers) for numbers in self._copies)
         others = self._stack, self._code, self.predicted, self.shaft, self.commanded, self._log
-        stack, code, predicted, shaft, commanded, noted = (np.frombuffer(numbers, "q") for numbers in others)
+        stack, code, predicted, shaft, commanded, noted = (jit.view(numbers) for numbers in others)
         self._views = i, v, f, stack, code, ring, predicted, shaft, commanded, noted
 
 
@@ -465,13 +463,11 @@ def prepare(speed: float | None, motors: int) -> None:
     Another thread may run motors meanwhile: they change over when the kernel is ready.
     """
     if _Engine.compiled is None and needs_kernel(speed, motors):
-        import numpy as np  # lazy import: only for long motions
-
         core = Core(Clock(), lambda why: None, 1)
         kernel: Callable[..., int] = jit.best(advance)
         state = core.i, core.v, core.f, array("q", bytes(8 * STACK)), core.code, core.ring
         nothing = array("q", [0]), array("q", [0]), array("q", [0]), core.log
-        kernel(*(np.frombuffer(numbers, numbers.typecode) for numbers in (*state, *nothing)), 0)
+        kernel(*(jit.view(numbers) for numbers in (*state, *nothing)), 0)
         _Engine.compiled = kernel
 
 

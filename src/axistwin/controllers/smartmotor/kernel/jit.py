@@ -6,12 +6,14 @@ Sampled functions must therefore import one another by name (`from ...servo impo
 is imported at the first compilation.
 
 The environment variable AXISTWIN_JIT selects: `auto` (compile if Numba is installed), `on` (an error if it is not),
-`off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.
+`off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.  In a
+browser, the functions are compiled to WebAssembly (`wasm`) instead.
 """
 
 import json
 import os
 import sys
+from array import array
 from collections.abc import Callable, Mapping
 from functools import cache
 from hashlib import sha256
@@ -29,6 +31,7 @@ F = TypeVar("F", bound=Callable[..., object])
 SLOW = "SmartMotors run in plain Python, many times slower"
 SETTINGS = "auto", "on", "off"
 COMPILING = "compiling for SmartMotors: this takes some seconds, once for each version"
+IN_BROWSER = sys.platform == "emscripten"
 SEAL = "whole.json"
 FORGOTTEN_S = 30 * 24 * 3600
 OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -58,7 +61,7 @@ def available() -> bool:
     """True if functions will be compiled; raise an error if AXISTWIN_JIT=on and Numba is missing."""
     if setting() == "off":
         return False
-    if installed("numba"):
+    if IN_BROWSER or installed("numba"):
         return True
     if setting() == "on":
         raise MissingExtraError("numba", "fast")
@@ -72,7 +75,22 @@ def note() -> str:
 
 def best(function: F) -> F:
     """Return the compiled copy of a sampled function, or the function itself; the first call compiles it."""
-    return cast("F", compiled(cast("FunctionType", function))) if available() else function
+    if not available():
+        return function
+    if IN_BROWSER:
+        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded  # lazy import: only in browsers
+
+        return cast("F", Loaded(cast("FunctionType", function), _sampled.values()))
+    return cast("F", compiled(cast("FunctionType", function)))
+
+
+def view(numbers: "array[int] | array[float]") -> Any:
+    """Return an array as compiled functions take it."""
+    if IN_BROWSER:
+        return numbers
+    import numpy as np  # lazy import: only for long motions
+
+    return np.frombuffer(numbers, numbers.typecode)
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
@@ -95,7 +113,9 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if the machine code of all marked functions is in the user's cache."""
+    """True if the machine code of all marked functions is in the user's cache, or is not kept."""
+    if IN_BROWSER:
+        return True
     kept = _cache_directory(tuple(_sampled.values()))
     return kept is not None and _whole(kept)
 
