@@ -51,7 +51,7 @@ def installed(library: str) -> bool:
 def require(library: str, extra: str) -> None:
     """Raise MissingExtraError if the library of an extra is not installed."""
     if not installed(library):
-        raise MissingExtraError(library, extra)
+        raise MissingExtraError(library=library, extra=extra)
 
 
 def installation(extra: str, library: str) -> str:

@@ -65,8 +65,11 @@ class Characters:
                 out += text[at].encode()
                 at += 1
             else:
-                message = rf"{text[at]!r} is not a printable ASCII character: write \xNN"
-                raise ProgramError(message, column=at + 1, code=rules.NO_ASCII.code)
+                raise ProgramError(
+                    rf"{text[at]!r} is not a printable ASCII character: write \xNN",
+                    column=at + 1,
+                    code=rules.NO_ASCII.code,
+                )
         return bytes(out)
 
     hear = read

@@ -101,7 +101,7 @@ class LazyGroup(click.Group):
         word.
         """
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            raise unknown("command", args[0], COMMANDS)
+            raise unknown(kind="command", name=args[0], names=COMMANDS)
         return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:

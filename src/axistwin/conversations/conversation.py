@@ -194,19 +194,26 @@ def _time_ns(number: str) -> int:
             raise NumberError(f"{shortened(number)} is not a time")
         ns = round(decimal(number) * S)
     except NumberError as error:
-        message = f"{error}: expected seconds, e.g. +0.25"
-        raise ProgramError(message, code=rules.NO_TIME.code, width=max(1, len(number))) from None
+        raise ProgramError(
+            f"{error}: expected seconds, e.g. +0.25", code=rules.NO_TIME.code, width=max(1, len(number))
+        ) from None
     if ns >= MOST_NS:
-        message = f"{shortened(number)} s is too long: expected less than 9.2e9 s (292 years)"
-        raise ProgramError(message, code=rules.NO_TIME.code, width=len(number))
+        raise ProgramError(
+            f"{shortened(number)} s is too long: expected less than 9.2e9 s (292 years)",
+            code=rules.NO_TIME.code,
+            width=len(number),
+        )
     return ns
 
 
 def _name_and_value(text: str, example: str) -> tuple[str, str]:
     name, _, value = _without_comment(text).partition(" ")
     if not value.strip():
-        message = f"the value is missing: expected a name and a value, e.g. {example!r}"
-        raise ProgramError(message, column=len(name) + 1, code=rules.NO_VALUE.code)
+        raise ProgramError(
+            f"the value is missing: expected a name and a value, e.g. {example!r}",
+            column=len(name) + 1,
+            code=rules.NO_VALUE.code,
+        )
     return name, value.strip()
 
 
@@ -230,4 +237,4 @@ def _written(act: Act, codec: Codec) -> str:
             return f"{name}! {act.target} {act.value}"
         case Expect():
             return f"{name}= {act.subject} {act.value}"
-    raise AssertionError(act)
+    raise AssertionError(f"unknown kind of line: {act}")

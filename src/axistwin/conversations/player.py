@@ -124,7 +124,7 @@ class Player:
                     read_value = question(self._controller(act), act.subject)
                 agrees(read_value(), act.value)  # raises ProgramError for an impossible expected value
                 return lambda: self._expect(act, read_value())
-        raise AssertionError(act)
+        raise AssertionError(f"unknown kind of line: {act}")
 
     def _controller_name(self, act: Do) -> str:
         """Return the name of the controller of an action; a fault may name its controller in its place."""

@@ -240,6 +240,6 @@ class AsyncAxis:
         end = time.monotonic() + timeout
         while (status := await self.status()).moving:
             if time.monotonic() > end:
-                raise still_moving(self.name, timeout)
+                raise still_moving(name=self.name, timeout=timeout)
             await asyncio.sleep(poll)
         return status

@@ -200,7 +200,7 @@ class BlockingAxis:
         end = time.monotonic() + timeout
         while (status := self.status()).moving:
             if time.monotonic() > end:
-                raise still_moving(self.name, timeout)
+                raise still_moving(name=self.name, timeout=timeout)
             time.sleep(poll)
         return status
 

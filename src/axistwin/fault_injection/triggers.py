@@ -76,7 +76,7 @@ def _passes(wish: _Wish) -> Arm:
     assert axis is not None, "an axis was found"
     found = _POSITION.fullmatch(wish.what)
     if found is None:
-        raise wish.wrong("X passes 1000")
+        raise wish.wrong(example="X passes 1000")
     ways = {"up": (1,), "down": (-1,), None: (1, -1)}[found["way"]]
     try:
         position = machine_units.position(found["position"], axis.units)
@@ -107,7 +107,7 @@ def _edge(wish: _Wish) -> Arm:
     pin = wish.spot(places.pins(wish.world), "pin").pin
     assert pin is not None, "a terminal was found"
     if wish.what:
-        raise wish.wrong("input1 rises")
+        raise wish.wrong(example="input1 rises")
     wanted = {"rises": (True,), "falls": (False,), "changes": (True, False)}[wish.verb]
     return lambda happens: pin.subscribe_edges(lambda pin: happens() if pin.level in wanted else None)
 
@@ -155,7 +155,7 @@ def _written(wish: _Wish) -> bytes:
     except UnicodeEncodeError:
         pattern = b""
     if not pattern:
-        raise wish.wrong(r"if1 hears X1000\r")
+        raise wish.wrong(example=r"if1 hears X1000\r")
     return pattern
 
 
@@ -165,7 +165,7 @@ def _hexadecimal(wish: _Wish) -> bytes:
     except ValueError:
         pattern = b""
     if not pattern:
-        raise wish.wrong("1811 hears 33 00")
+        raise wish.wrong(example="1811 hears 33 00")
     return pattern
 
 
@@ -185,7 +185,7 @@ def _runs(wish: _Wish) -> Arm:
         raise UsageError(f"{machine.name} runs no programs: the model {machine.product.model} stores none")
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
-        raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
+        raise wish.wrong(example=f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
     name, line = _program(machine, found["program"]), whole(found["line"])
     _check_line(machine, name, line)
     return lambda happens: machine.subscribe_lines(lambda program, index: happens(), (name, line - 1))

@@ -47,8 +47,9 @@ class Address:
         try:
             port = whole(number, 0, 0xFFFF)
         except NumberError:
-            message = f"invalid panel address {shortened(text)}: expected PORT or HOST:PORT, e.g. 8080"
-            raise UsageError(message) from None
+            raise UsageError(
+                f"invalid panel address {shortened(text)}: expected PORT or HOST:PORT, e.g. 8080"
+            ) from None
         host = host.strip("[]") or LOOPBACK
         if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
             raise UsageError("--panel-token: expected letters and digits only, because the token is part of an address")

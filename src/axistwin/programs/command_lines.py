@@ -112,7 +112,7 @@ class _LineSender:
                 return partial(self._type, act.data + b"\r")
             case Do():
                 return partial(self._do, prepared_action(self.controller, act, self.file))
-        raise AssertionError(act)
+        raise AssertionError(f"unknown kind of line: {act}")
 
     def initialise(self) -> None:
         """Send open brackets until the interface answers, then the host's data format."""
@@ -159,8 +159,13 @@ class _LineSender:
 
 def _characters(words: str, number: int, file: str) -> bytes:
     if odd := re.search(r"[^ -~\t]", words):
-        message = f"{odd[0]!r} is not an ASCII character"
-        raise ProgramError(message, file=file, line=number, column=odd.start() + 1, code=rules.NO_ASCII.code)
+        raise ProgramError(
+            f"{odd[0]!r} is not an ASCII character",
+            file=file,
+            line=number,
+            column=odd.start() + 1,
+            code=rules.NO_ASCII.code,
+        )
     return words.replace("\t", " ").encode()
 
 

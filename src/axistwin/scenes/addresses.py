@@ -19,10 +19,10 @@ def check_ports(contents: SceneFile, source: Source) -> None:
         if (url.scheme == "bus") is not at_a_bus:
             wanted = EXAMPLES["bus" if at_a_bus else "tcp"]
             whose = "an 1810 or 1811 is on a bus" if at_a_bus else "only an 1810 or 1811 is on a bus"
-            raise source.error(path, f"{text}: {whose}: expected e.g. {wanted}")
+            raise source.error(f"{text}: {whose}: expected e.g. {wanted}", path)
         place = _place(url)
         if place in taken:
-            raise source.error(path, f"{text} is already in use as {taken[place]}: expected another port")
+            raise source.error(f"{text} is already in use as {taken[place]}: expected another port", path)
         if place:
             taken[place] = text
 
@@ -53,5 +53,7 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
         for number, table in enumerate(contents.controller):
             key = "ports" if kind == "chain" else "rs485_ports"
             if table.called in line.motors and getattr(table, key):
-                message = f"{table.called} is in [[{kind}]] {name!r}, which has the `ports` of its host: remove these"
-                raise source.error(("controller", number, key), message)
+                raise source.error(
+                    f"{table.called} is in [[{kind}]] {name!r}, which has the `ports` of its host: remove these",
+                    ("controller", number, key),
+                )

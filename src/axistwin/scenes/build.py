@@ -140,7 +140,7 @@ class Builder:
     def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
         for key in given:
             if key not in known:
-                raise self.source.error((*path, key), f"{path[-1]}: unknown key {key!r}: {instead(key, known)}")
+                raise self.source.error(f"{path[-1]}: unknown key {key!r}: {instead(key, known)}", (*path, key))
 
     def _store(self, motor: Controller, program: Path, path: Path_) -> None:
         with self.source.placing_errors(*path):
@@ -182,11 +182,15 @@ class Builder:
         """Raise SceneError unless the wire leads from a terminal that reports changes to an input."""
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
-            message = f"{from_} cannot drive a wire, its pulses are too fast: use a motor's `master` on that axis"
-            raise self.source.error(("wire", number, "from"), message)
+            raise self.source.error(
+                f"{from_} cannot drive a wire, its pulses are too fast: use a motor's `master` on that axis",
+                ("wire", number, "from"),
+            )
         if self._pin(to, ("wire", number, "to")).is_output:
-            message = f"{to} is an output: expected an input at the end of a wire"
-            raise self.source.error(("wire", number, "to"), message)
+            raise self.source.error(
+                f"{to} is an output: expected an input at the end of a wire",
+                ("wire", number, "to"),
+            )
 
     def _add_shared_lines(self) -> None:
         for kind, name, line, path in shared_lines(self.contents):
@@ -202,7 +206,7 @@ class Builder:
 
     def _motor(self, name: str, path: Path_) -> Controller:
         if name not in self.bench.controllers:
-            raise self.source.error(path, f"no controller {name!r}: {instead(name, self.bench.controllers)}")
+            raise self.source.error(f"no controller {name!r}: {instead(name, self.bench.controllers)}", path)
         return self.bench[name]
 
     def _pin(self, terminal: str, path: Path_) -> Pin:
@@ -216,11 +220,11 @@ class Builder:
     def _part(self, whole: str, path: Path_, thing: str, kind: str, expected: str) -> Any:
         name, _, part = whole.rpartition(".")
         if not name:
-            raise self.source.error(path, f"no {thing} {whole!r}: expected {expected}")
+            raise self.source.error(f"no {thing} {whole!r}: expected {expected}", path)
         motor = self._motor(name, path)
         parts: Mapping[str, Any] = motor.pins if kind == "pin" else motor.axes
         if part not in parts:
-            raise self.source.error(path, f"{name} has no {kind} {part!r}: {instead(part, parts)}")
+            raise self.source.error(f"{name} has no {kind} {part!r}: {instead(part, parts)}", path)
         return parts[part]
 
     # Faults, script and hosts
@@ -248,8 +252,10 @@ class Builder:
         for number, name in enumerate(names):
             if is_in_loop(name, waits_for):
                 way = f" through {waits_for[name]}" if waits_for[name] != name else ""
-                message = f"{name} waits for itself{way}: expected another event"
-                raise self.source.error(("fault", number, "when"), message)
+                raise self.source.error(
+                    f"{name} waits for itself{way}: expected another event",
+                    ("fault", number, "when"),
+                )
 
     def _plan_fault(self, table: FaultTerms, number: int, path: Path_) -> None:
         faults, on = self.bench.faults, table.on or self._only()
@@ -280,7 +286,7 @@ class Builder:
 
     def _check_operated(self, name: str, path: Path_) -> None:
         if not self._pin(name, path).drivable:
-            raise self.source.error(path, f"{name} is an output: expected an input")
+            raise self.source.error(f"{name} is an output: expected an input", path)
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):

@@ -201,13 +201,17 @@ class Scene:
             count[table.called] += 1
             if count[table.called] > 1:
                 key = "model" if table.name is None else "name"
-                message = f"there is a controller {table.called!r} already: expected another name"
-                raise self._source.error(("controller", number, key), message)
+                raise self._source.error(
+                    f"there is a controller {table.called!r} already: expected another name",
+                    ("controller", number, key),
+                )
 
     def _check_masters(self) -> None:
         """Raise SceneError if the external encoders of motors form a loop."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):
-                message = f"{table.called} follows itself through {table.master}: expected another axis"
-                raise self._source.error(("controller", number, "master"), message)
+                raise self._source.error(
+                    f"{table.called} follows itself through {table.master}: expected another axis",
+                    ("controller", number, "master"),
+                )

@@ -83,7 +83,7 @@ class Source:
         try:
             check_values(self.data)
         except NumberError as error:
-            raise self.error(error.path, f"{error.path[-1]}: {error}", rules.VALUE.code) from None
+            raise self.error(f"{error.path[-1]}: {error}", error.path, rules.VALUE.code) from None
         return contents
 
     def _error_at(self, error: ErrorDetails) -> SceneError:
@@ -94,7 +94,7 @@ class Source:
             _message_for(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
         )
 
-    def error(self, path: toml_places.Path, message: str, code: str = "") -> SceneError:
+    def error(self, message: str, path: toml_places.Path, code: str = "") -> SceneError:
         """Return an error at the place of `path`, or at the place of the nearest enclosing part."""
         file, line, column = self._place_parts(path)
         return SceneError(message, file=file, line=line, column=column, code=code)
@@ -118,9 +118,9 @@ class Source:
         try:
             yield
         except UsageError as error:
-            raise self.error(path, str(error)) from None
+            raise self.error(str(error), path) from None
         except ProgramError as error:
-            raise self.error(path, str(error) if error.file else error.message) from None
+            raise self.error(str(error) if error.file else error.message, path) from None
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
@@ -132,7 +132,7 @@ class Source:
             yield
         except UsageError as error:
             named = [(*filter(None, (at,)), *keys) for at, table in tables for keys in _named(table, str(error))]
-            raise self.error((*path, *max(named, key=len, default=())), str(error)) from None
+            raise self.error(str(error), (*path, *max(named, key=len, default=()))) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
         """Return the first of all errors that pydantic has found, with the number of the other errors."""
@@ -142,7 +142,7 @@ class Source:
 
         first = min(errors, key=order)
         more = f" (and {len(errors) - 1} more)" if errors[1:] else ""
-        return self.error(first["loc"], _message_for(first) + more)
+        return self.error(_message_for(first) + more, first["loc"])
 
 
 class Given(Source):

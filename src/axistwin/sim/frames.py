@@ -55,7 +55,7 @@ class UartFormat:
         if type(self.bytesize) is not int or self.bytesize not in BITS:
             raise _invalid("number of data bits", self.bytesize, "5, 6, 7 or 8")
         if self.parity not in get_args(Parity):
-            raise _invalid("parity", self.parity, "one of N, E, O, M, S")
+            raise _invalid(what="parity", given=self.parity, expected="one of N, E, O, M, S")
         if self.stopbits not in STOP_BITS:
             raise _invalid("number of stop bits", self.stopbits, "1, 1.5 or 2")
 

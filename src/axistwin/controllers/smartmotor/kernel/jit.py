@@ -64,7 +64,7 @@ def available() -> bool:
     if IN_BROWSER or installed("numba"):
         return True
     if setting() == "on":
-        raise MissingExtraError("numba", "fast")
+        raise MissingExtraError(library="numba", extra="fast")
     return False
 
 
