@@ -163,7 +163,7 @@ class Bench:
         if type(history) is not int or history < 2:
             raise UsageError(f"history={history!r}: expected a number of moves, 2 or more")
         if line is not None and made.line is None:
-            raise UsageError(f"{made.model} has no serial port: expected no option `line`")
+            raise UsageError(f"{made.model} has no serial port: leave out the option `line`")
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in for_axes.items()}
         store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)

@@ -64,7 +64,7 @@ def fit_switches(made: Product, device: Device, axes: Mapping[str, Axis]) -> Non
             plus.append(PositionSwitch(axis, None, last))
         if isinstance(axis, StepperAxis) and axis.home is not None:
             if made.home_pin is None:
-                raise UsageError(f"{made.model} has no home input: expected no option `home` of axis {name}")
+                raise UsageError(f"{made.model} has no home input: leave out the option `home` of axis {name}")
             in_series([PositionSwitch(axis, *axis.home)], device.pins[made.home_pin])
     if made.limit_pins and minus:
         in_series(minus, device.pins[made.limit_pins[0]], closed=made.closed_level)

@@ -80,7 +80,7 @@ class Conversation:
             try:
                 return shlex.split(self.headers.get("options", ""))
             except ValueError:
-                raise UsageError("options: a quotation mark is missing") from None
+                raise UsageError("a quotation mark is missing in the options") from None
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
@@ -162,7 +162,7 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     indent = len(line) - len(line.lstrip())
     if not found:
         raise ProgramError(
-            "unknown act: expected ; + > < ! or = at the beginning, or after a controller's name and a colon",
+            "unknown kind of line: expected ; + > < ! or = at the beginning, or after a controller's name and a colon",
             file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
     rest = found["rest"].strip()

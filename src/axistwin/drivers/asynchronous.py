@@ -63,7 +63,7 @@ class TcpPort:
         except OSError as error:
             raise self._lost(error) from None
         if not data:
-            raise self._lost("closed by the other side")
+            raise self._lost("the other side has closed the connection")
         return data
 
     def _lost(self, why: object) -> PortError:

@@ -404,7 +404,7 @@ class Motor(AxisCore):
     def set_position(self, position: int) -> Procedure[None]:
         """Define the present position, at rest."""
         if (yield from self._bits()) & 0x10:
-            raise BusyError("the motor is moving: the position can be set at rest")
+            raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)
         self.setpoint = position
 

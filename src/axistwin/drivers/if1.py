@@ -343,7 +343,7 @@ class IF1(Core):
     def set_position(self, name: str, position: int) -> Procedure[None]:
         """Define the position of an axis at rest."""
         if (yield from self._poll()):
-            raise BusyError("the IF1 is moving: the position can be set at rest")
+            raise BusyError("the IF1 is moving: the position can only be set at rest")
         self._state.positions[name] = self.axes[name].setpoint = position
         self._state.lost.pop(name, None)
 
@@ -362,7 +362,7 @@ class IF1(Core):
         by = {name: target - self.position_of(name) for name, target in targets.items()}
         distances = {abs(distance) for distance in by.values()}
         if len(distances) != 1:
-            raise RefusedError(f"distances {by}: expected equal distances; move the axes one after the other")
+            raise RefusedError(f"distances {by}: expected equal distances; otherwise move the axes one after the other")
         signs = {name: 1 if distance >= 0 else -1 for name, distance in by.items()}
         axis = self.axes[next(iter(targets))]
         yield from self._set_ramp(axis.acceleration)

@@ -66,7 +66,7 @@ class SmartMotors(Core):
         for shaft in self._shafts:
             if not (found if shaft is first else (yield from self._find(shaft))):
                 raise SilentError(
-                    f"no answer of {shaft.name} to RSP: check the power, the cable, the baud rate and the address"
+                    f"no answer from {shaft.name} to RSP: check the power, the cable, the baud rate and the address"
                 )
             yield from shaft.prepare()
 
@@ -173,7 +173,7 @@ class SmartMotors(Core):
         while not text.endswith(b"\xff"):
             part = yield from self._discard(0.1)
             if not part:
-                raise SilentError("no end of the program: does the motor allow UPLOAD?")
+                raise SilentError("the end of the program was not received: does the motor allow UPLOAD?")
             text += part
             if not text.endswith(b"\xff"):
                 yield Write(ACKNOWLEDGE)

@@ -158,7 +158,7 @@ class ComPort:
         self._line_state, self._line_mask = LineState.EMPTY, 0
         self._parser = Parser()
 
-    # Bytes in, events out
+    # Conversion of received bytes to events
 
     def receive(self, data: bytes) -> list[Event]:
         """Process bytes from the client and return its requests."""

@@ -57,4 +57,4 @@ def _shared(found: object) -> Shared:
         case {"files": dict(files), "at_ns": int(at_ns), "version": str(version)} if at_ns >= 0 and files:
             if all(isinstance(part, str) for item in files.items() for part in item):
                 return Shared(files, at_ns, version)
-    raise ValueError("other contents")
+    raise ValueError("the link has contents of another type")

@@ -100,7 +100,7 @@ def _html(page: Page) -> str:
 def _picture(chart: "Chart | None") -> list[str]:
     if chart is None:
         return []
-    from axistwin.plots.picture import as_svg  # lazy import: Matplotlib
+    from axistwin.plots.picture import as_svg  # lazy import: imports Matplotlib
 
     return [f"<figure>{as_svg(chart)}</figure>"]
 

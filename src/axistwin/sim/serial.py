@@ -166,7 +166,7 @@ class Line:
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
 
-    # The transmitter's side
+    # Functions for the transmitter
 
     @property
     def ready(self) -> bool:
@@ -233,7 +233,7 @@ class Line:
         else:
             arrive(frame)
 
-    # The receiver's side
+    # Functions for the receiver
 
     def _append(self, frame: Frame) -> None:
         """Put a frame on the wire now.  Samples before now are final."""

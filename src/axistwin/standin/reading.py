@@ -35,7 +35,7 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
             raise UsageError(
-                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most that"
+                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most this"
             )
     boards = {board.name: board for board in table.board}
     if port is not None:

@@ -98,7 +98,7 @@ def _connect(address: str) -> None:
     """Raise OSError or ValueError at once if no program listens at the address of a scheduler."""
     found = urlsplit(address)
     if not found.hostname or found.port is None:
-        raise ValueError("not an address")
+        raise ValueError("invalid address of a scheduler")
     with socket.create_connection((found.hostname, found.port), CONNECT_S):
         pass
 

@@ -97,7 +97,7 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     """Check a file and yield the result; for a scene, also check the programs that the scene names."""
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.sweeps.sweep_file import is_sweep_file  # lazy import: pydantic
+        from axistwin.sweeps.sweep_file import is_sweep_file  # lazy import: imports pydantic
 
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
         return
@@ -125,7 +125,7 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    from axistwin.diagnostics.scenes import (  # lazy import: pydantic and all families
+    from axistwin.diagnostics.scenes import (  # lazy import: imports pydantic and all families
         diagnose_scene,
         is_of_program,
         named_programs,

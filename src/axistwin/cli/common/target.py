@@ -17,7 +17,7 @@ def bench_for(target: str, options: Iterable[str] = (), state: Path | None = Non
         return bench
     if options or state:
         raise UsageError("--option and --state are for a MODEL: set these in the scene")
-    from axistwin.scenes.scene import Scene  # lazy import: pydantic
+    from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
 
     made: Bench = Scene.load(Path(target)).build()
     return made

@@ -212,7 +212,7 @@ def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[Host
     models = models_at(bench)
     named: list[tuple[str, Path]] = []
     if target.endswith(".toml"):
-        from axistwin.scenes.scene import Scene  # lazy import: pydantic
+        from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
 
         named += Scene.load(Path(target)).named_programs()
     if program is not None:

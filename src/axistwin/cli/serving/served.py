@@ -54,7 +54,7 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
 
 def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
     """Return a scene to serve on its own or the given ports; `alone`: the scene may have no ports."""
-    from axistwin.scenes.scene import Scene  # lazy import: pydantic
+    from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
 
     loaded = Scene.load(Path(path))
 

@@ -91,8 +91,7 @@ class Words:
         if len(words) - 1 != len(fields):
             wanted = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
             given = f"{len(words) - 1} value{'s' * (len(words) != 2)}"
-            message = f"{words[0][0]} has {given}: expected {wanted}"
-            raise _wrong(message, rules.NUMBER_OF_VALUES, words[0])
+            raise _wrong(f"{words[0][0]} has {given}: expected {wanted}", rules.NUMBER_OF_VALUES, words[0])
         values = iter(words[1:])
         found = [Placed(command.opcode, words[0].start(), len(words[0][0]))]
         for field in command.fields:

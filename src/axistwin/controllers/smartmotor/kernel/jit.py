@@ -78,23 +78,23 @@ def best(function: F) -> F:
     if not available():
         return function
     if IN_BROWSER:
-        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded  # lazy import: only in browsers
+        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded  # lazy import: needed only in browsers
 
         return cast("F", Loaded(cast("FunctionType", function), _sampled.values()))
     return cast("F", compiled(cast("FunctionType", function)))
 
 
 def view(numbers: "array[int] | array[float]") -> Any:
-    """Return an array as compiled functions take it."""
+    """Convert an array to the type that compiled functions need."""
     if IN_BROWSER:
         return numbers
-    import numpy as np  # lazy import: only for long motions
+    import numpy as np  # lazy import: needed only for long motions
 
     return np.frombuffer(numbers, numbers.typecode)
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """Return the compiled copy for calls from Python; the machine code is cached, including called functions."""
+    """Return a compiled copy of a function for calls from Python; its machine code is cached."""
     return _compiled(function, tuple(_sampled.values()))
 
 
@@ -113,7 +113,7 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if the machine code of all marked functions is in the user's cache, or is not kept."""
+    """True if all machine code is in the user's cache, or if machine code is never cached."""
     if IN_BROWSER:
         return True
     kept = _cache_directory(tuple(_sampled.values()))

@@ -27,7 +27,7 @@ Floats = MutableSequence[float]
 # Floats `f`
 _slots = count()
 SPEED = next(_slots)  # shaft speed, counts per sample
-FRACTION = next(_slots)  # fraction of a count, to be added to SHAFT
+FRACTION = next(_slots)  # fraction of a count that must be added to SHAFT
 OUTSIDE = next(_slots)  # external torque and gravity, as an acceleration in counts/sample²
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction torques, as an acceleration in counts/sample²
 JAM = next(_slots)  # additional friction of a jammed shaft: 0 or infinite
@@ -39,7 +39,8 @@ PER_AMP = next(_slots)  # torque constant: counts/sample² per A
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # current through the windings at the end of a sample
 AMPS_KEPT = next(_slots)  # share of the current that inductance keeps for one sample, 0 to 1
-MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # mean share of the old current during a sample; 1 minus that
+# mean share of the old current during a sample, and 1 minus this share
+MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
 LAG = next(_slots)  # part of a change of speed that adds no distance in its sample, 0 to 1/2
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C

@@ -234,7 +234,7 @@ class Reader:
 
     def _refuse(self, token: str) -> NoReturn:
         if not self.text[self.at :]:
-            raise Malformed("a value is missing at the end", self.at)
+            raise Malformed("a value is missing at the end of the expression", self.at)
         if not token or not token[-1].isalnum():
             raise Malformed(f"a value is missing before {self.text[self.at]!r}", self.at)
         if later := class5.find(token, class5.VALUES):

@@ -232,7 +232,7 @@ def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     if found.code != "CASE":
         return (expression,)
     if expression.constant is None:
-        raise Malformed("CASE takes a constant", at, found.chapter)
+        raise Malformed("the value of CASE must be a constant, e.g. CASE 1", at, found.chapter)
     return (expression.constant,)
 
 
@@ -268,9 +268,11 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         listed[-1] = -listed[-1] if match[1].startswith("-") else listed[-1]
         at = match.end()
     if not listed:
-        raise Malformed(f"{array}[…] needs = and a value, or a list of values", at, EQUAL_SIGN, rules.ELEMENTS)
+        raise Malformed(
+            f"{array}[…] must be followed by = and a value, or by a list of values", at, EQUAL_SIGN, rules.ELEMENTS
+        )
     if at == len(text):
-        raise Malformed("these values do not end with a period", at, FEATURES_ADDED, rules.ELEMENTS)
+        raise Malformed("the list of values does not end with a period", at, FEATURES_ADDED, rules.ELEMENTS)
     if text[at:].strip() != ".":
         raise Malformed(f"{text[at:][:20]} is not a number", at, FEATURES_ADDED, rules.ELEMENTS)
     known = _known(array, 3, first)
@@ -313,7 +315,7 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
         match = _byte.match(text, at)
         digits = (match[1].lstrip("0") or "0") if match else "999"
         if match is None or len(digits) > 3 or int(digits) > 255:
-            raise Malformed("# takes the code of a character, 0…255", at, found.chapter, rules.PRINTED)
+            raise Malformed("# must be followed by the code of a character, 0…255", at, found.chapter, rules.PRINTED)
         return bytes((int(digits),)), match.end()
     reader = Reader(text, at)
     return reader.expression(), reader.at
@@ -328,7 +330,7 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
         return (inner,)
     name, comma, _ = inner.rpartition(",")
     if not comma:
-        raise Malformed(f"{found.code} takes a variable and a number of variables", at, found.chapter, rules.ARGUMENTS)
+        raise Malformed(f"{found.code} needs a variable and a number of variables", at, found.chapter, rules.ARGUMENTS)
     return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 

@@ -184,9 +184,7 @@ class Channel:
         if byte <= LAST_ADDRESS:
             # ADDR does not change, because only SADDRn changes it
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
-        elif (
-            byte in RECORDS
-        ):  # also if the record is for another motor, because its bytes are neither addresses nor commands
+        elif byte in RECORDS:  # a record may be for another motor, but its bytes are neither addresses nor commands
             self._record.append(byte)
         elif byte == STATUS_QUERY and self._active:
             self.motor.report_host_mode(self)
