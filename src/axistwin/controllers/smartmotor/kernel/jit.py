@@ -49,7 +49,7 @@ def sampled(function: F) -> F:
 
 @cache
 def setting() -> str:
-    """Return the value of AXISTWIN_JIT, read once."""
+    """Return the value of the environment variable AXISTWIN_JIT, which is read once."""
     given = os.environ.get("AXISTWIN_JIT", "auto")
     if given not in SETTINGS:
         raise UsageError(f"AXISTWIN_JIT={given}: expected one of {', '.join(SETTINGS)}")
@@ -64,12 +64,12 @@ def available() -> bool:
     if IN_BROWSER or installed("numba"):
         return True
     if setting() == "on":
-        raise MissingExtraError("numba", "fast")
+        raise MissingExtraError(library="numba", extra="fast")
     return False
 
 
 def note() -> str:
-    """Return one line for the user if Numba would make SmartMotors faster; otherwise an empty text."""
+    """Return a hint for the user if Numba is missing and would make SmartMotors faster; otherwise ""."""
     return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
 
@@ -78,23 +78,23 @@ def best(function: F) -> F:
     if not available():
         return function
     if IN_BROWSER:
-        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded  # lazy import: only in browsers
+        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded  # lazy import: needed only in browsers
 
         return cast("F", Loaded(cast("FunctionType", function), _sampled.values()))
     return cast("F", compiled(cast("FunctionType", function)))
 
 
 def view(numbers: "array[int] | array[float]") -> Any:
-    """Return an array as compiled functions take it."""
+    """Convert an array to the type that compiled functions need."""
     if IN_BROWSER:
         return numbers
-    import numpy as np  # lazy import: only for long motions
+    import numpy as np  # lazy import: needed only for long motions
 
     return np.frombuffer(numbers, numbers.typecode)
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """Return the compiled copy for calls from Python; the machine code is cached, including called functions."""
+    """Return a compiled copy of a function for calls from Python; its machine code is cached."""
     return _compiled(function, tuple(_sampled.values()))
 
 
@@ -113,7 +113,7 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if the machine code of all marked functions is in the user's cache, or is not kept."""
+    """True if all machine code is in the user's cache, or if machine code is never cached."""
     if IN_BROWSER:
         return True
     kept = _cache_directory(tuple(_sampled.values()))
@@ -137,7 +137,7 @@ class _Sealing:
 
 
 def _sums(directory: Path) -> dict[str, str]:
-    """Return a checksum of each file of machine code."""
+    """Return a checksum for each file of machine code in a directory."""
     files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
     return {str(path.relative_to(directory)): sha256(path.read_bytes()).hexdigest() for path in files}
 
@@ -152,7 +152,7 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # the next start compiles again
+        return  # without this mark, the next start compiles again
 
 
 def _whole(directory: Path) -> bool:
@@ -169,7 +169,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return each module's globals with compiled functions that call one another."""
+    """Return the globals of each module, in which compiled functions call each other."""
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}
@@ -209,14 +209,14 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
     try:
         directory = user_cache() / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # RuntimeError: no home directory
+    except (OSError, RuntimeError):  # RuntimeError is raised without a home directory
         return None
     return directory if os.access(directory, os.W_OK) else None
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
     """Return a hash of the code of each function, the values of its globals, and the versions of the compiler."""
-    from importlib.metadata import version  # lazy import: slow
+    from importlib.metadata import version  # lazy import: takes much time
 
     digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')}".encode())
     for function in functions:

@@ -14,7 +14,7 @@ _START = """(code, name) => {
 
 
 class Loaded:
-    """A compiled function whose arguments are arrays and, at the end, one integer.  It returns an integer."""
+    """A compiled function that returns an integer; its arguments are arrays, and one integer at the end."""
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType]) -> None:
         from pyodide.code import run_js  # type: ignore[import-not-found]

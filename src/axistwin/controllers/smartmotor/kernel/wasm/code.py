@@ -25,7 +25,7 @@ _PAGE = 1 << 16
 
 
 def unsigned(value: int) -> bytes:
-    """Return a number in LEB128."""
+    """Encode a number without a sign in LEB128."""
     out = bytearray()
     while value >= 0x80:
         out.append(value & 0x7F | 0x80)
@@ -34,7 +34,7 @@ def unsigned(value: int) -> bytes:
 
 
 def signed(value: int) -> bytes:
-    """Return a signed number in LEB128."""
+    """Encode a signed number in LEB128."""
     out = bytearray()
     while not -0x40 <= value < 0x40:
         out.append(value & 0x7F | 0x80)
@@ -78,12 +78,12 @@ def call(index: int) -> bytes:
 
 
 def br(depth: int) -> bytes:
-    """Return a jump out of `depth` enclosing blocks, or to the begin of a loop."""
+    """Return a jump out of `depth` enclosing blocks, or to the beginning of a loop."""
     return b"\x0c" + unsigned(depth)
 
 
 def br_if(depth: int) -> bytes:
-    """Return a jump as `br`, taken if the popped i32 is not 0."""
+    """Return a jump like `br` that is made only if the popped i32 is not 0."""
     return b"\x0d" + unsigned(depth)
 
 

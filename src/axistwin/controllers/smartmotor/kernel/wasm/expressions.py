@@ -78,7 +78,7 @@ class Expressions:
                 return self._common(body, orelse)
             case ast.Call():
                 return self._kind_of_call(node)
-        return w.I64  # a comparison, or `not`
+        return w.I64  # the type of a comparison, and of `not`
 
     def _kind_of_call(self, node: ast.Call) -> int:
         called = self._called(node)
@@ -106,7 +106,7 @@ class Expressions:
                 return self._globals[name] if name in self._globals else getattr(builtins, name)
             case ast.Attribute(value=ast.Name(id=owner), attr=name) if isinstance(self._globals[owner], ModuleType):
                 return getattr(self._globals[owner], name)
-        raise NotImplementedError(f"{self._definition.name}: {ast.unparse(node)}")
+        raise NotImplementedError(f"{self._definition.name}: no instruction for {ast.unparse(node)}")
 
     def _called(self, node: ast.Call) -> Callable[..., Any]:
         called: Callable[..., Any] = self._global(node.func)
@@ -192,7 +192,7 @@ class Expressions:
             self._emit(b, w.I64_MUL, w.local_set(result), a, q, w.I64_SUB)
 
     def _either(self, node: ast.BoolOp, kind: int) -> None:
-        """Push the value of `and` or `or`: that of the operand that decides."""
+        """Push the value of `and` or `or`, which is the value of one of its operands."""
         *before, last = node.values
         decides = self._new(kind)
         for value in before:
@@ -250,7 +250,7 @@ class Expressions:
             self._emit(w.ELSE, w.i32_const(0), w.END)
 
     def _kept(self, node: ast.expr) -> ast.expr:
-        """Evaluate an expression now, and return the variable with its value."""
+        """Store the value of an expression in a new variable, and return the variable."""
         kind = self._kind(node)
         place = self._new(kind)
         self._value(node, kind)
@@ -283,7 +283,7 @@ class Expressions:
         self._emit(w.call(self._order.index(called)))
 
     def _choice(self, called: Callable[..., Any], arguments: Sequence[ast.expr], kind: int) -> None:
-        """Compile `abs`, or `min` and `max` of two values or more: the first of equal values counts."""
+        """Compile `abs`, or `min` and `max` of two or more values; of equal values, the first is returned."""
         if called is abs:
             if kind == w.F64:
                 self._value(arguments[0], kind)

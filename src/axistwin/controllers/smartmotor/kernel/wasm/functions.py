@@ -29,7 +29,7 @@ class _Function(Expressions):
     def __init__(self, function: FunctionType, functions: Collection[FunctionType], order: list[FunctionType]) -> None:
         super().__init__(function, functions, order)
         self._blocks: list[str] = []
-        """Open blocks, the innermost last: "if", or "exit" and "next" of loops, to which break and continue go."""
+        """Open blocks, the innermost last: "if", or "exit" and "next" of a loop, the targets of break and continue."""
 
     def function(self) -> w.Function:
         """Return the compiled function."""
@@ -57,7 +57,7 @@ class _Function(Expressions):
         if name not in self._places:
             self._places[name] = self._new(kind)
         elif self._types[self._places[name]] != kind:
-            raise NotImplementedError(f"{self._definition.name}: {name} is an integer and a float")
+            raise NotImplementedError(f"{self._definition.name}: {name} has two types, integer and float")
 
     # Statements
 
@@ -90,7 +90,7 @@ class _Function(Expressions):
             case ast.Continue():
                 self._emit(w.br(self._depth("next")))
             case _:
-                raise NotImplementedError(f"{self._definition.name}: {ast.unparse(node)}")
+                raise NotImplementedError(f"{self._definition.name}: no instruction for {ast.unparse(node)}")
 
     def _depth(self, block: str) -> int:
         return self._blocks[::-1].index(block)
