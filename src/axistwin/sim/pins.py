@@ -85,6 +85,11 @@ class Pin:
         return self._driven is not None
 
     @property
+    def undriven(self) -> bool:
+        """The level of the terminal without test lead and defects: that of the connected part."""
+        return self._source
+
+    @property
     def held(self) -> bool:
         """True while a defect holds the level."""
         return bool(self._holds)
@@ -236,6 +241,11 @@ class SensedPin(Pin):
             return super().level
         return self._read()
 
+    @property
+    def undriven(self) -> bool:
+        """The level of the sensor, or of the switch or wire that has replaced the sensor."""
+        return self._source if self._read is None else self._read()
+
     def set(self, level: bool) -> None:
         """Replace the sensor by a switch or a wire, and set its level."""
         before = self.level
@@ -304,6 +314,12 @@ class UserPin(Pin):
     def is_output(self) -> bool:
         """True while the output stage is on."""
         return self._stage is not None
+
+    @property
+    def undriven(self) -> bool:
+        """The level that the output stage, the external wiring or the pull-up resistor sets."""
+        volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
+        return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
 
     @property
     def drivable(self) -> bool:
