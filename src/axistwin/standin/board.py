@@ -17,7 +17,7 @@ from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
 from axistwin.standin.step_stream import LEAD_S, Motor, StepStream
-from axistwin.standin.wiring import InputPin, Objects, Wiring, objects
+from axistwin.standin.wiring import InputPin, Objects, Wiring, objects, open_input
 
 if TYPE_CHECKING:
     import numpy as np
@@ -319,7 +319,8 @@ class Board:
             return
         clock = self.connection.clock
         wanted = clock.ticks(0.0) + (times_s + self.horizon_s) * clock.hz
-        refused = motor.refusal(direction, wanted, clock.hz) or self._open_input(motor, direction)
+        refused = motor.refusal(direction, wanted, clock.hz)
+        refused = refused or open_input(self.wiring.inputs, self._levels, motor.pins, direction)
         if not refused:
             try:
                 self._stream.add(motor, direction, wanted)
@@ -327,14 +328,6 @@ class Board:
                 refused = f"{axis}: {error}"
         if refused:
             self.stop(refused, (motor.pins.controller,))
-
-    def _open_input(self, motor: Motor, direction: int) -> str:
-        """Return a message if an open stop input forbids motion in this direction; "": none does."""
-        for given in self.wiring.inputs:
-            blocks = given.controller == motor.pins.controller and given.stops in (0, direction)
-            if blocks and self._levels[given.to] is given.stops_at:
-                return f"{motor.pins.axis}: {given.to} is open: no motion in this direction"
-        return ""
 
     def _drop_pulses(self, groups: tuple[str, ...]) -> None:
         """Drop the pulses of these controllers that have not been sent, and all further pulses until `resume`."""

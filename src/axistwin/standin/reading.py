@@ -72,18 +72,19 @@ def _wiring(scene: Scene, bench: Bench, table: StandInTable, board: str) -> Wiri
         if _board(scene, table, axis.board, "axis", number) == board:
             pins = (BoardPin.read(axis.step), BoardPin.read(axis.direction), BoardPin.read(axis.enable))
             travel, max_rate = _bounds(scene, bench, axis, number)
-            axes.append(AxisPins(axis.axis, *pins, axis.pulse_us, travel, max_rate))
+            axes.append(AxisPins(axis.axis, *pins, axis.pulse_us, travel=travel, max_rate=max_rate))
     for number, given in enumerate(table.input):
         with scene.placing_errors("stand-in", "input", number, "to"):
             _check_pin(bench, given.to, output=False)
         if _board(scene, table, given.board, "input", number) == board:
             stops_at = given.stops_at == "high"
-            inputs.append(InputPin(given.to, BoardPin.read(given.pin), DIRECTIONS[given.stops], stops_at))
+            stops = DIRECTIONS[given.stops]
+            inputs.append(InputPin(given.to, BoardPin.read(given.pin), stops=stops, stops_at=stops_at))
     for number, output in enumerate(table.output):
         with scene.placing_errors("stand-in", "output", number, "from"):
             _check_pin(bench, output.source, output=True)
         if _board(scene, table, output.board, "output", number) == board:
-            outputs.append(OutputPin(output.source, BoardPin.read(output.pin), output.safe == "high"))
+            outputs.append(OutputPin(output.source, BoardPin.read(output.pin), safe=output.safe == "high"))
     wiring = Wiring(board, tuple(axes), tuple(inputs), tuple(outputs), watchdog_s=table.watchdog_ms / 1e3)
     with scene.placing_errors("stand-in"):
         if not axes:
