@@ -150,3 +150,60 @@ def test_an_1811_drives_a_legacy_drive():
     assert board._device._board.pulses.position == made
     command(0x12, seconds=0.3)  # shutdown
     assert board.pins["shutdown"].level == bool(small.levels[10])
+
+
+@pytest.fixture
+def smartmotor():
+    """A SmartMotor whose encoder counts are the pulses of a drive with a step input."""
+    limits = (
+        InputPin("table.C", BoardPin("P8", inverted=True), stops=+1, stops_at=True),
+        InputPin("table.D", BoardPin("P9", inverted=True), stops=-1, stops_at=True),
+    )
+    twin = Twin("smartmotor", (AxisPins("table.shaft", X.step, X.direction, X.enable),), limits, ())
+    twin.say(b"ZS ")
+    twin.run(1.5)
+    return twin
+
+
+def net(twin, pin=2):
+    return sum(direction for _, direction in twin.metal.small.pulses[pin])
+
+
+def test_a_servo_drives_a_drive_with_a_step_input(smartmotor):
+    smartmotor.say(b"A=100 V=100000 P=2000 G ", 1.5)
+    shaft = smartmotor.controller.axes["shaft"]
+    smartmotor.run(0.2)
+    assert (net(smartmotor), shaft.position) == (2000, 2000)
+    smartmotor.say(b"P=-500 G ", 1.5)
+    smartmotor.run(0.2)
+    assert (net(smartmotor), shaft.position) == (-500, -500)
+
+
+def test_a_servo_has_the_position_of_the_real_motor_after_a_limit(smartmotor):
+    smartmotor.say(b"A=100 V=60000 P=20000 G ", 1.5)
+    smartmotor.metal.small.levels[8] = 0
+    smartmotor.run(0.5)
+    made = net(smartmotor)
+    shaft = smartmotor.controller.axes["shaft"]
+    assert 100 < made < 20000
+    assert shaft.position == made
+    assert smartmotor.lines[0] == f"table.C stopped the motion: table.shaft at {made}"
+    smartmotor.say(b"RPE ", 0.1)
+    smartmotor.metal.small.levels[8] = 1
+    smartmotor.say(b"ZS P=0 G ", 2.0)
+    assert (net(smartmotor), shaft.position) == (0, 0)
+
+
+def test_a_stopped_servo_waits_for_the_user(smartmotor):
+    smartmotor.say(b"A=100 V=60000 P=20000 G ", 1.0)
+    smartmotor.driver.stop("stopped by the user")
+    smartmotor.run(1.0)
+    made = net(smartmotor)
+    assert smartmotor.controller.axes["shaft"].position == made
+    assert smartmotor.say(b"RP\r", 0.2).strip() == b"%d" % made
+    assert 100 < made < 20000
+    smartmotor.driver.go_on(smartmotor.metal.now)
+    smartmotor.run(0.5)
+    assert net(smartmotor) == made
+    smartmotor.say(b"ZS P=0 G ", 2.0)
+    assert (net(smartmotor), smartmotor.controller.axes["shaft"].position) == (0, 0)

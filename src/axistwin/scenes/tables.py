@@ -340,7 +340,7 @@ class BoardAxisTable(Table):
     """The connection of an axis to the drive of a real motor."""
 
     axis: str
-    """Axis with a stepper motor, as "controller.axis"."""
+    """Axis as "controller.axis"; the encoder counts of a servo axis become pulses."""
     board: str | None = None
     """Name of the board; may be left out if there is only one."""
     step: Pin

@@ -7,9 +7,9 @@ from typing import Protocol
 import numpy as np
 
 from axistwin.bench import Bench
-from axistwin.plant import StepperAxis
 from axistwin.sim import Pin
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
+from axistwin.standin.motors import Motor, motor
 from axistwin.standin.wiring import Wiring
 from axistwin.units import S
 
@@ -50,8 +50,8 @@ class Driver:
         self.positions: dict[str, int] = {}
         """Latest position that a board has reported for each axis."""
         self._offset_s = 0.0
-        self._collected_ns = bench.now
         self._board = {axis.axis: board for board in boards for axis in board.wiring.axes}
+        self._motors: dict[str, Motor] = {}
         self._origin: dict[str, int] = {}
         self._held: set[str] = set()
         self._failed: set[str] = set()
@@ -60,11 +60,9 @@ class Driver:
             for output in board.wiring.outputs:
                 self._pin(output.source).subscribe(partial(self._output_changed, board, output.source))
 
-    def _axis(self, whole: str) -> StepperAxis:
+    def _motor(self, whole: str) -> Motor:
         controller, _, name = whole.rpartition(".")
-        axis = self.bench[controller].axes[name]
-        assert isinstance(axis, StepperAxis), "the scene has been checked"
-        return axis
+        return motor(self.bench[controller].axes[name])
 
     def _pin(self, whole: str) -> Pin:
         controller, _, name = whole.rpartition(".")
@@ -88,8 +86,8 @@ class Driver:
     def begin(self, now_s: float) -> None:
         """Begin to send pulses.  The present virtual time corresponds to `now_s` of the host's clock."""
         self._offset_s = now_s - self.bench.now / S
-        self._collected_ns = self.bench.now
-        self._origin = {whole: self.positions[whole] - self._axis(whole).pulses for whole in self._board}
+        self._motors = {whole: self._motor(whole) for whole in self._board}
+        self._origin = {whole: self.positions[whole] - self._motors[whole].pulses for whole in self._board}
         self.live = True
         for board in self.boards:
             for output in board.wiring.outputs:
@@ -97,23 +95,21 @@ class Driver:
 
     def collect(self) -> None:
         """Send the pulses since the last call.  Call at least five times per horizon, when no event is due."""
-        stop_ns = self.bench.now
         if self.live:
             for whole, board in self._board.items():
-                for direction, times in self._axis(whole).train.pulse_runs(self._collected_ns, stop_ns):
+                for direction, times in self._motors[whole].runs():
                     board.queue(whole, direction, times / S + self._offset_s)
             self._let_go()
-        self._collected_ns = stop_ns
 
     def _let_go(self) -> None:
         """Release the axes of stopped controllers that have ended their interrupted motion."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
-            if not any(self._axis(whole).moving for whole in wholes):
+            if not any(self._motors[whole].moving for whole in wholes):
                 self._held.discard(group)
                 for whole in wholes:
-                    self._axis(whole).let_go()
+                    self._motors[whole].let_go()
                 for board in {id(board): board for board in self.boards if group in board.wiring.groups}.values():
                     board.resume(group)
 
@@ -154,7 +150,7 @@ class Driver:
         """Stop these axes of the plant at the positions that their motors have reached."""
         if self.live:
             for whole, position in positions.items():
-                self._axis(whole).hold(position - self._origin[whole])
+                self._motors[whole].hold(position - self._origin[whole])
                 self._held.add(whole.rpartition(".")[0])
 
     def stop(self, reason: str) -> None:

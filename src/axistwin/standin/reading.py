@@ -5,7 +5,6 @@ from pathlib import Path
 
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
-from axistwin.plant import StepperAxis
 from axistwin.plant.machine_units import position, rate
 from axistwin.scenes.scene import Scene
 from axistwin.scenes.tables import BoardAxisTable, BoardTable, StandInTable
@@ -108,8 +107,6 @@ def _check_axis(bench: Bench, whole: str) -> None:
     if controller not in bench.controllers or name not in bench[controller].axes:
         known = ", ".join(f"{each}.{axis}" for each in bench.controllers for axis in bench[each].axes)
         raise UsageError(f"no axis {whole!r}: there are {known}")
-    if not isinstance(bench[controller].axes[name], StepperAxis):
-        raise UsageError(f"{whole} is a servo axis: expected an axis with a stepper motor")
 
 
 def _check_pin(bench: Bench, whole: str, *, output: bool) -> None:
