@@ -8,19 +8,42 @@ import numpy as np
 
 from axistwin.bench import Bench
 from axistwin.sim import Pin
+from axistwin.sim.signal import Signal
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
 from axistwin.standin.motors import Motor, motor
-from axistwin.standin.wiring import Wiring
+from axistwin.standin.wiring import DrivenAxis, Switched
 from axistwin.units import S
 
 INPUT_S = 0.02
 """Constant delay between a change of an input at the board and its change on the bench."""
 
 
+class Wired(Protocol):
+    """What a wiring contains for the driver."""
+
+    @property
+    def name(self) -> str:
+        """Name of the board."""
+
+    @property
+    def axes(self) -> Sequence[DrivenAxis]:
+        """Axes on the board."""
+
+    @property
+    def outputs(self) -> Sequence[Switched]:
+        """Outputs on the board."""
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Names of the controllers with axes on the board."""
+
+
 class Output(Protocol):
     """Interface of a board for the driver."""
 
-    wiring: Wiring
+    @property
+    def wiring(self) -> Wired:
+        """Axes and outputs on the board."""
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]") -> None:
         """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
@@ -49,11 +72,15 @@ class Driver:
         """Controllers that are stopped until the user continues, each with the reason."""
         self.positions: dict[str, int] = {}
         """Latest position that a board has reported for each axis."""
+        self.collected: Signal[[float]] = Signal()
+        """Emitted when all pulses before a time, in s of the host's clock, have been sent to the boards."""
         self._offset_s = 0.0
         self._board = {axis.axis: board for board in boards for axis in board.wiring.axes}
         self._motors: dict[str, Motor] = {}
         self._origin: dict[str, int] = {}
         self._held: set[str] = set()
+        self._at_rest_ns: dict[str, int] = {}
+        """Time at which the interrupted motion of a held controller was first seen to have ended."""
         self._failed: set[str] = set()
         self._ready: set[str] = set()
         for board in boards:
@@ -72,6 +99,11 @@ class Driver:
     def axes(self) -> tuple[str, ...]:
         """Names of the axes on the boards."""
         return tuple(self._board)
+
+    @property
+    def commanded(self) -> dict[str, int]:
+        """Positions of the axes now, in net pulses; those of the motors follow one horizon later."""
+        return {whole: self._origin[whole] + motor.pulses for whole, motor in self._motors.items()}
 
     @property
     def all_ready(self) -> bool:
@@ -100,13 +132,17 @@ class Driver:
                 for direction, times in self._motors[whole].runs():
                     board.queue(whole, direction, times / S + self._offset_s)
             self._let_go()
+            self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
         """Release the axes of stopped controllers that have ended their interrupted motion."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
-            if not any(self._motors[whole].moving for whole in wholes):
+            if any(self._motors[whole].moving for whole in wholes):
+                self._at_rest_ns.pop(group, None)
+            elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:  # its last pulse has been dropped
+                del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:
                     self._motors[whole].let_go()
@@ -152,6 +188,7 @@ class Driver:
             for whole, position in positions.items():
                 self._motors[whole].hold(position - self._origin[whole])
                 self._held.add(whole.rpartition(".")[0])
+                self._at_rest_ns.pop(whole.rpartition(".")[0], None)
 
     def stop(self, reason: str) -> None:
         """Stop all motors at once."""
