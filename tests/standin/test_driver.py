@@ -5,7 +5,8 @@ import pytest
 
 from axistwin import Bench
 from axistwin.standin.driver import Driver
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin
+from axistwin.standin.events import Failed, Ready, Stopped
+from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
 
 from .metal import BLOCK, INPUT, LIMIT, OUTPUT, TICK_S, Metal, X, Y
 from .small_board import SmallBoard
@@ -114,6 +115,54 @@ def test_after_a_shutdown_of_the_board_the_user_must_continue(if1):
     if1.say(b"X-200 $ \r", 1.5)
     assert if1.controller.axes["X"].position == 300
     assert len(if1.metal.small.pulses[2]) == 700
+
+
+class OtherBoard:
+    """A board that accepts everything."""
+
+    def __init__(self, *axes):
+        self.wiring, self.calls = Wiring("other", axes), []
+
+    def __getattr__(self, name):
+        return lambda *values: self.calls.append((name, *values))
+
+    def stops(self):
+        return [call for call in self.calls if call[0] == "stop"]
+
+
+@pytest.mark.parametrize(
+    ("event", "reason"),
+    [
+        (Stopped("table.limit_plus stopped the motion", {"table.X": 7}, "table.limit_plus"), "limit_plus stopped"),
+        (Stopped("late by 34 ms", {"table.X": 7}), "late by 34 ms"),
+        (Failed("the board does not answer"), "the board does not answer"),
+    ],
+)
+def test_axes_of_one_controller_on_two_boards_stop_together(event, reason):
+    bench, first, second, third = Bench(), OtherBoard(X), OtherBoard(Y), OtherBoard(Z)
+    bench.add("if1", "table")
+    bench.add("if1", "third")
+    third.wiring = Wiring("third", (AxisPins("third.X", X.step, X.direction),))
+    driver = Driver(bench, [first, second, third], lambda line: None)
+    for board, axes in ((first, {"table.X": 0}), (second, {"table.Y": 0}), (third, {"third.X": 0})):
+        driver.handle(board, Ready(axes, {}))
+    driver.begin(10.0)
+    driver.handle(first, event)
+    [(_, said, groups)] = second.stops()
+    assert reason in said
+    assert groups == ("table",)
+    driver.handle(second, Stopped(said, {"table.Y": 3}))
+    assert first.stops() == third.stops() == []
+    assert (bench["table"].axes["Y"].position, driver.positions["table.Y"]) == (3, 3)
+    driver.go_on(11.0)
+    bench.run(0.1)
+    driver.collect()
+    bench.run(0.1)
+    driver.handle(first, Ready({"table.X": 7}, {}))
+    driver.collect()
+    bench.run(0.1)
+    driver.collect()
+    assert ("resume", "table") in second.calls
 
 
 def test_inputs_and_outputs(if1):

@@ -1,6 +1,6 @@
 """Connects a bench to its boards: sends pulses and outputs, receives inputs, corrects positions after a stop."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Protocol
 
@@ -165,6 +165,7 @@ class Driver:
                 self.bench.clock.call_last(max(due_ns, self.bench.now), partial(self._pin(to).drive, level))
             case Stopped(reason, positions, by):
                 self.positions |= positions
+                self._stop_others(board, reason, positions)
                 self._hold(positions)
                 if not by:
                     self._wait_for_user(board, reason)
@@ -174,8 +175,17 @@ class Driver:
                 self._failed.add(board.wiring.name)
                 self._ready.discard(board.wiring.name)
                 if self.live:
-                    self._hold({axis.axis: self.positions[axis.axis] for axis in board.wiring.axes})
+                    positions = {axis.axis: self.positions[axis.axis] for axis in board.wiring.axes}
+                    self._stop_others(board, reason, positions)
+                    self._hold(positions)
                 self._wait_for_user(board, reason)
+
+    def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
+        """Stop the axes on other boards whose controller has been stopped on this board."""
+        stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
+        for other in self.boards:
+            if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):
+                other.stop(f"{board.wiring.name}: {reason}", groups)
 
     def _wait_for_user(self, board: Output, reason: str) -> None:
         for group in board.wiring.groups:
