@@ -104,7 +104,11 @@ def kill(seed: int) -> list[str]:
     """Kill the program at a random moment; return the errors."""
     rng = random.Random(seed)
     with tempfile.TemporaryDirectory() as folder:
-        run = Run(Path(folder), watchdog_ms=100)
+        try:
+            run = Run(Path(folder), watchdog_ms=100)
+        except RuntimeError as error:
+            EARLY.append(str(error))
+            return []
         run.say(b"X+9000 @ %d $ \r" % rng.choice((500, 4000)), rng.uniform(0.5, 2.5))
         before = run.stops()
         run.program.kill()
@@ -123,7 +127,7 @@ def kill(seed: int) -> list[str]:
 
 
 EARLY: list[str] = []
-"""Stops before the kill: the computer was late."""
+"""Refused starts, and stops before the kill: the computer was late."""
 
 
 def load(seconds: float, spinners: int) -> list[str]:
@@ -172,7 +176,7 @@ def main() -> int:
     given = parser.parse_args()
     first = given.seed * 10_000
     wrong = [line for seed in range(first, first + given.kills) for line in kill(seed)]
-    print(f"kills: {given.kills}, {len(EARLY)} stopped before", flush=True)
+    print(f"kills: {given.kills}, {len(EARLY)} not started or stopped before", flush=True)
     wrong += load(given.load_s, given.spinners) if given.load_s else []
     print("\n".join(wrong), end="\n" if wrong else "")
     print(f"{'FAILED' if wrong else 'held'}: {given.kills} kills, {given.load_s:g} s of load, seed {given.seed}")

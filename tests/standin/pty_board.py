@@ -29,9 +29,9 @@ def main(link, pulses):
     signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
     while not ended:
         ready, _, _ = select.select([master], [], [], 0.001)
-        board.run_to(time.monotonic() - begun)
-        if ready:
-            board.receive(os.read(master, 4096))
+        data = os.read(master, 4096) if ready else b""
+        board.run_to(time.monotonic() - begun)  # the clock is never older than the bytes
+        board.receive(data)
         if out := board.transmitted():
             os.write(master, out)
     Path(pulses).write_text(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import LinkError
 from axistwin.standin.channel import RECEIVE_WINDOW
-from axistwin.standin.clock_fit import ClockFit
+from axistwin.standin.clock_fit import SAMPLES, WORST_S, ClockFit
 from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-WORST_FIT_S = 50e-6
-"""Largest error of the clock fit with which motion may start."""
 REPORT_S = 0.1
 """Interval at which the board repeats the state of its triggers, as responses may be lost."""
 IDENTIFY_BYTES = 40
@@ -179,12 +177,14 @@ class Board:
     def _fit_clock(self) -> Procedure:
         connection = self.connection
         connection.clock = ClockFit(connection.dictionary.clock_hz)
-        while not connection.clock.ready:
+        for _ in range(SAMPLES):
             yield "clock", None, b""
-        if connection.clock.error_s > WORST_FIT_S:
+            if connection.clock.good:
+                break
+        else:
             raise LinkError(
                 f"the board's clock is too irregular: error {connection.clock.error_s * 1e6:.0f} µs: expected at most "
-                "50: use another USB port or cable"
+                f"{WORST_S * 1e6:.0f}: use another USB port or cable"
             )
 
     def _read_positions(self, groups: tuple[str, ...]) -> Procedure:

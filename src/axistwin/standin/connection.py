@@ -14,7 +14,7 @@ SOON_S = 0.05
 MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
 """A board that acknowledges nothing for this long has failed.  A board that has just been reset takes longer."""
 CLOCK_S, CLOCK_AT_START_S = 1.0, 0.02
-"""Intervals at which the board's clock is read."""
+"""Intervals at which the board's clock is read; the short one until the fit is good."""
 ANSWER_S, MOST_REQUESTS = 0.25, 24
 """Time after which a request is sent again, and largest number of times that a request is sent."""
 
@@ -122,7 +122,7 @@ class Connection:
     def read_clock(self) -> None:
         """Request the board's clock if the interval has passed."""
         if self.now_s >= self._next_clock_s:
-            self._next_clock_s = self.now_s + (CLOCK_S if self.clock.ready else CLOCK_AT_START_S)
+            self._next_clock_s = self.now_s + (CLOCK_S if self.clock.good else CLOCK_AT_START_S)
             self._clock_sent_s = None
             self.channel.send(self.dictionary.encode("get_clock"), self._clock_request_sent)
 
