@@ -32,7 +32,7 @@ class _Stops(TypedDict):
 
 @dataclass(frozen=True)
 class Plan:
-    """The settings of a stand-in, read from its scene."""
+    """The settings of a stand-in, read from the scene file."""
 
     boards: tuple[tuple[BoardTable, Wiring | HalWiring], ...]
     horizon_s: float
@@ -51,7 +51,7 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
             raise UsageError(
-                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most that"
+                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most this"
             )
     boards = {board.name: board for board in table.board}
     if port is not None and any(board.hal is not None for board in boards.values()):

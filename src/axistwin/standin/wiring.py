@@ -45,7 +45,7 @@ class DrivenAxis:
 
     @property
     def controller(self) -> str:
-        """Name of the controller with this axis."""
+        """Name of the controller that has this axis."""
         return self.axis.rpartition(".")[0]
 
     def refusal(self, rate: float, end: int) -> str:
@@ -79,7 +79,7 @@ class Sensed:
 
     @property
     def controller(self) -> str:
-        """Name of the controller with this terminal."""
+        """Name of the controller that has this terminal."""
         return self.to.rpartition(".")[0]
 
 
@@ -129,7 +129,7 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class Wiring:
-    """The axes, inputs and outputs on one board.  Times are in seconds."""
+    """The axes, inputs and outputs that are wired to one board.  Times are in seconds."""
 
     name: str
     axes: tuple[AxisPins, ...]
@@ -137,12 +137,12 @@ class Wiring:
     outputs: tuple[OutputPin, ...] = ()
     watchdog_s: float = 0.1
     stop_sample_s: float = 100e-6
-    """Interval at which the board samples inputs that stop motion."""
+    """Seconds between two readings of an input that stops motion."""
     sample_s: float = 1e-3
-    """Interval at which the board samples other inputs."""
+    """Seconds between two readings of any other input."""
 
     def interval_s(self, given: InputPin) -> float:
-        """Return the interval at which the board samples an input."""
+        """Return the seconds between two readings of this input by the board."""
         return self.sample_s if given.stops is None else self.stop_sample_s
 
     @cached_property
@@ -152,7 +152,7 @@ class Wiring:
 
     @cached_property
     def enables(self) -> tuple[BoardPin, ...]:
-        """Enable pins without duplicates: several axes may share a pin."""
+        """Pins that enable drives, each once; several axes may share a pin."""
         return tuple(dict.fromkeys(axis.enable for axis in self.axes if axis.enable is not None))
 
     def used(self) -> Iterator[tuple[BoardPin, str]]:
