@@ -5,9 +5,9 @@ from collections import deque
 SAMPLES = 64
 """Number of clock samples to which the line is fitted."""
 ENOUGH = 8
-"""Number of samples that a usable fit needs."""
+"""Smallest number of clock samples for a usable fit."""
 WORST_S = 50e-6
-"""Largest error of a fit with which motion may start."""
+"""Largest error, in seconds, of the line at the start of motion."""
 _WRAP = 1 << 32
 
 

@@ -14,7 +14,7 @@ SOON_S = 0.05
 MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
 """A board has failed if it acknowledges nothing for this time; a board that has just been reset takes longer."""
 CLOCK_S, CLOCK_AT_START_S = 1.0, 0.02
-"""Intervals at which the board's clock is read; the short one until the fit is good."""
+"""Intervals in seconds at which the board's clock is read: normally, and until the clock fit is good."""
 ANSWER_S, MOST_REQUESTS = 0.25, 24
 """Time after which an unanswered request is sent again, and largest number of times that it is sent."""
 

@@ -126,7 +126,7 @@ class Driver:
                 board.set_output(output.source, self._pin(output.source).level, now_s)
 
     def collect(self) -> None:
-        """Send the pulses since the last call.  Call at least five times per horizon, when no event is due."""
+        """Send the pulses since the last call; must be called at least five times per horizon, when no event is due."""
         if self.live:
             for whole, board in self._board.items():
                 for direction, times in self._motors[whole].runs():

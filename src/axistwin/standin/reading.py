@@ -159,7 +159,7 @@ class _Reader:
                 raise UsageError(f"{key} is a pin of a board: at HAL, link the component's pins in the HAL file")
 
     def _bounds(self, table: BoardAxisTable, number: int) -> _Bounds:
-        """Return travel in pulses and highest rate in pulses/s."""
+        """Return the limits of an axis: travel in pulses and highest rate in pulses/s; None for no limit."""
         name, _, axis = table.axis.rpartition(".")
         units, bounds = self._bench[name].axes[axis].units, _Bounds(travel=None, max_rate=None)
         with self._scene.placing_errors("stand-in", "axis", number, "travel"):

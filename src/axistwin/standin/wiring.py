@@ -107,7 +107,7 @@ class OutputPin(Switched):
 
 
 def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: DrivenAxis, direction: int) -> str:
-    """Return a message if an open stop input forbids motion in this direction; "": none does."""
+    """Return an error message if an open stop input forbids motion in this direction, else ""."""
     for given in inputs:
         blocks = given.controller == axis.controller and given.stops in (0, direction)
         if blocks and levels[given.to] is given.stops_at:
