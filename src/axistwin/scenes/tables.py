@@ -318,12 +318,14 @@ def _rate(given: Any) -> Any:
 
 
 class BoardTable(Table):
-    """A motion board with Klipper's micro-controller firmware."""
+    """A motion board with Klipper's micro-controller firmware, or LinuxCNC HAL on this computer."""
 
     name: Name
     """Name of the board."""
-    port: str
+    port: str | None = None
     """Serial port of the board, e.g. "/dev/ttyACM0"."""
+    hal: File | None = None
+    """Instead of a port: LinuxCNC HAL, with the HAL commands of this file, relative to the scene file."""
     baud: Annotated[int, Field(ge=1200)] = 250_000
     """Baud rate of the firmware; a board with native USB ignores it."""
 
@@ -340,14 +342,14 @@ class BoardAxisTable(Table):
     """The connection of an axis to the drive of a real motor."""
 
     axis: str
-    """Axis with a stepper motor, as "controller.axis"."""
+    """Axis as "controller.axis"; the encoder counts of a servo axis become pulses."""
     board: str | None = None
     """Name of the board; may be left out if there is only one."""
-    step: Pin
-    """Pin of the step input of the drive."""
-    direction: Pin
+    step: Pin | None = None
+    """Pin of the step input of the drive.  Axes at HAL have no pins of a board."""
+    direction: Pin | None = None
     """Pin of the direction input; high in the positive direction."""
-    enable: Pin
+    enable: Pin | None = None
     """Pin of the enable input; off when the board stops."""
     pulse_us: Annotated[float, Field(gt=0, le=1000)] = 2.0
     """Minimum width of a step pulse, in microseconds."""
@@ -362,8 +364,8 @@ class BoardInputTable(Table):
 
     to: str
     """Input of a controller, as "controller.pin"."""
-    pin: Pin
-    """Pin of the board."""
+    pin: Pin | None = None
+    """Pin of the board; none at HAL."""
     board: str | None = None
     """Name of the board; may be left out if there is only one."""
     stops: Literal["plus", "minus", "both"] | None = None
@@ -377,8 +379,8 @@ class BoardOutputTable(Table):
 
     source: Annotated[str, Field(alias="from")]
     """Output of a controller, as "controller.pin"."""
-    pin: Pin
-    """Pin of the board."""
+    pin: Pin | None = None
+    """Pin of the board; none at HAL."""
     board: str | None = None
     """Name of the board; may be left out if there is only one."""
     safe: Literal["low", "high"] = "low"

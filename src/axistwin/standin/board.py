@@ -12,19 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import LinkError
 from axistwin.standin.channel import RECEIVE_WINDOW
-from axistwin.standin.clock_fit import ClockFit
+from axistwin.standin.clock_fit import SAMPLES, WORST_S, ClockFit
 from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
 from axistwin.standin.step_stream import LEAD_S, Motor, StepStream
-from axistwin.standin.wiring import InputPin, Objects, Wiring, objects
+from axistwin.standin.wiring import InputPin, Objects, Wiring, objects, open_input
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-WORST_FIT_S = 50e-6
-"""Largest error of the clock fit with which motion may start."""
 REPORT_S = 0.1
 """Interval at which the board repeats the state of its triggers, as responses may be lost."""
 IDENTIFY_BYTES = 40
@@ -179,12 +177,14 @@ class Board:
     def _fit_clock(self) -> Procedure:
         connection = self.connection
         connection.clock = ClockFit(connection.dictionary.clock_hz)
-        while not connection.clock.ready:
+        for _ in range(SAMPLES):
             yield "clock", None, b""
-        if connection.clock.error_s > WORST_FIT_S:
+            if connection.clock.good:
+                break
+        else:
             raise LinkError(
                 f"the board's clock is too irregular: error {connection.clock.error_s * 1e6:.0f} µs: expected at most "
-                "50: use another USB port or cable"
+                f"{WORST_S * 1e6:.0f}: use another USB port or cable"
             )
 
     def _read_positions(self, groups: tuple[str, ...]) -> Procedure:
@@ -321,7 +321,8 @@ class Board:
             return
         clock = self.connection.clock
         wanted = clock.ticks(0.0) + (times_s + self.horizon_s) * clock.hz
-        refused = motor.refusal(direction, wanted, clock.hz) or self._open_input(motor, direction)
+        refused = motor.refusal(direction, wanted, clock.hz)
+        refused = refused or open_input(self.wiring.inputs, self._levels, motor.pins, direction)
         if not refused:
             try:
                 self._stream.add(motor, direction, wanted)
@@ -329,14 +330,6 @@ class Board:
                 refused = f"{axis}: {error}"
         if refused:
             self.stop(refused, (motor.pins.controller,))
-
-    def _open_input(self, motor: Motor, direction: int) -> str:
-        """Return an error message if an open stop input forbids motion in this direction, else ""."""
-        for given in self.wiring.inputs:
-            blocks = given.controller == motor.pins.controller and given.stops in (0, direction)
-            if blocks and self._levels[given.to] is given.stops_at:
-                return f"{motor.pins.axis}: {given.to} is open: no motion in this direction"
-        return ""
 
     def _drop_pulses(self, groups: tuple[str, ...]) -> None:
         """Discard the unsent pulses of these controllers, and all their further pulses until `resume`."""

@@ -6,6 +6,8 @@ SAMPLES = 64
 """Number of clock samples to which the line is fitted."""
 ENOUGH = 8
 """Smallest number of clock samples for a usable fit."""
+WORST_S = 50e-6
+"""Largest error, in seconds, of the line at the start of motion."""
 _WRAP = 1 << 32
 
 
@@ -24,6 +26,11 @@ class ClockFit:
     def ready(self) -> bool:
         """True if there are enough samples to convert times."""
         return len(self._samples) >= ENOUGH
+
+    @property
+    def good(self) -> bool:
+        """True if there are enough samples, with a small error."""
+        return self.ready and self.error_s <= WORST_S
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:
         """Add a sample: the board read the 32 bits of `clock` between the times `sent_s` and `received_s`."""

@@ -104,6 +104,11 @@ class Sender(Thread):
         with self._lock:
             self._board.stop(reason, groups)
 
+    @property
+    def stopped(self) -> frozenset[str]:
+        """Controllers whose axes are stopped; can be read in any thread."""
+        return frozenset(tuple(self._board.stopped))
+
     def resume(self, group: str) -> None:
         """Accept pulses of a stopped controller again."""
         with self._lock:

@@ -43,15 +43,9 @@ class Motor:
         """Return an error message if pulses at these ticks would exceed a limit of the axis, else ""."""
         import numpy as np
 
-        pins = self.pins
         gaps = np.diff(wanted, prepend=self.last if self.last is not None else -np.inf)
         rate = hz / max(float(gaps.min()), 1e-9)
-        if pins.max_rate is not None and rate > pins.max_rate * 1.001:
-            return f"{pins.axis}: {rate:.0f} pulses/s is above max_rate {pins.max_rate:g}"
-        end = self.position + direction * len(wanted)
-        if pins.travel is not None and not pins.travel[0] <= end <= pins.travel[1]:
-            return f"{pins.axis}: position {end} is beyond travel {list(pins.travel)}"
-        return ""
+        return self.pins.refusal(rate, self.position + direction * len(wanted))
 
 
 class StepStream:
