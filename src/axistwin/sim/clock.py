@@ -10,10 +10,8 @@ from heapq import heapify, heappush
 from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
-import simpy
-from simpy.events import NORMAL, URGENT, Event, Interruption, Process
-
 from axistwin.errors import UsageError
+from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interruption, Process
 from axistwin.sim.signal import Signal
 from axistwin.units import MOST_NS
 
@@ -37,7 +35,7 @@ class _Call(Event):
         self._action = action
 
 
-class Clock(simpy.Environment):
+class Clock(Environment):
     """Virtual time in integer nanoseconds, from 0."""
 
     now: int  # an integer, although SimPy also allows floats
