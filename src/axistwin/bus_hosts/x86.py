@@ -43,7 +43,7 @@ class Computer:
     ) -> None:
         self.bench, self.vector, self.instruction_ns = bench, vector, instruction_ns
         self.instructions = 0
-        """Number of executed instructions."""
+        """Number of instructions that have been executed."""
         self._ports: dict[int, tuple[RegisterPort, int]] = {
             base + offset: (board.bus, offset) for base, board in boards.items() for offset in (0, 1)
         }
@@ -88,7 +88,7 @@ class Computer:
 
     @property
     def stopped(self) -> bool:
-        """True if the processor has halted for ever, with interrupts disabled."""
+        """True if the processor has halted with interrupts disabled, so that it can never continue."""
         return self._halted and not self.interruptible
 
     # Running
@@ -112,7 +112,7 @@ class Computer:
         return any(bus.interrupt for bus in self._buses)
 
     def _execute(self, end_ns: int) -> None:
-        """Execute up to the next event of the bench, or one instruction while an interrupt is requested."""
+        """Execute instructions up to the next event of the bench; only one instruction if an interrupt is requested."""
         due_ns = self.bench.clock.next_event_ns()
         self._stop_ns = min(end_ns, end_ns if due_ns is None else max(due_ns, self._time_ns + 1))
         if self._requested:
@@ -128,7 +128,7 @@ class Computer:
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 
     def _sleep(self, end_ns: int) -> None:
-        """Advance virtual time to the next event: the processor is halted."""
+        """Advance virtual time to the next event while the processor is halted."""
         due_ns = self.bench.clock.next_event_ns()
         self._time_ns = end_ns if due_ns is None else min(end_ns, max(due_ns, self._time_ns))
         self._catch_up()
@@ -153,10 +153,10 @@ class Computer:
         self._uc.reg_write(x86.UC_X86_REG_SP, pointer)
         self.load(self._uc.reg_read(x86.UC_X86_REG_SS), pointer, value.to_bytes(2, "little"))
 
-    # Called by Unicorn
+    # Functions that Unicorn calls
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Called before each instruction.  After STI one more instruction is executed before an interrupt is taken."""
+        """Handle one instruction before Unicorn executes it; after STI, an interrupt waits for one more instruction."""
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:
             uc.emu_stop()
             return
@@ -181,4 +181,4 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        self._stop_ns = 0  # the write may have scheduled an earlier event
+        self._stop_ns = 0  # ends the execution, because the write may have scheduled an earlier event

@@ -23,7 +23,7 @@ from axistwin.sim.serial_port import SerialPort
 
 
 class Machine(Protocol):
-    """Interface of a controller for faults."""
+    """Interface of a controller, as used by faults."""
 
     name: str
     product: Product
@@ -54,7 +54,7 @@ class Machine(Protocol):
 
 
 class World(Protocol):
-    """Interface of a bench for faults."""
+    """Interface of a bench, as used by faults."""
 
     clock: Clock
 
@@ -76,7 +76,7 @@ class World(Protocol):
 
 @dataclass(frozen=True)
 class Spot:
-    """A named place on the bench.  Fields that do not apply to this place are None."""
+    """A part of the bench that a fault can affect; fields that do not apply to this part are None."""
 
     name: str
     controller: Machine | None = None
@@ -86,7 +86,7 @@ class Spot:
 
     @property
     def machine(self) -> Machine:
-        """The controller of the spot."""
+        """The controller to which the part belongs."""
         assert self.controller is not None
         return self.controller
 
@@ -125,7 +125,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return the spots by all of their names.
+    """Return the parts of a bench by all of their names.
 
     Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
     its serial port, or of its only part of this type.
@@ -143,7 +143,7 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
 
 
 def find(found: Mapping[str, Find], text: str, what: str) -> Spot:
-    """Return the spot of this name.  Raises UsageError if there is none."""
+    """Return the part with this name.  Raises UsageError for an unknown name."""
     if text in found:
         return found[text]()
     close = get_close_matches(text, found, n=1)

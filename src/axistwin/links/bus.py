@@ -53,7 +53,7 @@ class Registers(Protocol):
 
 
 class Slot(SingleClient["Master"]):
-    """A board's slot on the bus.  `reset` is called for each new client."""
+    """The slot of a board on the bus, for one client.  `reset` is called for each new client."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class Slot(SingleClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """True while no requests are read from the client, because the gate is closed or the client does not read."""
+        """True while no requests are read from the client: the gate is closed, or the client does not read answers."""
         return self.gate.closed or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:
@@ -143,7 +143,7 @@ class Master(Connection):
             self.slot.bus.write(offset, value)
         return "ok"
 
-    # Interrupt line
+    # Reports of the interrupt line
 
     def _subscribe(self, on: bool) -> None:
         self._end_subscription()
@@ -173,7 +173,7 @@ class Master(Connection):
         self._last_reported = level
         self._write(f"! {level:d}")
 
-    # Slow and closed clients
+    # Clients that are slow or have disconnected
 
     def resume_writing(self) -> None:
         """Continue after the client has read its answers."""

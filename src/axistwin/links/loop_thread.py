@@ -29,7 +29,7 @@ class LoopThread:
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
-            coroutine.close()  # waiting in the loop's own thread would never end
+            coroutine.close()  # a wait in the thread of the loop would never end
             raise UsageError(IN_LOOP if inside else CLOSED)
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
@@ -50,7 +50,7 @@ class LoopThread:
 
     def stop(self) -> None:
         """End the thread after its present callbacks."""
-        self.do(lambda: None)  # asyncio closes connections in the next turn of the loop
+        self.do(lambda: None)  # runs the loop once more, in which asyncio closes connections
         self.run(self._loop.shutdown_default_executor())  # ends the threads that resolve addresses
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()

@@ -26,7 +26,7 @@ class ManualPacer(Pacer):
         super().__init__(bench.clock, None)
         self.bench = bench
         self.arrivals = 0
-        """Number of inputs from hosts."""
+        """Number of inputs that hosts have sent up to now."""
         self.deliveries = 0
         """Number of times that output was sent to hosts."""
 
@@ -34,7 +34,7 @@ class ManualPacer(Pacer):
         """Do nothing: virtual time stays stopped."""
 
     def sync(self) -> None:
-        """Count an input."""
+        """Count an input from a host."""
         self.arrivals += 1
 
     def work(self) -> None:

@@ -37,7 +37,7 @@ FLOWS = {
 class ComPortClient(TcpClient):
     """A client that speaks RFC 2217."""
 
-    linger_s = 0  # the control lines end with the connection
+    linger_s = 0  # the control lines are released when the connection ends
     answers = True
 
     def __init__(self, plug: Plug, cts: str = "rts") -> None:

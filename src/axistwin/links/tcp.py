@@ -28,10 +28,9 @@ log = getLogger("axistwin.links")
 RECEIVE_BUFFER = 16 * 1024
 """Size of the system's receive buffer; a client that sends too fast is soon blocked, as on a real line."""
 STALLED = 64 * 1024
-"""Bytes buffered for a client that does not read."""
+"""Largest number of bytes that are buffered for a client that does not read."""
 LINGER_S = 1.0
-"""Seconds for which a client that has closed its side still receives answers, e.g. `printf '(' | nc -N 127.0.0.1 5001`.
-"""
+"""Seconds for which answers are still sent to a client that has closed its side, such as `nc -N`."""
 IDLE_S = 60
 """Seconds of silence after which the system checks the connection (TCP keep-alive)."""
 
@@ -52,7 +51,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._socket: socket.socket
         self._leaving = self._has_sent = False
 
-    # Called by asyncio
+    # Functions that asyncio calls
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Connect a client, or refuse it."""
@@ -83,7 +82,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)
-        return bool(self.linger_s)  # False: asyncio closes the connection
+        return bool(self.linger_s)  # asyncio closes the connection if this is False
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
         """Disconnect the client."""
@@ -101,7 +100,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.answers and not self.plug.full:
             self.resume()
 
-    # Called by the plug
+    # Functions that the plug calls
 
     def hung_up(self) -> bool:
         """True if the client has disconnected, or is not being read from, so that a disconnection would not be
@@ -129,7 +128,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._has_sent = True
         self._transport.write(data)
 
-    # Defined by each subclass
+    # Functions that each subclass defines
 
     @abstractmethod
     def received(self, data: bytes) -> None:
@@ -198,11 +197,13 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)  # asyncio disables Nagle only for IPPROTO_TCP
+    # asyncio disables Nagle's algorithm only with IPPROTO_TCP
+    sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
-        # On Windows SO_REUSEADDR would let a second server take over the address.
+        # on Windows, SO_REUSEADDR would let a second server use the same address
         sock.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR), 1)
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)  # before listening: connections inherit it
+        # set before listening, because connections inherit it
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         sock.bind(address)
     except OSError:
         sock.close()

@@ -1,4 +1,4 @@
-"""A pulse train: the moves of one step output in order, each a profile in one direction."""
+"""A pulse train: all moves of one step output, in order of time."""
 
 from bisect import bisect_right
 from collections import deque
@@ -47,7 +47,7 @@ class Move:
 
 
 class Train:
-    """All moves of a step output.  Its net count starts at 0 and is never redefined."""
+    """All moves of a step output; the net pulse count begins at 0 and is never set to another value."""
 
     def __init__(self, history: int = HISTORY) -> None:
         self.moves: deque[Move] = deque([Move(0, +1, Profile(()), 0)], maxlen=history)
@@ -56,7 +56,7 @@ class Train:
 
     @property
     def move(self) -> Move:
-        """The latest move; it may be finished."""
+        """The latest move, which may be finished."""
         return self.moves[-1]
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Move:
@@ -113,7 +113,9 @@ class Train:
         """Yield direction and pulse times of each move with pulses at start_ns <= time < stop_ns, in order."""
         import numpy as np
 
-        earliest = self.move_at(max(start_ns - 1, 0)).start_ns  # the last pulse of an earlier move may be at start_ns
+        earliest = self.move_at(
+            max(start_ns - 1, 0)
+        ).start_ns  # includes an earlier move whose last pulse is at start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
                 before = self._pulses_before(move, start_ns)

@@ -35,7 +35,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return the field of a table for a parameter of a fault; the kind of fault checks its value."""
+    """Return type and field of a table's key for a parameter of a fault; the fault checks the value later."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
@@ -54,7 +54,7 @@ class Table(BaseModel):
 
 
 def _valued(check: Callable[[Any], object]) -> AfterValidator:
-    """Return a validator that calls `check` and keeps the value as given."""
+    """Return a validator that calls `check` and returns the value unchanged."""
 
     def checked(given: Any) -> Any:
         try:
@@ -89,7 +89,7 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     """Convert a position with a unit to counts."""
     if not isinstance(given, str):
         return given
-    if "units" not in info.data:  # the error in `units` is reported
+    if "units" not in info.data:  # pydantic already reports the error in `units`
         return 0
     table = info.data["units"]
     units = None if table is None else MachineUnits.given(table.model_dump())
@@ -144,7 +144,7 @@ Files = Annotated[list[File], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 def _values(made: type[Any], **more: Any) -> dict[str, Any]:
-    """Return the JSON Schema of a data sheet, by name; the axis checks the values."""
+    """Return the keys of a data sheet for the JSON Schema; the axis checks the values."""
     numbers = {each.name: {"type": "integer" if each.name in WHOLE else "number"} for each in fields(made)}
     return {"type": "object", "properties": {**more, **numbers}, "additionalProperties": False}
 
@@ -214,18 +214,18 @@ class ControllerTable(Table):
     @field_validator("axes", mode="wrap")
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        """Validate axes by the kind of motor.  The values of a servo axis are checked when it is built."""
+        """Validate the axes as stepper or servo axes, as the model has them."""
         adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
     @property
     def called(self) -> str:
-        """Name on the bench."""
+        """Name of the controller on the bench."""
         return self.name or self.model.lower()
 
 
 def has_servo(model: str | None) -> bool:
-    """True if the model has servo axes."""
+    """True if a model has a servo axis instead of stepper axes."""
     return model is not None and model.lower() in FAMILIES and product(model).make_axis is servo_axis
 
 

@@ -21,7 +21,7 @@ Procedure = Generator[Event, Any, Any]
 """A device procedure: a generator that yields events and is resumed when the events have happened."""
 
 LAST = 9
-"""The rank of events from outside, after all events of the bench itself."""
+"""Rank of external events, which come after all events of the bench itself."""
 _AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
 
 
@@ -43,7 +43,7 @@ class Clock(Environment):
     def __init__(self) -> None:
         super().__init__()
         self.patient = True
-        """False after a pacer has started the clock: then no nanosecond may take seconds to compute."""
+        """False if the clock is paced by real time, so that no event may take seconds to compute."""
         self.background = 0
         """Number of scheduled events that only maintain a display, such as the next flash of an observed lamp."""
         self.interrupted: set[Process] = set()
@@ -71,7 +71,7 @@ class Clock(Environment):
             while end.callbacks is not None:  # `callbacks` is None after the end event
                 self.step()
         finally:
-            self._withdraw(end)  # only after an exception: otherwise the event has happened
+            self._withdraw(end)  # has an effect only after an exception; otherwise the event has happened
 
     def later(self, duration_ns: int) -> int:
         """Return the time `duration_ns` after now.  Raises UsageError for a time after the end of virtual time."""
@@ -97,7 +97,7 @@ class Clock(Environment):
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """Return an event that happens after all other events that are due by then."""
         event = Event(self)
-        event._ok, event._value = True, None  # scheduled for a time, like simpy.Timeout
+        event._ok, event._value = True, None  # makes the event one that is scheduled for a time, like simpy.Timeout
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 

@@ -34,7 +34,7 @@ class LineError(Flag):
 
 
 SOUND = LineError.NONE
-"""No error, as a constant, because access to the enumeration is slow in the inner loop."""
+"""Constant for no error, because access to the enumeration is slow in an inner loop."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class UartFormat:
         if type(self.bytesize) is not int or self.bytesize not in BITS:
             raise _invalid("number of data bits", self.bytesize, "5, 6, 7 or 8")
         if self.parity not in get_args(Parity):
-            raise _invalid("parity", self.parity, "one of N, E, O, M, S")
+            raise _invalid(what="parity", given=self.parity, expected="one of N, E, O, M, S")
         if self.stopbits not in STOP_BITS:
             raise _invalid("number of stop bits", self.stopbits, "1, 1.5 or 2")
 
@@ -151,7 +151,7 @@ class Frame:
     bit: int
     per: int
     sent: tuple[UartFormat, int] | None = None
-    """The format and the character if nothing has disturbed it."""
+    """Format and value of an undisturbed character; None for any other signal."""
     own: bool = False
     """True if the receiver's own transmitter sends the frame on a shared pair; the receiver then ignores the frame."""
 

@@ -70,10 +70,12 @@ class Levels:
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
             since, width = at * space.per, step * space.per
-            first = max(0, (space.begin * per - since + width - 1) // width)  # rounded up: first sample inside
+            # index of the first sample within the space, rounded up
+            first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
-            last = min(count, (space.end * per - since + width - 1) // width)  # a break may last for hours
+            # limits the number, because a break may last for hours
+            last = min(count, (space.end * per - since + width - 1) // width)
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
             forgotten += last <= count - 2

@@ -36,9 +36,9 @@ class Pin:
     """A digital terminal of a device.  Each family defines what `level` means electrically."""
 
     restless = False
-    """True if the pin changes so often by itself that it is read when needed instead of observed."""
+    """True if the pin changes so often that it must be read on demand, not observed."""
     silent = False
-    """True if the pin changes without notifying its subscribers."""
+    """True if the pin does not report its changes to subscribers."""
 
     wired = False
     """True if a wire or a switch is connected."""
@@ -307,7 +307,7 @@ class UserPin(Pin):
 
     @property
     def drivable(self) -> bool:
-        """Always True: a test lead overrides the output stage."""
+        """Always True, because a test lead overrides the output stage."""
         return True
 
     def drive(self, level: bool | float) -> None:

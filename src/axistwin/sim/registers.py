@@ -149,12 +149,12 @@ def check_byte(what: str, value: object, highest: int = 0xFF) -> None:
         raise UsageError(f"invalid {what} {value!r}: expected an integer from 0 to {highest}")
 
 
-# Actions of a host at the registers, as values
+# Actions of a host at the registers, as data
 
 
 @dataclass(frozen=True, slots=True)
 class ReadData:
-    """Read the output data buffer."""
+    """Action of a host: read the output data buffer."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ from axistwin.units import S, to_ns
 MANY = 12
 """Number of stored spaces above which a receiver samples early; about three characters."""
 LevelAt = Callable[[Fraction], bool]
-"""The level of the line at a time in ns after a falling edge."""
+"""Function that returns the level of the line at a time in ns after a falling edge."""
 
 
 class Wire(Protocol):
@@ -54,7 +54,7 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Lose the character."""
+        """Discard the character, because the transmitter is not connected."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
@@ -67,12 +67,12 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        self._idle = 0, 1  # from this instant on a falling edge is a start bit; (number, units per ns)
+        self._idle = 0, 1  # time after which a falling edge is a start bit, as (number, units per ns)
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
         self._free_ns = 0  # time of arrival of the last delayed character
 
-    # Line faults
+    # Faults of the line
 
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
         """Apply a disturbance to all characters from now on.  Return a function that removes it."""
@@ -117,7 +117,7 @@ class Line:
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
 
-    # The transmitter's side
+    # Functions for the transmitter
 
     @property
     def ready(self) -> bool:
@@ -187,7 +187,7 @@ class Line:
         else:
             arrive(frame)
 
-    # The receiver's side
+    # Functions for the receiver
 
     def _append(self, frame: Frame) -> None:
         """Put a frame on the wire now.  Samples before now are final."""
@@ -207,7 +207,7 @@ class Line:
             reading.left <= (1 if self.receiver.resynchronises else 0)
             or frame.end * reading.per > reading.next * frame.per
         ):
-            self._levels.put(frame)  # otherwise the frame ends before the receiver's next sample
+            self._levels.put(frame)  # a frame that ends before the receiver's next sample is not needed
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
         """Receive a character without sampling if the wire is otherwise free.  Return True if so.
@@ -287,7 +287,7 @@ class Line:
     def _end_character(self, reading: Reading) -> None:
         """Deliver the character at the end of its first stop bit."""
         self._read_on(self.clock.now)
-        if reading is not self._reading:  # a false start
+        if reading is not self._reading:  # the start bit was false
             return
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors

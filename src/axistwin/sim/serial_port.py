@@ -25,7 +25,7 @@ class Flow(Enum):
     X_ON_X_OFF = "xon"
 
 
-# Actions of a host at its end of a line, as values
+# Actions of a host at its end of a line, as data
 
 
 @dataclass(frozen=True, slots=True)

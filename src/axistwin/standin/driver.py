@@ -1,4 +1,4 @@
-"""Connects a bench to its boards: sends pulses and outputs, receives inputs, corrects positions after a stop."""
+"""Connect a bench to its motion boards: send pulses and outputs, receive inputs, correct positions after a stop."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -14,16 +14,16 @@ from axistwin.standin.wiring import Wiring
 from axistwin.units import S
 
 INPUT_S = 0.02
-"""Constant delay between a change of an input at the board and its change on the bench."""
+"""Constant delay, in seconds, from a change of an input at the board to the same change on the bench."""
 
 
 class Output(Protocol):
-    """Interface of a board for the driver."""
+    """Interface of a motion board, as used by `Driver`."""
 
     wiring: Wiring
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]") -> None:
-        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
+        """Plan pulses one horizon (a constant delay) after these times, in s of the host's clock."""
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
         """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
@@ -39,12 +39,12 @@ class Output(Protocol):
 
 
 class Driver:
-    """Drives the boards from a bench.  `tell` receives a line of text for each event of interest to the user."""
+    """Drives motion boards from a bench.  `tell`: function that shows a line of text to the user."""
 
     def __init__(self, bench: Bench, boards: Sequence[Output], tell: Callable[[str], None]) -> None:
         self.bench, self.boards, self._tell = bench, boards, tell
         self.live = False
-        """True while pulses go to the boards."""
+        """True while pulses are sent to the boards."""
         self.stopped: dict[str, str] = {}
         """Controllers that are stopped until the user continues, each with the reason."""
         self.positions: dict[str, int] = {}
@@ -86,7 +86,7 @@ class Driver:
         return bool(self._failed)
 
     def begin(self, now_s: float) -> None:
-        """Begin to send pulses.  The present virtual time corresponds to `now_s` of the host's clock."""
+        """Begin to send pulses; `now_s` is the time of the host's clock at the present virtual time."""
         self._offset_s = now_s - self.bench.now / S
         self._collected_ns = self.bench.now
         self._origin = {whole: self.positions[whole] - self._axis(whole).pulses for whole in self._board}
@@ -96,7 +96,7 @@ class Driver:
                 board.set_output(output.source, self._pin(output.source).level, now_s)
 
     def collect(self) -> None:
-        """Send the pulses since the last call.  Call at least five times per horizon, when no event is due."""
+        """Send the pulses since the last call; must be called at least five times per horizon, when no event is due."""
         stop_ns = self.bench.now
         if self.live:
             for whole, board in self._board.items():
@@ -106,7 +106,7 @@ class Driver:
         self._collected_ns = stop_ns
 
     def _let_go(self) -> None:
-        """Release the axes of stopped controllers that have ended their interrupted motion."""
+        """Release the axes of a stopped controller as soon as its interrupted motion has ended."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
@@ -151,7 +151,7 @@ class Driver:
         self._tell(f"stopped: {board.wiring.name}: {reason}")
 
     def _hold(self, positions: Mapping[str, int]) -> None:
-        """Stop these axes of the plant at the positions that their motors have reached."""
+        """Stop these simulated axes at the positions that the real motors have reached."""
         if self.live:
             for whole, position in positions.items():
                 self._axis(whole).hold(position - self._origin[whole])

@@ -16,7 +16,7 @@ DIRECTIONS = {"plus": +1, "minus": -1, "both": 0, None: None}
 
 @dataclass(frozen=True)
 class Plan:
-    """The settings of a stand-in, read from its scene."""
+    """The settings of a stand-in, read from the scene file."""
 
     boards: tuple[tuple[BoardTable, Wiring], ...]
     horizon_s: float
@@ -35,7 +35,7 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
             raise UsageError(
-                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most that"
+                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most this"
             )
     boards = {board.name: board for board in table.board}
     if port is not None:
@@ -50,7 +50,7 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
 def _bounds(
     scene: Scene, bench: Bench, table: BoardAxisTable, number: int
 ) -> tuple[tuple[int, int] | None, float | None]:
-    """Return travel in pulses and highest rate in pulses/s."""
+    """Return the limits of an axis: travel in pulses and highest rate in pulses/s; None for no limit."""
     name, _, axis = table.axis.rpartition(".")
     units = bench[name].axes[axis].units
     travel = max_rate = None

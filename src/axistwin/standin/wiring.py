@@ -49,30 +49,30 @@ class AxisPins:
 
     @property
     def controller(self) -> str:
-        """Name of the controller with this axis."""
+        """Name of the controller that has this axis."""
         return self.axis.rpartition(".")[0]
 
 
 @dataclass(frozen=True)
 class InputPin:
-    """An input.  `stops`: direction of motion that the input stops (+1, -1, 0: both); None: it stops no motion."""
+    """An input of a board.  `stops`: direction of motion that the input stops (+1, -1, 0: both); None: no motion."""
 
     to: str
     """Terminal of the bench, as "controller.pin"."""
     pin: BoardPin
     stops: int | None = None
     stops_at: bool = False
-    """Level of the terminal that stops the motion."""
+    """Level at which the input stops the motion."""
 
     @property
     def controller(self) -> str:
-        """Name of the controller with this terminal."""
+        """Name of the controller that has this terminal."""
         return self.to.rpartition(".")[0]
 
 
 @dataclass(frozen=True)
 class OutputPin:
-    """An output, which has the level `safe` when the board has stopped."""
+    """An output of a board, which is set to the level `safe` when the board stops."""
 
     source: str
     """Terminal of the bench, as "controller.pin"."""
@@ -82,7 +82,7 @@ class OutputPin:
 
 @dataclass(frozen=True)
 class Wiring:
-    """The axes, inputs and outputs on one board.  Times are in seconds."""
+    """The axes, inputs and outputs that are wired to one board.  Times are in seconds."""
 
     name: str
     axes: tuple[AxisPins, ...]
@@ -90,12 +90,12 @@ class Wiring:
     outputs: tuple[OutputPin, ...] = ()
     watchdog_s: float = 0.1
     stop_sample_s: float = 100e-6
-    """Interval at which the board samples inputs that stop motion."""
+    """Seconds between two readings of an input that stops motion."""
     sample_s: float = 1e-3
-    """Interval at which the board samples other inputs."""
+    """Seconds between two readings of any other input."""
 
     def interval_s(self, given: InputPin) -> float:
-        """Return the interval at which the board samples an input."""
+        """Return the seconds between two readings of this input by the board."""
         return self.sample_s if given.stops is None else self.stop_sample_s
 
     @cached_property
@@ -105,7 +105,7 @@ class Wiring:
 
     @cached_property
     def enables(self) -> tuple[BoardPin, ...]:
-        """Enable pins without duplicates: several axes may share a pin."""
+        """Pins that enable drives, each once; several axes may share a pin."""
         return tuple(dict.fromkeys(axis.enable for axis in self.axes if axis.enable is not None))
 
     def used(self) -> Iterator[tuple[BoardPin, str]]:

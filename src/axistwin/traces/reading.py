@@ -139,7 +139,7 @@ class _Rows:
         self._path, self._rows = path, csv.reader(_rows(self._counted(lines), about))
 
     def _counted(self, lines: Iterator[str]) -> Iterator[str]:
-        for self.line, line in enumerate(lines, start=1):  # the attribute is the loop variable
+        for self.line, line in enumerate(lines, start=1):  # `self.line` counts the lines for error messages
             yield line
 
     def __iter__(self) -> Iterator[list[str]]:

@@ -22,7 +22,7 @@ from axistwin.standin.journal import Journal, last_positions
 from axistwin.standin.sender import Sender, open_port
 
 COLLECT_S = 0.01
-"""Interval in seconds at which pulses are sent to the boards."""
+"""Seconds between two transfers of pulses to the motion boards."""
 WARNING = "axistwin is not a safety controller: wire the emergency stop and the limit chain to the drives' enable."
 
 
@@ -65,7 +65,7 @@ def stand_in(scene: str, board: str | None, dry_run: bool, unhomed: bool) -> int
 
 
 class _Run:
-    """A run with its boards, driver and journal."""
+    """A run of a stand-in: its boards, its driver and its journal."""
 
     def __init__(self, bench: Bench, plan: reading.Plan, positions: dict[str, int]) -> None:
         self.bench, self.plan, self._at_start = bench, plan, positions
@@ -137,7 +137,7 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait for an event of a board, or until `other` is done."""
+        """Wait until a board has an event or the future `other` is done."""
         self._changed.clear()
         waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
         _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
@@ -158,7 +158,7 @@ class _Run:
         asyncio.get_running_loop().call_later(COLLECT_S, self._collect)
 
     def _said(self, word: str) -> None:
-        """Execute a word that the user has typed: stop or go."""
+        """Execute a command of the user: stop or go."""
         if word == "go":
             self._driver.go_on(monotonic())
             _tell("going on")
@@ -171,7 +171,7 @@ def _tell(line: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Call `said` with each typed line, but not at the end of the input."""
+    """Call `said` with each line that the user types; ignore the end of the input."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:

@@ -40,7 +40,7 @@ class Status(IntFlag):
 
 
 JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Status.FAILED}
-"""Pins at the right sides of the interrupt jumpers: separate interrupt lines, which the mask does not affect."""
+"""Pins at the right sides of the interrupt jumpers, which are separate interrupt lines without a mask."""
 
 
 class Handshake:

@@ -37,7 +37,7 @@ IN_DEADBAND = 0x80
 
 
 class State(ABC):
-    """The state of an 1810 or 1811 with power, as a set of parts."""
+    """The state of an 1810 or 1811 with power; it consists of parts such as the pulse generator."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
@@ -63,7 +63,7 @@ class State(ABC):
         self.stream = Stream(clock, options.buffer_bytes, self.send, self.refresh)
         self.host, self.sequence = Owner(clock), Owner(clock)
         """The two sources of commands, each with a SINGULAR command of its own in progress."""
-        # Inputs and outputs
+        # Parts for inputs and outputs
         self.events = Events(self.send)
         self.triggers = Triggers(
             clock,

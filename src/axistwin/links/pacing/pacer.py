@@ -29,7 +29,7 @@ class Pacer(Advancer):
         self.delays = Delays()
         self._speed = speed
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._drive: RealTime | FullSpeed | None = None  # None: stopped
+        self._drive: RealTime | FullSpeed | None = None  # None while virtual time is stopped
 
     @property
     def speed(self) -> float | None:

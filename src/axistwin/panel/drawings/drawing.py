@@ -17,26 +17,26 @@ class Drawing(Element, component="drawing.js"):
         self._props["art"] = art
         self.parts = frozenset(_PART.findall(art))
         self.shown: dict[tuple[str, str], Any] = {}
-        """Values of all properties, by part and property; the browser has them after the next `send`."""
+        """Values of all properties by part and name; the next `send` transfers new values to the browser."""
         self._changes: list[tuple[str, str, Any]] = []
         self.on("ready", self._begin_again, [])
 
     def place(self, part: str, transform: str, *, smooth: bool = True) -> None:
-        """Move a part by a CSS transform: in a smooth transition, or at once."""
+        """Move a part of the drawing by a CSS transform, smoothly or at once."""
         if self.shown.get((part, _MOVE)) != transform:
             self.shown[part, _MOVE] = transform
             self._changes.append((part, _MOVE if smooth else "jump", transform))
 
     def write(self, part: str, text: str) -> None:
-        """Set the text of a part."""
+        """Set the text of a part of the drawing."""
         self.put(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:
-        """Add a CSS class to a part (`on`), or remove the class."""
+        """Add a CSS class to a part of the drawing if `on`, otherwise remove the class."""
         self.put(part, f".{kind}", on)
 
     def put(self, part: str, attribute: str, value: object) -> None:
-        """Set an attribute of a part."""
+        """Set an SVG or HTML attribute of a part of the drawing."""
         if self.shown.get((part, attribute)) != value:
             self.shown[part, attribute] = value
             self._changes.append((part, attribute, value))
@@ -48,7 +48,7 @@ class Drawing(Element, component="drawing.js"):
             self.run_method("show", changes)
 
     def _begin_again(self) -> None:
-        """Send all values, because the browser has just added the drawing to the page."""
+        """Send the values of all properties after the browser has added the drawing to the page."""
         self._changes = [(part, "jump" if what == _MOVE else what, value) for (part, what), value in self.shown.items()]
         self.send()
 

@@ -13,19 +13,19 @@ from axistwin.teaching import Tutor
 from axistwin.units import S
 
 ANSWERS_NS = 2 * S
-"""Virtual time after a typed line in which received data are explained as its answer."""
+"""Virtual time after a typed line during which received data count as its answer."""
 SETTING = "tutor"
 
 
 class Asides:
-    """The tutor at one terminal, for the lines that this user types."""
+    """The tutor's comments in one terminal, on the lines that one user types."""
 
     def __init__(self, context: Context, name: str) -> None:
         self._context, self._name = context, name
         self._made: tuple[Bench, Tutor] | None = None
         self._until_ns = -1
         self._lines: list[str] = []
-        """Lines that are not yet on the screen."""
+        """Comments that are not on the screen yet."""
 
     @property
     def on(self) -> bool:
@@ -44,7 +44,7 @@ class Asides:
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Return the text to print after these messages: pending lines, and comments on answers to the typed line."""
+        """Return the text to print after these messages: pending comments, and comments on answers."""
         if self.on:
             for event in said:
                 if isinstance(event, Received) and event.time_ns <= self._until_ns:
@@ -53,7 +53,7 @@ class Asides:
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Build the switch, and the buttons with questions to the tutor."""
+        """Build the tutor's switch, and the buttons that ask the tutor questions."""
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
         switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
@@ -73,7 +73,7 @@ class Asides:
         self.add(self._read(ask))
 
     def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
-        """Return the result of `ask`, which reads the state of the controller."""
+        """Advance the session to the present time, and return the result of `ask`, which reads the controller."""
         session = self._context.session
         return session.pacer.inspect(ask) if session.running else ask()
 

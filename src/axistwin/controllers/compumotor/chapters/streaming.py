@@ -41,12 +41,12 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # only the last of consecutive markers is executed
+                marker = met  # of consecutive markers, only the last is executed
                 continue
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # a callback has ended the stream
+            if not stream.performing:  # a callback may have ended the stream
                 return
             if duration_ns is None:
                 break

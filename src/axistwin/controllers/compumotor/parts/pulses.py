@@ -83,7 +83,7 @@ class PulseGenerator:
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin, self._unmade_at_reset = 0, axis.unmade
-        self._pulse_ns: int | None = None  # time of the joystick's latest pulse in this excursion
+        self._pulse_ns: int | None = None  # time of the latest pulse from the joystick in this excursion
         self._plan = 0
         self._changed: Event | None = None
 
@@ -184,7 +184,7 @@ class PulseGenerator:
             self.change(VelocityProfile(((Phase.CONSTANT, constant),), self.velocity_profile.clock, of_move=False))
 
     def kill(self) -> None:
-        """End the pulses at once."""
+        """Stop the pulses at once, without deceleration."""
         if self.moving:
             self._output = self._output.cut(self._elapsed_ns)
             self.axis.halt()
@@ -222,7 +222,7 @@ class PulseGenerator:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # a callback has changed the profile
+            if plan != self._plan:  # a callback may have changed the profile
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:

@@ -82,7 +82,7 @@ class Stream:
     ) -> None:
         self._clock, self._memory, self._send, self._refresh = clock, memory, send, refresh
         self.setting: Setting | None = None
-        """None: indexer mode."""
+        """Present streaming mode with its parameters; None in indexer mode."""
         self.markers: dict[int, Marker] = {}
         self._entries: deque[Entry] = deque()
         self._used = 0
@@ -152,7 +152,9 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            if process is not self._clock.active_process:  # the active process ends by itself: `performing` is False
+            if (
+                process is not self._clock.active_process
+            ):  # the active process ends by itself, because `performing` is False
                 kill(process)
             self._refresh()
 

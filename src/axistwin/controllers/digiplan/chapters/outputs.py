@@ -36,7 +36,7 @@ class Outputs:
             self._set(number, on)
 
     def reset(self) -> None:
-        """Turn all outputs off: the power is off."""
+        """Turn all outputs off, because the power is off."""
         for number in OUTPUTS:
             self._set(number, False)
 

@@ -19,7 +19,7 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
-LONGEST = 4000  # characters of a message that are checked; an interface accepts fewer
+LONGEST = 4000  # number of characters of a message that are checked; an interface accepts fewer
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
@@ -49,7 +49,9 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR is assumed active, and nothing moving
+            if (
+                self.locked_in is not None and sent.byte == BAUD_DETECT
+            ):  # DSR is assumed to be active and all axes at rest
                 self._data_format(sent, rest)
                 text = []
             elif self.frame is not None and sent.byte == self.frame.ends_message:

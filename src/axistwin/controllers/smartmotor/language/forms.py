@@ -39,9 +39,9 @@ class Instruction(Command):
 
     form: Form = Form.BARE
     written: str = ""
-    """The syntax, if it does not follow from form and parameters."""
+    """Syntax of the command, if it cannot be derived from form and parameters."""
     instead: str = ""
-    """The replacement of a command that has been removed."""
+    """Replacement for a command that has been removed in 4.76."""
 
     @property
     def syntax(self) -> str:
