@@ -188,7 +188,7 @@ class Master(Connection):
 
     def _write(self, line: str) -> None:
         if not self._transport.is_closing():
-            self._transport.write(line.encode() + b"\n")
+            self.transmit(line.encode() + b"\n")
 
 
 def _offset(text: str) -> int:

@@ -375,7 +375,7 @@ class StepperAxis:
         return _EdgeSubscription(self, lambda: edges, callback).end
 
     def _lost_in_move(self, over: bool = False) -> int:
-        return self._behind((over or not self.moving) and not self._held)
+        return self._behind((over or not self.moving) and not self._held) if self._slips else 0
 
     def _behind(self, settled: bool) -> int:
         """Return the lost steps of this move; `settled`: the rotor is at rest in a tooth, not between two teeth."""
@@ -428,6 +428,9 @@ class StepperAxis:
 
     def _replan(self) -> None:
         """Predict the future loss of steps again after a change of profile or load."""
+        if self._motor is None and not (self._slips or self._was_held or self._held):
+            self.on_motion.emit()  # an ideal motor that can turn loses no steps
+            return
         self._update_held()
         elapsed_ns = self.clock.now - self.train.move.start_ns
         pulses = self.train.move.profile.pulses_by(elapsed_ns)

@@ -95,8 +95,10 @@ class Handshake:
         self._change(Status.INPUT_READY, Status.INPUT_READY)
 
     def _change(self, mask: Status, bits: Status) -> None:
-        self._status = (self._status & ~mask) | bits
-        self._show()
+        status = (self._status & ~mask) | bits
+        if status != self._status:
+            self._status = status
+            self._show()
 
     def _show(self) -> None:
         """Update the status byte and the interrupt lines; all conditions share one interrupt line."""

@@ -140,8 +140,10 @@ class InputBuffer:
             event.succeed()
 
     def _ends_in_cancel(self) -> bool:
-        typed = (byte & 0x7F for byte in reversed(self.characters))
-        return next((code for code in typed if code not in (CR, LF, ord(" "))), None) == ord("#")
+        for byte in reversed(self.characters):
+            if byte & 0x7F not in (CR, LF, ord(" ")):
+                return byte & 0x7F == ord("#")
+        return False
 
     def _flag(self, fault: LineFault) -> None:
         if self.checking:

@@ -358,7 +358,7 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        self._most = min(max(2 * samples, SHORTEST), LONGEST)
+        self._most = min(max(samples + samples // 4, SHORTEST), LONGEST)  # a host polls at regular times
         if samples > 0:
             self._commit(self._compute(samples))
 
