@@ -136,7 +136,7 @@ class _Comparer(Player):
         try:
             times = list(recorded_times(conversation.acts))
         except ProgramError as error:
-            raise error.at(conversation.file, error.line, 0) from None
+            raise error.at(file=conversation.file, line=error.line, column=0) from None
         self._recorded = dict(zip(map(id, conversation.acts), times, strict=True))
         self._after = ""
         self._after_recorded_ns: int | None = 0

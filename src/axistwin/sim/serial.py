@@ -129,15 +129,15 @@ class Line:
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
     def lose(self, characters: int = 1) -> None:
-        """Lose the next characters."""
+        """Inject a fault: the next characters on the line are lost."""
         self.disturb(Disturbance(lose, characters))
 
     def double(self, characters: int = 1) -> None:
-        """Send the next characters twice."""
+        """Inject a fault: the next characters are received twice."""
         self.disturb(Disturbance(double, characters))
 
     def flip(self, mask: int, characters: int = 1) -> None:
-        """Invert the data bits in `mask` of the next characters; the parity bit stays."""
+        """Inject a fault: invert the data bits in `mask` of the next characters; the parity bit does not change."""
         self.disturb(Disturbance(flip(mask), characters))
 
     def cut(self) -> None:

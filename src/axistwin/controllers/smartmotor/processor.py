@@ -113,7 +113,7 @@ class Processor(Dispatcher, ABC):
         """Handle the events at which the kernel has stopped."""
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state to the last sample up to now.  Afterwards the state may be changed, if `changing`."""
+        """Advance the state to the last sample up to now.  `changing`: True if the caller will change the state."""
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:

@@ -41,7 +41,7 @@ AMPS_NOW = next(_slots)  # current through the windings at the end of a sample
 AMPS_KEPT = next(_slots)  # share of the current that inductance keeps for one sample, 0 to 1
 # mean share of the old current during a sample, and 1 minus this share
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-LAG = next(_slots)  # part of a change of speed that adds no distance in its sample, 0 to 1/2
+LAG = next(_slots)  # share of a speed change that does not add to the distance of the same sample, 0 to 1/2
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # steady temperature rise, K per A²: over housing, over air

@@ -238,7 +238,7 @@ class Reader:
         if not token or not token[-1].isalnum():
             raise Malformed(f"a value is missing before {self.text[self.at]!r}", self.at)
         if later := class5.find(token, class5.VALUES):
-            raise Malformed(class5.message(later), self.at, rule=rules.LATER, end=self.at + len(token))
+            raise Malformed(message=class5.message(later), position=self.at, rule=rules.LATER, end=self.at + len(token))
         hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
         raise Malformed(f"there is no variable {token}{hint}", self.at, rule=rules.VARIABLE, end=self.at + len(token))
 
