@@ -250,7 +250,7 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
 
 
 def targets(controller: Controller) -> tuple[str, ...]:
-    """Return the valid targets of `!`; AXIS is replaced by each axis's name."""
+    """Return the valid targets of an action `! target value`; AXIS stands for the name of an axis."""
     port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
@@ -322,14 +322,14 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the valid subjects of `=`; PIN is replaced by each pin's name."""
+    """Return the valid subjects of an expectation `= subject value`; PIN stands for the name of a pin."""
     axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
     others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
     return ("clock", *controller.pins, *_lines(controller), *others, *axes)
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Return the readable control lines."""
+    """Return the names of the control lines that can be read."""
     if on_a_bus(controller):
         return ("interrupt",)
     port = controller.ports.get(controller.name)
