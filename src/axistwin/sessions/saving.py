@@ -40,7 +40,7 @@ def files(
         moments = [_renamed(moment, renamed) for moment in together]
         if not before and all(
             map(_is_script, moments)
-        ):  # an action in a script would be performed before those of an earlier session
+        ):  # with an earlier session in the scene, actions in a script would be performed too early
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
                 copy.script.append(entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts))

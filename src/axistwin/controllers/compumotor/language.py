@@ -38,12 +38,12 @@ class Number(Field):
     signed: bool = False
 
     def decode(self, data: bytes) -> Any:
-        """Return the value, or None if it is out of range."""
+        """Convert parameter bytes to a value; None if the value is out of range."""
         value = int.from_bytes(data, "big", signed=self.signed)
         return value if self.allows(value) else None
 
     def encode(self, value: Any) -> bytes:
-        """Return the bytes of a value."""
+        """Convert a value to parameter bytes."""
         return int(value).to_bytes(self.size, "big", signed=self.signed)
 
 

@@ -56,7 +56,7 @@ class InputBuffer:
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
-        """Start receiving."""
+        """Start receiving characters."""
         self.uart.on_receive = self._receive
         self.uart.has_room = lambda: not self.full
         self.uart.pump_peer()
