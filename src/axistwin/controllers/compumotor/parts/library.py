@@ -40,7 +40,7 @@ class Move:
 
     @property
     def xy(self) -> int:
-        """The byte with the velocity range and the acceleration range."""
+        """Byte XY of a definition: velocity range and acceleration range."""
         return self.ranges[0] << 4 | self.ranges[1]
 
     def speed(self, start_stop: int) -> Speed | None:

@@ -27,7 +27,7 @@ class Findings:
         self.found.append(located(self.characters, *self.program.places[number][2:], problem, fix))
 
     def text(self, number: int) -> Sequence[Sent]:
-        """Return the characters of a statement."""
+        """Return the text of a statement."""
         place = self.program.places[number]
         return self.characters[place.begin : place.end]
 

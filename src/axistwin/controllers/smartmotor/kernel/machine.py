@@ -58,7 +58,7 @@ MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """Set up a machine of these data sheets, at rest at 25 °C; without a motor's data sheet an ideal one."""
+    """Set up a machine with these data sheets, at rest and at 25 °C; without a motor's data sheet it is ideal."""
     i[s.IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
     i[s.TEMP] = floor(AMBIENT_C)
@@ -136,7 +136,7 @@ def set_jam(f: Floats, on: bool) -> None:
 
 
 def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
-    """Weaken the magnets and the supply voltage to a share of the data sheet's values, up to 1."""
+    """Set magnetism and supply voltage as shares of the data sheet's values, at most 1."""
     weak = replace(
         motor,
         torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,

@@ -174,7 +174,7 @@ class Reader:
             self._combine(operation)
 
     def _combine(self, operation: int) -> None:
-        """Add an operation, or its result if both values are constant."""
+        """Add an operation to the code; if both values are constants, add the result instead."""
         left, right = self._code[-2:] if len(self._code) > 1 else ([], [])
         if left[:1] == right[:1] == [ops.CONSTANT]:
             value = combined(operation, left[1], right[1])

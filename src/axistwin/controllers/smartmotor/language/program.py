@@ -398,7 +398,7 @@ class _Writer:
 
 
 def digits(statement: Statement) -> int:
-    """Return the number in a label, GOTO, GOSUB or CASE."""
+    """Return the number that a label, GOTO, GOSUB or CASE contains."""
     value = statement.operands[0]
     assert isinstance(value, int)
     return value
