@@ -156,7 +156,7 @@ class EncoderView:
         self._axis.miscount(of, out_of)
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`; the shaft stays."""
+        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
         self._axis.slip(counts)
 
 

@@ -89,7 +89,7 @@ class EncoderView:
         self._axis.on_push.emit()
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`; the shaft stays."""
+        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
         _ = self.count
         self._encoder.slip(counts)
         self._axis.on_push.emit()

@@ -75,7 +75,7 @@ class Move:
 
     @property
     def target(self) -> int:
-        """Position in pulses at the end of the move; during the move, the present position."""
+        """Position in pulses at the end of a finished move; the present position if the move is unfinished."""
         return self.train_move.position_at(self.now_ns)
 
     @property

@@ -233,7 +233,7 @@ class Line:
         else:
             arrive(frame)
 
-    # Functions for the receiver
+    # Functions that a serial receiver calls
 
     def _append(self, frame: Frame) -> None:
         """Put a frame on the wire now.  Samples before now are final."""

@@ -91,7 +91,7 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the announcement before the operation at this place of `heads`; 0: not announced."""
+        """Return the number of code words that announce the statement at this place; 0 if it is not announced."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 
