@@ -84,7 +84,7 @@ class Board(Core):
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"{answer}, as the answer to '{line}'")
+            raise WrongAnswerError(f"the bus socket answered {answer} to '{line}'")
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:
@@ -140,7 +140,7 @@ class Board(Core):
             yield from self._status_until(READY)
             yield from self._send_command(0x09, self.marker_bit)
             yield from self._status_until(READY)
-            yield from self._request(0x8C)  # the answer proves that the marker is set
+            yield from self._request(0x8C)  # an answer to 8Ch proves that the board has set the marker bit
         self._known = True
 
     def _status_until(self, bit: int, poll: float = POLL_S) -> Procedure[None]:

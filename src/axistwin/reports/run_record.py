@@ -107,9 +107,8 @@ class RunRecord:
         if isinstance(event, LevelChanged):
             self.changes.append(event)
         elif isinstance(event, VoltageChanged):
-            if (
-                event.driven and 0 < event.volts < PULLED_UP_VOLTS
-            ):  # 0 V and the full voltage are recorded as level changes
+            # 0 V and the full voltage are recorded as level changes
+            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):
             message = self._add(event, event.data, by_host=False)

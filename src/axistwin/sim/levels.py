@@ -30,7 +30,7 @@ class Space:
 
 
 class Levels:
-    """The levels of a wire from now on.  The levels must be read in order of time."""
+    """The planned levels of a wire, from the present time on. They must be read in order of time."""
 
     def __init__(self) -> None:
         self._spaces: deque[Space] = deque()

@@ -166,7 +166,7 @@ class Line:
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
 
-    # Functions for the transmitter
+    # Functions that a serial transmitter calls
 
     @property
     def ready(self) -> bool:

@@ -78,7 +78,7 @@ class DropPending:
 
 @dataclass(frozen=True, slots=True)
 class SetInstant:
-    """Make characters take no time, or their real time."""
+    """Action: characters take no time from now on, or their real time again."""
 
     on: bool
 

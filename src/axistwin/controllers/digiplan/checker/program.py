@@ -49,9 +49,8 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if (
-                self.locked_in is not None and sent.byte == BAUD_DETECT
-            ):  # DSR is assumed to be active and all axes at rest
+            # DSR is assumed to be active and all axes at rest
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:
                 self._data_format(sent, rest)
                 text = []
             elif self.frame is not None and sent.byte == self.frame.ends_message:

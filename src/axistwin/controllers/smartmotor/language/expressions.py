@@ -193,9 +193,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            for _ in range(
-                2 - minuses % 2 if minuses else 0
-            ):  # two negations are not left out, because they may overflow
+            # two negations are not left out, because they may overflow
+            for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
     def _negate(self) -> None:

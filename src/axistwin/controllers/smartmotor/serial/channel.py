@@ -235,15 +235,14 @@ class Channel:
         """Set the flag of an error, and store the error for RCHN of this channel."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            for (
-                channel
-            ) in self.motor.channels:  # errors that were noted before the flag was cleared are no longer valid
+            # errors that were noted before the flag was cleared are no longer valid
+            for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
         self.errors |= error
 
     def status(self) -> ChannelError:
-        """RCHN of this channel: return the noted errors whose flags are still set."""
+        """RCHN of this channel: return the stored errors whose flags are still set."""
         return ChannelError(sum(bit for bit, slot in FLAGS.items() if bit & self.errors and self.motor.i[slot]))
 
     def _spoil(self, byte: int, errors: LineError) -> None:
