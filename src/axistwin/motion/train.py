@@ -113,9 +113,8 @@ class Train:
         """Yield direction and pulse times of each move with pulses at start_ns <= time < stop_ns, in order."""
         import numpy as np
 
-        earliest = self.move_at(
-            max(start_ns - 1, 0)
-        ).start_ns  # includes an earlier move whose last pulse is at start_ns
+        # includes an earlier move whose last pulse is at start_ns
+        earliest = self.move_at(max(start_ns - 1, 0)).start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
                 before = self._pulses_before(move, start_ns)

@@ -263,7 +263,7 @@ class _Frames:
             self._client.run_javascript(layout.KEEP.format(text=json.dumps(text)))
 
     async def _complete(self) -> None:
-        """Build the tabs that the user has opened, in pieces."""
+        """Build the tabs that the user has opened, with pauses for other work."""
         context = self._context
         while context.unbuilt:
             build = careful(context.unbuilt.pop())

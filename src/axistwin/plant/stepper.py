@@ -83,13 +83,13 @@ class EncoderView:
         return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
+        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
         _ = self.count  # reading the count updates the encoder to the present position
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`; the shaft stays."""
+        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
         _ = self.count
         self._encoder.slip(counts)
         self._axis.on_push.emit()

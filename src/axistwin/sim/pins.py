@@ -360,7 +360,7 @@ class UserPin(Pin):
         self._set_source("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:
-        """Switch the output stage off."""
+        """Make the pin an input: switch its output stage off."""
         self._set_source("_stage", None)
 
     def subscribe_volts(self, callback: Callable[["UserPin"], None]) -> Callable[[], None]:

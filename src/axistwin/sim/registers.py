@@ -159,7 +159,7 @@ class ReadData:
 
 @dataclass(frozen=True, slots=True)
 class WriteRegister:
-    """Write a register."""
+    """Action of a host: write a register."""
 
     offset: int
     value: int
@@ -167,7 +167,7 @@ class WriteRegister:
 
 @dataclass(frozen=True, slots=True)
 class Init:
-    """Activate the bus's reset line."""
+    """Action of a host: activate the reset line of the bus."""
 
 
 BusAct = ReadData | WriteRegister | Init

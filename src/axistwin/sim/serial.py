@@ -80,15 +80,15 @@ class Line:
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
     def lose(self, characters: int = 1) -> None:
-        """Lose the next characters."""
+        """Inject a fault: the next characters on the line are lost."""
         self.disturb(Disturbance(lose, characters))
 
     def double(self, characters: int = 1) -> None:
-        """Send the next characters twice."""
+        """Inject a fault: the next characters are received twice."""
         self.disturb(Disturbance(double, characters))
 
     def flip(self, mask: int, characters: int = 1) -> None:
-        """Invert the data bits in `mask` of the next characters; the parity bit stays."""
+        """Inject a fault: invert the data bits in `mask` of the next characters; the parity bit does not change."""
         self.disturb(Disturbance(flip(mask), characters))
 
     def cut(self) -> None:
@@ -117,7 +117,7 @@ class Line:
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
 
-    # Functions for the transmitter
+    # Functions that a serial transmitter calls
 
     @property
     def ready(self) -> bool:
@@ -187,7 +187,7 @@ class Line:
         else:
             arrive(frame)
 
-    # Functions for the receiver
+    # Functions that a serial receiver calls
 
     def _append(self, frame: Frame) -> None:
         """Put a frame on the wire now.  Samples before now are final."""

@@ -284,7 +284,7 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """Return the characters that a terminal with this keyboard sends."""
+    """Return the characters that a terminal with this keyboard layout sends for a typed line."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")

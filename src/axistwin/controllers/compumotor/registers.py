@@ -44,7 +44,7 @@ JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Sta
 
 
 class Handshake:
-    """The board's side of the bus registers, while the board has power."""
+    """The board's side of the bus registers, while the power is on."""
 
     def __init__(self, clock: Clock, port: RegisterPort, pins: Mapping[str, Pin], options: Options) -> None:
         self.clock, self.port = clock, port

@@ -46,7 +46,7 @@ class Asides:
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Add lines that are shown after the present messages."""
+        """Add comments of the tutor, which are shown after the present messages."""
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:

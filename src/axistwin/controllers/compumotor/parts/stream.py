@@ -152,9 +152,8 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            if (
-                process is not self._clock.active_process
-            ):  # the active process ends by itself, because `performing` is False
+            # the active process ends by itself, because `performing` is False
+            if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
