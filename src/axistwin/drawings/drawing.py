@@ -29,21 +29,21 @@ class Drawing:
         self._changes: list[Change] = []
 
     def place(self, part: str, transform: str, *, smooth: bool = True) -> None:
-        """Move a part by a CSS transform: in a smooth transition, or at once."""
+        """Move a part of the drawing by a CSS transform, smoothly or at once."""
         if self.shown.get((part, _MOVE)) != transform:
             self.shown[part, _MOVE] = transform
             self._changes.append((part, _MOVE if smooth else "jump", transform))
 
     def write(self, part: str, text: str) -> None:
-        """Set the text of a part."""
+        """Set the text of a part of the drawing."""
         self.put(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:
-        """Add a CSS class to a part (`on`), or remove the class."""
+        """Add a CSS class to a part of the drawing if `on`, otherwise remove the class."""
         self.put(part, f".{kind}", on)
 
     def put(self, part: str, attribute: str, value: object) -> None:
-        """Set an attribute of a part."""
+        """Set an SVG or HTML attribute of a part of the drawing."""
         if self.shown.get((part, attribute)) != value:
             self.shown[part, attribute] = value
             self._changes.append((part, attribute, value))

@@ -36,9 +36,9 @@ class Pin:
     """A digital terminal of a device.  Each family defines what `level` means electrically."""
 
     restless = False
-    """True if the pin changes so often by itself that it is read when needed instead of observed."""
+    """True if the pin changes so often that it must be read on demand, not observed."""
     silent = False
-    """True if the pin changes without notifying its subscribers."""
+    """True if the pin does not report its changes to subscribers."""
 
     wired = False
     """True if a wire or a switch is connected."""
@@ -323,7 +323,7 @@ class UserPin(Pin):
 
     @property
     def drivable(self) -> bool:
-        """Always True: a test lead overrides the output stage."""
+        """Always True, because a test lead overrides the output stage."""
         return True
 
     def drive(self, level: bool | float) -> None:
@@ -360,7 +360,7 @@ class UserPin(Pin):
         self._set_source("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:
-        """Switch the output stage off."""
+        """Make the pin an input: switch its output stage off."""
         self._set_source("_stage", None)
 
     def subscribe_volts(self, callback: Callable[["UserPin"], None]) -> Callable[[], None]:

@@ -1,4 +1,4 @@
-"""Changes of the signals of axes.
+"""Traces of axes: find the changes of their signals.
 
 The pulses of a stepper axis are calculated from its moves when a trace is written.  The samples of a servo axis are
 stored until a trace is written.
@@ -134,7 +134,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # not <=: a move may start at the last pulse of the move before
+            if move.start_ns < since_ns:  # not <=, because a move may start at the last pulse of the previous move
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
@@ -160,7 +160,7 @@ class ServoTrace:
 
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
-        self._last = {"position": axis.position, "commanded": axis.position}  # no position error at rest
+        self._last = {"position": axis.position, "commanded": axis.position}  # at rest, there is no position error
         self.rows = Rows(3)
 
     def first(self, name: str) -> int:

@@ -142,7 +142,7 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []  # their samples are computed ahead of the clock
+        self._computing_ahead: list[ServoAxis] = []  # axes whose samples are computed ahead of the clock
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
         self._rows: list[Rows] = []  # changes that servo axes and controllers have reported
@@ -314,7 +314,7 @@ class Tracer:
 
     def _poll_registers(self) -> None:
         now_ns = self.bench.clock.now
-        for register in self._registers:  # no method call here, because this loop runs at every event
+        for register in self._registers:  # without method calls, because this loop runs at every event
             value = register.read()
             if value != register.known:
                 register.record(now_ns, value)

@@ -27,7 +27,7 @@ class Record:
     now_ns: int = 0
     tracks: dict[str, Track] = field(default_factory=dict)
     about: dict[str, str] = field(default_factory=dict)
-    """Provenance of the record: scene, models and options of the bench."""
+    """Description of the recorded bench: scene, models and options."""
 
 
 class Recorder:
@@ -37,10 +37,10 @@ class Recorder:
         self.record = Record()
         self.signals: dict[str, Signal] = {}
         self.meanings: dict[str, Meaning] = {}
-        """Units and words of signals, by name; other signals have neither."""
+        """Meaning of each signal that has a unit or messages in words."""
         self.presets: Mapping[str, list[str]] = {}
         self.version = 0
-        """Number that changes whenever data are added."""
+        """Number that increases whenever data are added to the record."""
         self.watchers: list[Callable[[], None]] = []
         self._bench: Bench | None = None
         self._tracer: Tracer | None = None
@@ -49,7 +49,7 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """Begin a new record, of this bench."""
+        """Begin a new record for this bench."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -67,7 +67,7 @@ class Recorder:
         self._follow_wishes()
 
     def leave(self, who: object) -> None:
-        """Stop recording for the screen `who`, unless it is the only screen."""
+        """Stop recording the signals of the screen `who`, unless it is the only screen."""
         if len(self._wanted) > 1:
             self._wanted.pop(who, None)
             self._follow_wishes()

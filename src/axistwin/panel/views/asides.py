@@ -17,21 +17,21 @@ from axistwin.teaching import Tutor
 from axistwin.units import S
 
 ANSWERS_NS = 2 * S
-"""Virtual time after a typed line in which received data are explained as its answer."""
+"""Virtual time after a typed line during which received data count as its answer."""
 SETTING = "tutor"
 COMMANDS = ":drive, :explain, :init, :next, :show, :store, :task, :wait and :why"
 NO_LESSON = "no lesson has begun: select one with the button Lessons"
 
 
 class Asides:
-    """The tutor at one terminal, for the lines that this user types."""
+    """The tutor's comments in one terminal, on the lines that one user types."""
 
     def __init__(self, context: Context, name: str) -> None:
         self._context, self._name = context, name
         self._made: tuple[Bench, Tutor] | None = None
         self._until_ns = -1
         self._lines: list[str] = []
-        """Lines that are not yet on the screen."""
+        """Comments that are not on the screen yet."""
 
     @property
     def on(self) -> bool:
@@ -46,11 +46,11 @@ class Asides:
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Add lines that are shown after the present messages."""
+        """Add comments of the tutor, which are shown after the present messages."""
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Return the text to print after these messages: pending lines, and comments on answers to the typed line."""
+        """Return the text to print after these messages: pending comments, and comments on answers."""
         if self.on:
             for event in said:
                 if isinstance(event, Received) and event.time_ns <= self._until_ns:
@@ -59,7 +59,7 @@ class Asides:
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Build the switch, and the buttons with questions to the tutor."""
+        """Build the tutor's switch, and the buttons that ask the tutor questions."""
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
         switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
@@ -122,7 +122,7 @@ class Asides:
         await self._context.session.advance_to(self._context.session.seconds + seconds)
 
     def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
-        """Return the result of `ask`, which reads the state of the controller."""
+        """Advance the session to the present time, and return the result of `ask`, which reads the controller."""
         return self._context.session.inspect(ask)
 
     @property

@@ -42,7 +42,7 @@ def table(context: Context, name: str) -> Callable[[bool], None]:
 
 
 def _tool(context: Context, controller: Controller) -> Callable[[], str]:
-    """Build the selection of the output that lowers the tool.  Returns a function that returns the selected output."""
+    """Build the selection of the output that lowers the tool; return a function that returns the selected output."""
     outputs = [name for name, pin in controller.pins.items() if pin.is_output]
     key = f"{controller.name} tool"
     options = {NO_TOOL: "no tool", **{name: name for name in outputs}}
@@ -68,7 +68,7 @@ class _Solid:
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """Add an empty element to the page, in which the drawing is created."""
+        """Add an empty element to the page; the drawing is created in this element later."""
         self._room = ui.element("div").classes("solid")
         self._make()
 

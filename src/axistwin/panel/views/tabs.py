@@ -39,7 +39,7 @@ def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
 
     def refresh() -> None:
         kind = str(bar.value)
-        if kind not in made:  # not before the first frame, because a terminal needs its size
+        if kind not in made:  # views are built after the first frame, because a terminal needs its size
             made[kind] = None
             context.unbuilt.append(partial(build, kind))
         elif view := made[kind]:

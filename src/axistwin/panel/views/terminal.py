@@ -18,7 +18,7 @@ SCREEN = {
     "theme": {"background": "#10151c", "foreground": "#f0f3f7", "red": "#ff7b72"}, "screenReaderMode": True,
 }  # fmt: skip
 PASSED_ON = "(event) => event.key !== 'Tab'"
-"""JavaScript that leaves the Tab key to the browser, which moves the focus; the screen receives all other keys."""
+"""JavaScript that keeps the Tab key for the browser, to move the focus; all other keys are sent to the terminal."""
 FITTED = (
     "new ResizeObserver(() => this.element.clientWidth && getElement({id})?.fit()).observe(this.element.parentElement)"
 )
@@ -56,7 +56,7 @@ def terminal(context: Context, name: str) -> Refresh:
 
 
 def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: Asides | None) -> Refresh:
-    """Return a function that prints new messages; after the bench was replaced, it clears the screen first."""
+    """Return a function that prints new messages; it first clears the screen if the bench was replaced."""
     talk, generation, count = context.common(Talk), -1, 0
     printer = Printer(endpoints.codec_at(context.bench, name), whole)
 
@@ -81,7 +81,7 @@ def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: As
 
 
 def _typed(context: Context, name: str, text: str) -> None:
-    """Send characters typed on the screen as they are."""
+    """Send the characters that the user types on the screen, without changes."""
     if endpoints.at_a_bus(context.bench, name):
         ui.notify("a board accepts whole commands only: type them in the line below", type="warning")
         return
@@ -135,7 +135,7 @@ def _bytes(context: Context, name: str, text: str, whole: bool, ending: str) -> 
         raise UsageError(f"{error.message} (column {error.column})") from None
 
 
-# Other controls at the host's end of a serial line
+# Other controls of the host's end of a serial line
 
 
 def _buttons(context: Context, name: str) -> None:
