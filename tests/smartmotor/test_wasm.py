@@ -194,7 +194,7 @@ def text(out: Ints, n: int) -> int:
     ("function", "words"),
     [
         (not_sampled, "not_sampled calls quotient, which is not sampled"),
-        (both, "both: value is an integer and a float"),
+        (both, "both: value has two types, integer and float"),
         (text, "text calls len, which is not sampled"),
     ],
 )

@@ -98,7 +98,7 @@ def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Cal
     try:
         return sentences.read(value, bench.faults, here)
     except UsageError as error:
-        raise ProgramError(str(error)) from None
+        raise ProgramError(message=str(error)) from None
 
 
 def attributes(axis: Axis) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ def _bus_action(controller: Controller, target: str, value: str) -> Callable[[],
         case "write":
             offset, data = _contents(value)
             return partial(_write, bus, offset, data)
-    raise _nothing_called(target, targets(controller))
+    raise _unknown_name(name=target, known=targets(controller))
 
 
 def _write(bus: RegisterPort, offset: int, data: bytes) -> None:
@@ -246,11 +246,11 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
     port = controller.ports.get(controller.name)
     if port is not None and target in _line_targets(port):
         return port_action(port, target, value)
-    raise _nothing_called(target, targets(controller))
+    raise _unknown_name(name=target, known=targets(controller))
 
 
 def targets(controller: Controller) -> tuple[str, ...]:
-    """Return the valid targets of `!`; AXIS is replaced by each axis's name."""
+    """Return the valid targets of an action `! target value`; AXIS stands for the name of an axis."""
     port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
@@ -262,7 +262,7 @@ def targets(controller: Controller) -> tuple[str, ...]:
 def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
     """Return a function that performs an action of the host at its serial line.  Raises ProgramError."""
     if target not in _line_targets(port):
-        raise _nothing_called(target, _line_targets(port))
+        raise _unknown_name(name=target, known=_line_targets(port))
     match target:
         case "dtr":
             return partial(port.host.dtr_line.set, _level(value))
@@ -296,7 +296,7 @@ def _flow(value: str) -> Flow:
         ) from None
 
 
-def _nothing_called(name: str, known: Iterable[str]) -> ProgramError:
+def _unknown_name(name: str, known: Iterable[str]) -> ProgramError:
     return ProgramError(f"unknown name {name!r}: expected one of {', '.join(known)}")
 
 
@@ -318,18 +318,18 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
         return lambda: controller.master.count
     if name in controller.pins and attribute == "volts" and isinstance(pin := controller.pins[name], UserPin):
         return lambda: pin.volts
-    raise _nothing_called(subject, subjects(controller))
+    raise _unknown_name(name=subject, known=subjects(controller))
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the valid subjects of `=`; PIN is replaced by each pin's name."""
+    """Return the valid subjects of an expectation `= subject value`; PIN stands for the name of a pin."""
     axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
     others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
     return ("clock", *controller.pins, *_lines(controller), *others, *axes)
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Return the readable control lines."""
+    """Return the names of the control lines that can be read."""
     if on_a_bus(controller):
         return ("interrupt",)
     port = controller.ports.get(controller.name)
@@ -375,7 +375,7 @@ def _duration(text: str, *, above_zero: bool = False) -> float:
     try:
         to_ns(seconds)
     except UsageError as error:
-        raise ProgramError(str(error)) from None
+        raise ProgramError(message=str(error)) from None
     return seconds
 
 
@@ -403,7 +403,7 @@ def _placing_errors() -> Iterator[None]:
     try:
         yield
     except NumberError as error:
-        raise ProgramError(str(error)) from None
+        raise ProgramError(message=str(error)) from None
 
 
 def _decimals(number: Decimal) -> int:
@@ -416,4 +416,4 @@ def _line(text: str, port: SerialPort) -> UartFormat:
     try:
         return line_format(text, port.host.format)[0]
     except UsageError as error:
-        raise ProgramError(str(error)) from None
+        raise ProgramError(message=str(error)) from None

@@ -32,7 +32,7 @@ class SharedLine:
 
 
 class Bench:
-    """Controllers and machines in one virtual time, from 0 ns."""
+    """A bench: controllers and machines on one virtual clock, which starts at 0 ns."""
 
     def __init__(self) -> None:
         self.clock = Clock()
@@ -54,7 +54,7 @@ class Bench:
 
     @property
     def faults(self) -> "Faults":
-        """The fault injector: `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
+        """The fault injector of the bench, e.g. `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
         if self._faults is None:
             from axistwin.fault_injection.injector import Faults  # lazy import: needed only for benches with faults
 
@@ -108,7 +108,7 @@ class Bench:
         return triggers.read(sentence, self, here)(happens)
 
     def run(self, seconds: float) -> None:
-        """Advance virtual time by `seconds`; all events due by then, inclusive, happen.
+        """Advance virtual time by `seconds`, and execute all events up to and including the new time.
 
         Raises UsageError for a negative time, and for a time after the end of virtual time (292 years).
         """
@@ -147,7 +147,7 @@ class Bench:
         history: int = HISTORY,
         **options: Any,
     ) -> Controller:
-        """Add a controller to the bench, just switched on.
+        """Add a controller to the bench; its power has just been switched on.
 
         `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
         format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of stored moves per axis
@@ -176,7 +176,7 @@ class Bench:
         return controller
 
     def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """Return the host's end of an RS232 daisy chain: host, first motor, …, last motor, host.
+        """Connect motors to an RS232 daisy chain, and return the host's end of the chain.
 
         A motor's output goes to the next motor, so each motor must echo data for the others (`ECHO`).  The chain
         replaces the motors' own `serial` ports, in the format of the first motor.
@@ -184,7 +184,7 @@ class Bench:
         return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
 
     def rs485(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """Return the host's end of an RS485 line: one pair of wires, on which each end receives the data of all others.
+        """Connect motors to an RS485 line (one pair of wires), and return the host's end of the line.
 
         Two simultaneous senders garble each other's characters.  The line replaces the motors' own `rs485` ports.
         """

@@ -22,7 +22,7 @@ _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL
 
 
 class Codec(Protocol):
-    """Converts a family's messages to and from a line of text."""
+    """Interface of a codec, which converts messages to and from a line of text."""
 
     def show(self, data: bytes) -> str:
         """Return bytes as text."""
@@ -52,7 +52,7 @@ class Characters:
         return _BLANK * before + middle + _BLANK * after
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a text."""
+        """Convert a text to bytes."""
         out = bytearray()
         at = 0
         while at < len(text):
@@ -79,7 +79,7 @@ class Characters:
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return an empty text: characters need no explanation."""
+        """Return "", because characters need no explanation."""
         return ""
 
 

@@ -98,7 +98,7 @@ class Controller:
 
     @cached_property
     def terminals(self) -> Mapping[str, Pin]:
-        """All terminals with a level: pins, control lines at the plug, the interrupt on the bus."""
+        """All terminals with a level: pins, control lines of the serial plug, and the interrupt line of the bus."""
         if self._abilities.bus is not None:
             return {**self.pins, "interrupt": self._abilities.bus.interrupt_line}
         if self._abilities.handshake is None:
@@ -155,7 +155,7 @@ class Controller:
         return self._abilities.programs()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher(program, index)` at the exact moment at which a line of a stored program begins.
+        """Call `watcher(program, index)` at the exact time at which a line of a stored program begins.
 
         `index` is from 0.  `only`: this program and index only, which may cost much less.  The callback may read the
         bench but must not change it.  Return an unsubscribe function.  A controller without programs never calls it.

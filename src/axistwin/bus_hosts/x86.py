@@ -62,15 +62,15 @@ class Computer:
     # Memory and registers
 
     def load(self, segment: int, offset: int, data: bytes) -> None:
-        """Write bytes into memory."""
+        """Write bytes to the memory of the computer."""
         self._uc.mem_write((segment << 4) + offset, data)
 
     def memory(self, segment: int, offset: int, size: int) -> bytes:
-        """Read bytes from memory."""
+        """Read bytes from the memory of the computer."""
         return bytes(self._uc.mem_read((segment << 4) + offset, size))
 
     def set_vector(self, number: int, segment: int, offset: int) -> None:
-        """Set the handler's address of interrupt `number`."""
+        """Set the address of the handler for interrupt `number`."""
         self.load(0, 4 * number, offset.to_bytes(2, "little") + segment.to_bytes(2, "little"))
 
     def start_at(self, segment: int, offset: int, stack: int = 0xFFFE) -> None:
@@ -83,7 +83,7 @@ class Computer:
 
     @property
     def interruptible(self) -> bool:
-        """True if the interrupt flag is set."""
+        """True if interrupts are enabled (the interrupt flag is set)."""
         return bool(self._uc.reg_read(x86.UC_X86_REG_EFLAGS) & INTERRUPT_FLAG)
 
     @property
@@ -123,7 +123,7 @@ class Computer:
         self._catch_up()
 
     def _has_just_halted(self) -> bool:
-        """True if the last instruction was HLT, and the next instruction follows it in memory."""
+        """True if the last executed instruction was HLT and the processor is still halted there."""
         here = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 

@@ -36,7 +36,7 @@ class Command:
         return self.name.replace("-", "_")
 
     def load(self) -> click.Command:
-        """Import the command."""
+        """Import the module of the command, and return the command."""
         loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.module}"), self.module)
         return loaded
 

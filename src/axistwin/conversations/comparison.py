@@ -43,7 +43,7 @@ class Compared:
 
     @property
     def same(self) -> bool:
-        """True if twin and hardware did the same."""
+        """True if twin and hardware sent the same bytes, or made the same change."""
         return self.expected == self.got
 
     @property
@@ -136,7 +136,7 @@ class _Comparer(Player):
         try:
             times = list(recorded_times(conversation.acts))
         except ProgramError as error:
-            raise error.at(conversation.file, error.line, 0) from None
+            raise error.at(file=conversation.file, line=error.line, column=0) from None
         self._recorded = dict(zip(map(id, conversation.acts), times, strict=True))
         self._after = ""
         self._after_recorded_ns: int | None = 0
@@ -201,7 +201,9 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the number of received bytes that belong to this act: up to the expected text, or else one message."""
+        """Return the number of received bytes that are compared with this line: up to the expected text, or one
+        message.
+        """
         received, pause_s = self.received[name], to_seconds(self.hosts[name].pause_ns)
         while received and len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
             pass

@@ -97,7 +97,7 @@ class Conversation:
         try:
             yield
         except (PlacedError, UsageError) as error:
-            raise ProgramError(str(error), file=self.file, line=act.line) from None
+            raise ProgramError(message=str(error), file=self.file, line=act.line) from None
 
 
 def load(path: Path, codec: Codec | None = None) -> Conversation:
@@ -170,7 +170,7 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     try:
         return _act(found["mark"], rest, codec, {"line": number, "controller": found["name"] or ""})
     except ProgramError as error:
-        raise error.at(file, number, column + (error.column or 1)) from None
+        raise error.at(file=file, line=number, column=column + (error.column or 1)) from None
 
 
 def _act(mark: str, text: str, codec: Codec, place: dict[str, Any]) -> Act:

@@ -58,7 +58,7 @@ def open_channels(conversation: Conversation, bench: Bench) -> None:
             try:
                 bench.port(act.controller)
             except UsageError as error:
-                raise ProgramError(str(error), file=conversation.file, line=act.line) from None
+                raise ProgramError(message=str(error), file=conversation.file, line=act.line) from None
 
 
 Played = Callable[[], object]

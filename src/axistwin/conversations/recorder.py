@@ -225,7 +225,7 @@ class Recorder:
 class TalkFile:
     """A conversation file, written line by line during a run.  Raises UsageError if the file cannot be written.
 
-    If writing fails, a warning is logged once and later acts are lost; `close` raises the error again.
+    If writing fails, a warning is logged once and later lines are lost; `close` raises the error again.
     """
 
     def __init__(self, path: Path) -> None:
@@ -239,7 +239,7 @@ class TalkFile:
         try:
             self._file = path.open("w", encoding="utf-8", buffering=1)
         except OSError as error:
-            raise self._cannot(error) from None
+            raise self._cannot(error=error) from None
 
     def add(self, act: Act) -> None:
         """Write one line to the file."""
@@ -252,7 +252,7 @@ class TalkFile:
             log.warning("%s: later acts are not recorded", self._problem)
 
     def close(self) -> None:
-        """Close the file.  Raises UsageError if an act was lost."""
+        """Close the file.  Raises UsageError if a line was lost."""
         try:
             self._file.close()
         except OSError as error:

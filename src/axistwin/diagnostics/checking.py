@@ -175,7 +175,7 @@ def _reader(suffix: str, codec: Codec, file: str) -> Callable[[str, int, str], A
             return command_line
         case ".sms":
             return lambda line, number, _: Say(line.expandtabs(1).encode("ascii", "replace"), line=number)
-    raise unknown_kind(Path(file))
+    raise unknown_kind(path=Path(file))
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:

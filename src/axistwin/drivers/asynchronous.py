@@ -51,7 +51,7 @@ class TcpPort:
             self._writer.write(data)
             await self._writer.drain()
         except OSError as error:
-            raise self._lost(error) from None
+            raise self._lost(why=error) from None
 
     async def read(self, timeout: float) -> bytes:
         """Receive at least one byte, or b"" after `timeout` seconds."""
@@ -61,7 +61,7 @@ class TcpPort:
         except TimeoutError:
             return b""
         except OSError as error:
-            raise self._lost(error) from None
+            raise self._lost(why=error) from None
         if not data:
             raise self._lost("the other side has closed the connection")
         return data

@@ -29,7 +29,7 @@ FAIL = Fault("board failure", "call reset; the position is then lost")
 
 
 class FailedError(RefusedError):
-    """The board has failed."""
+    """Raised if the board reports that it has failed."""
 
 
 def signed(value: bytes) -> int:
@@ -84,7 +84,7 @@ class Board(Core):
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"{answer}, as the answer to '{line}'")
+            raise WrongAnswerError(f"the bus socket answered {answer} to '{line}'")
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:
@@ -121,7 +121,7 @@ class Board(Core):
     # Synchronisation
 
     def synchronise(self) -> Procedure[None]:
-        """Find the board; discard a message that is still waiting to be read."""
+        """Find the board; discard a message that has not been read yet."""
         yield from self._discard(0.0)
         yield Write(b"\n")  # ends an incomplete request
         yield from self._discard(0.02)
@@ -140,7 +140,7 @@ class Board(Core):
             yield from self._status_until(READY)
             yield from self._send_command(0x09, self.marker_bit)
             yield from self._status_until(READY)
-            yield from self._request(0x8C)  # the answer proves that the marker is set
+            yield from self._request(0x8C)  # an answer to 8Ch proves that the board has set the marker bit
         self._known = True
 
     def _status_until(self, bit: int, poll: float = POLL_S) -> Procedure[None]:
@@ -333,7 +333,7 @@ class Motor(AxisCore):
         self._homing = False
 
     def home(self, direction: int) -> Procedure[None]:
-        """Search for HOME; this position is then 0."""
+        """Begin a search for HOME, whose position becomes 0."""
         yield from self._set_profile()
         yield from self._board.command(0x38, *self._board.home_definition)
         yield from self._board.command(0x39, 0 if direction > 0 else 1)

@@ -456,11 +456,11 @@ class IF1Axis(AxisCore):
         yield from self._if1.stop()
 
     def abort(self) -> Procedure[None]:
-        """Decelerate as `stop`: an IF1 has no faster command."""
+        """Decelerate as `stop` does, because an IF1 has no faster command."""
         yield from self._if1.stop()
 
     def home(self, direction: int) -> Procedure[None]:
-        """Run at the start/stop speed until the home input is high; this position is then 0."""
+        """Run at the start/stop speed until the home input is high; the position at this point becomes 0."""
         core = self._if1
         if core.home_input is None:
             raise RefusedError("no home switch: name its input, e.g. home_input=1")

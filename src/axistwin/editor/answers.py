@@ -55,7 +55,7 @@ class Editing(Protocol):
         """Return the completions at this place."""
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the structure of the text."""
+        """Return the named parts of the text, e.g. labels and sequences."""
 
 
 def explain(command: Command, marked: Field | None = None) -> str:

@@ -16,7 +16,7 @@ OPERANDS = ("", "1", "+1", "1,1")
 
 
 class CommandLines:
-    """`.if1` files: each line is a message, except `+` and `!` lines and comments after `;`."""
+    """Language support for `.if1` files, in which each line is a message, a `+` line, a `!` line or a comment."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the command at this place."""

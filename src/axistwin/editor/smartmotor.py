@@ -121,7 +121,7 @@ class SourceEditing:
         ]
 
     def _detail(self, source: Source, place: tuple[int, int]) -> str:
-        """Return the comment after a label."""
+        """Return the comment that follows a label, as a description of the label."""
         _, apostrophe, comment = source.lines[place[0] - 1][place[1] - 1 :].partition("'")
         return comment.strip() if apostrophe else ""
 

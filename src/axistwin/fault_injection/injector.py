@@ -37,7 +37,7 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class Terms:
-    """Properties common to all faults: name, begin and end, seed; see `Faults.add`."""
+    """Properties that all faults have: name, begin, end and seed."""
 
     name: str | None = None
     at: float | None = None

@@ -95,7 +95,7 @@ Find = Callable[[], Spot]
 
 
 def lines(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield serial lines: `if1.serial`, `chain`, and `motor.rs485` if this channel is in use."""
+    """Yield the serial lines of a bench by name: `if1.serial`, `chain`, and `motor.rs485` if it is in use."""
     for name, controller in world.controllers.items():
         for port in controller.ports:
             called = port if port != name else f"{name}.serial"
@@ -105,21 +105,21 @@ def lines(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def pins(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield terminals: `if1.input1`."""
+    """Yield the terminals of a bench by name, e.g. `if1.input1`."""
     for name, controller in world.controllers.items():
         for pin in controller.pins:
             yield f"{name}.{pin}", partial(Spot, f"{name}.{pin}", controller, pin=controller.pins[pin])
 
 
 def axes(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield axes: `if1.X`."""
+    """Yield the axes of a bench by name, e.g. `if1.X`."""
     for name, controller in world.controllers.items():
         for axis in controller.axes:
             yield f"{name}.{axis}", partial(Spot, f"{name}.{axis}", controller, axis=controller.axes[axis])
 
 
 def controllers(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield controllers: `if1`."""
+    """Yield the controllers of a bench by name, e.g. `if1`."""
     for name, controller in world.controllers.items():
         yield name, partial(Spot, name, controller)
 

@@ -20,7 +20,7 @@ FIRST = {"digiplan": "127.0.0.1:5001", "smartmotor": "127.0.0.1:5001", "compumot
 
 @dataclass(frozen=True)
 class Answers:
-    """The user's answers: the contents of the new scene."""
+    """The user's answers, which determine the new scene."""
 
     models: tuple[str, ...]
     axes: int

@@ -83,7 +83,7 @@ class Slot(SingleClient["Master"]):
 
 
 class Master(Connection):
-    """A client of the bus socket: the bus master."""
+    """A client of the bus socket, which is the bus master."""
 
     answers = True
 
@@ -97,7 +97,7 @@ class Master(Connection):
         self._last_reported = False
 
     def received(self, data: bytes) -> None:
-        """Execute requests; `data` may end within a request."""
+        """Execute the requests in received data, which may end in the middle of a request."""
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
@@ -188,7 +188,7 @@ class Master(Connection):
 
     def _write(self, line: str) -> None:
         if not self._transport.is_closing():
-            self._transport.write(line.encode() + b"\n")
+            self.transmit(line.encode() + b"\n")
 
 
 def _offset(text: str) -> int:

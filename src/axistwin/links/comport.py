@@ -86,7 +86,7 @@ class LineState(IntFlag):
 
 @dataclass(frozen=True)
 class SetLines:
-    """Request of control line levels."""
+    """Request to set levels of control lines."""
 
     dtr: bool
     rts: bool
@@ -94,14 +94,14 @@ class SetLines:
 
 @dataclass(frozen=True)
 class SetBreak:
-    """Begin or end of a break."""
+    """Request to begin or end a break."""
 
     on: bool
 
 
 @dataclass(frozen=True)
 class SetFlow:
-    """Request of flow control for characters to the device: FLOW_NONE, FLOW_X_ON_X_OFF, FLOW_HARDWARE or FLOW_DSR."""
+    """Request to set the flow control of characters to the device, e.g. FLOW_NONE or FLOW_HARDWARE."""
 
     outbound: Control
 

@@ -46,11 +46,11 @@ class Lines(Protocol):
 
     @property
     def dsr(self) -> bool:
-        """Data set ready."""
+        """Level of the input DSR (data set ready)."""
 
     @property
     def cts(self) -> bool:
-        """Clear to send."""
+        """Level of the input CTS (clear to send)."""
 
 
 class Stream(Protocol):

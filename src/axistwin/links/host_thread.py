@@ -32,7 +32,7 @@ class HostThread:
 
     @property
     def done(self) -> bool:
-        """True after the function has returned or raised."""
+        """True if the host's function has returned or raised an exception."""
         return self._thread.ident is not None and not self._thread.is_alive()
 
     @property

@@ -8,8 +8,6 @@ from typing import Any, TypeVar
 from axistwin.errors import UsageError
 
 T = TypeVar("T")
-IN_LOOP = "cannot advance virtual time inside `do`, a condition or a callback: call it from the test's own thread"
-CLOSED = "this twin is closed: its `with` block has ended"
 
 
 class LoopThread:
@@ -30,13 +28,16 @@ class LoopThread:
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
             coroutine.close()  # a wait in the thread of the loop would never end
-            raise UsageError(IN_LOOP if inside else CLOSED)
+            self.check_outside()
+            raise UsageError("this twin is closed: its `with` block has ended")
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def check_outside(self) -> None:
         """Raise UsageError if called from the thread itself, where waiting would block for ever."""
         if threading.current_thread() is self._thread:
-            raise UsageError(IN_LOOP)
+            raise UsageError(
+                "cannot advance virtual time inside `do`, a condition or a callback: call it from the test's own thread"
+            )
 
     def do(self, action: Callable[[], T]) -> T:
         """Call a function in the thread and return its result."""

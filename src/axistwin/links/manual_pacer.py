@@ -31,7 +31,7 @@ class ManualPacer(Pacer):
         """Number of times that output was sent to hosts."""
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Do nothing: virtual time stays stopped."""
+        """Do nothing, because virtual time passes only in `advance`."""
 
     def sync(self) -> None:
         """Count an input from a host."""

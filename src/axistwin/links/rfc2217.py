@@ -123,7 +123,7 @@ class ComPortClient(TcpClient):
     def _reply(self) -> None:
         replies = self._port.take_replies()
         if replies and not self._transport.is_closing():
-            self._transport.write(replies)
+            self.transmit(replies)
 
     def _line_moved(self, moved: ModemState) -> None:
         self._moved |= moved

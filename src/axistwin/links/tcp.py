@@ -49,7 +49,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._view = memoryview(self._buffer)
         self._transport: asyncio.Transport
         self._socket: socket.socket
-        self._leaving = False
+        self._leaving = self._has_sent = False
 
     # Functions that asyncio calls
 
@@ -71,9 +71,11 @@ class Connection(asyncio.BufferedProtocol, ABC):
 
     def buffer_updated(self, nbytes: int) -> None:
         """Process received characters."""
-        _acknowledge(self._socket)
+        self._has_sent = False
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
+        if not self._has_sent:  # otherwise the answer has acknowledged the characters
+            _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
         """Keep the connection for late answers after the client has closed its side."""
@@ -121,6 +123,11 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if not (self.answers and self.stalled):
             self._transport.resume_reading()
 
+    def transmit(self, data: bytes) -> None:
+        """Send bytes to the client."""
+        self._has_sent = True
+        self._transport.write(data)
+
     # Functions that each subclass defines
 
     @abstractmethod
@@ -158,7 +165,7 @@ class TcpClient(Connection):
         if self.stalled:
             self.dropped += len(data)
         elif not self._transport.is_closing():
-            self._transport.write(data)
+            self.transmit(data)
 
 
 class TcpPort:

@@ -7,7 +7,6 @@ multiple of 1/b: a float with an error below 1/(2b), plus 1/(2b), has the same f
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, groupby
-from struct import pack
 from typing import TYPE_CHECKING, NamedTuple
 
 from axistwin.motion.profile import Profile
@@ -103,7 +102,7 @@ def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
 
 
 def _method(profile: Profile) -> Callable[[Sequence[Timed], "NDArray[np.int64]"], None]:
-    """Return the fastest exact method for this profile."""
+    """Return the fastest method that computes the pulse times of this profile exactly."""
     pulses = _pulses(profile)
     if pulses * profile.per_rate > EXACT or pulses > LONG * len(profile.starts):
         return _one_by_one
@@ -124,9 +123,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     import numpy as np
 
     def flat(tables: Iterable[Iterable[int]]) -> "NDArray[np.int64]":
-        numbers = tuple(chain.from_iterable(tables))
-        # the fastest conversion of integers to an array
-        return np.frombuffer(pack(f"{len(numbers)}q", *numbers), np.int64)
+        return np.array(list(chain.from_iterable(tables)), np.int64)
 
     profiles = [profile for _, profile in moves]
     lengths = flat([[len(profile.starts) for profile in profiles]])  # the last of the starts is the end of the move
@@ -134,11 +131,14 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
         np.repeat(flat([numbers]), lengths)
         for numbers in zip(*((at, p.ticks, p.parts, p.per_rate) for at, p in moves), strict=True)
     )
-    rates = np.maximum(flat((*profile.rates, 1) for profile in profiles), 1)  # a rate of 0 has no pulses
     starts, phases = (flat(profile.starts for profile in profiles), flat(profile.phases for profile in profiles))
+    ends = np.cumsum(lengths) - 1
+    durations = np.diff(starts, append=0)
+    durations[ends] = 1
+    rates = np.maximum(np.diff(phases, append=0) // durations, 1)  # a rate of 0 has no pulses, as the end of a move
     done = phases // parts
     pulses = np.diff(done, append=0)
-    pulses[np.cumsum(lengths) - 1] = 0
+    pulses[ends] = 0
     start_ns, start_rest = np.divmod(starts * S, ticks)
     first_ns, first_rest = np.divmod(((done + 1) * parts - phases) * S, rates * ticks)
     late_ns, rest = np.divmod(start_rest * rates + first_rest, rates * ticks)

@@ -12,7 +12,6 @@ the start, with fraction) is therefore exact at any time, and the n-th pulse tim
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
-from copy import copy
 from fractions import Fraction
 from math import gcd, lcm
 from typing import TYPE_CHECKING, NamedTuple
@@ -123,18 +122,21 @@ class Profile:
         """Return this profile up to a time, followed by the segments `then`; the phase is continuous."""
         if self.over(elapsed_ns):
             return self
-        j = self._segment_at(elapsed_ns * self.ticks)
-        so_far = Fraction(elapsed_ns * self.ticks - self.starts[j] * S, S * self.ticks)
-        added = tuple(segment for segment in (Segment(self.segments[j].rate, so_far), *then) if segment.seconds != 0)
+        ticks_s = elapsed_ns * self.ticks
+        j = self._segment_at(ticks_s)
+        since_s = ticks_s - self.starts[j] * S
+        added = tuple(segment for segment in then if segment.seconds is None or segment.seconds)
+        if since_s:
+            added = (Segment(self.segments[j].rate, Fraction(since_s, S * self.ticks)), *added)
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
         """Return the first `kept` segments followed by `added`; None if the common denominators do not fit."""
-        if any(self.per_rate % rate.denominator for rate, _ in added) or any(
-            seconds is not None and self.ticks % seconds.denominator for _, seconds in added
-        ):
-            return None
-        profile = copy(self)
+        for rate, seconds in added:
+            if self.per_rate % rate.denominator or (seconds is not None and self.ticks % seconds.denominator):
+                return None
+        profile = Profile.__new__(Profile)
+        profile.__dict__.update(self.__dict__)
         profile.segments = (*self.segments[:kept], *added)
         profile.rates = self.rates[:kept]
         profile.starts, profile.phases = self.starts[: kept + 1], self.phases[: kept + 1]

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
@@ -12,9 +13,11 @@ from fastapi import Request
 from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
+from axistwin.panel import layout
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful
 from axistwin.panel.memory import Memory, release
+from axistwin.panel.outbound import Outbound
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
 from axistwin.panel.views.driving import driving
@@ -63,8 +66,10 @@ async def page(enter: Callable[[], Context]) -> None:
     visits = context.common(Visits)
     visits.begin(client, context.person)
     async with visits.building:
-        made = await in_turns(partial(_built, client, context))
-        context.common(Memory).keep()
+        with Outbound(client) as outbound:
+            made = await in_turns(partial(_built, client, context))
+            context.common(Memory).keep()
+        await outbound.send()
     client.run_javascript(BUILT)
     visits.shown(client, background_tasks.create(_Frames(client, context, made).show(), name="panel"))
     context.session.welcome()
@@ -127,7 +132,12 @@ def _released(elements: list[ui.element]) -> None:
 def rehearse(context: Context, request: Request) -> None:
     """Build a page without a browser; files and modules are then loaded before a host could be delayed."""
     client = Client(ui.page(""), request=request)
-    _built(client, context)
+    made = _built(client, context)
+    with client:
+        for view in made:
+            view()
+        while context.unbuilt:
+            context.unbuilt.pop()()
     client.build_response(request)
     client.delete()
 
@@ -183,12 +193,13 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
         ui.label(name).classes("machine-name")
         ui.label(context.bench[name].product.title).classes("quiet")
         yield power(context, name)
-    kinds: Kinds = {"Pins": partial(pins, context, name)}
-    if context.bench[name].product.programs:
-        kinds["Program"] = partial(program, context, name)
+    kinds: Kinds = {}
     for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
         if endpoint in endpoints.names(context.bench):
             kinds[title] = partial(terminal, context, endpoint)
+    if context.bench[name].product.programs:
+        kinds["Program"] = partial(program, context, name)
+    kinds["Pins"] = partial(pins, context, name)
     with ui.element("div").classes("work"):
         yield machines(context, name)
         with ui.element("div").classes("side"):
@@ -205,6 +216,7 @@ class _Frames:
         """Number of messages from the browser that have been handled."""
         self._news = asyncio.Event()
         """Event that ends the wait before the next frame."""
+        self._layout = layout.written(context.person)
         with client:
             ui.on("sent", self._on_sent)
 
@@ -231,23 +243,27 @@ class _Frames:
         if self._context.unbuilt:
             self._news.set()
             await self._complete()
+        self._keep_layout()
         now = self._handled, self._context.actions.state
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:
         """Update all views of the page; let other tasks of the event loop run after every `TURN_S` seconds."""
-        session, began_s = self._context.session, perf_counter()
-        for view in self._made:
-            if perf_counter() - began_s > TURN_S:
+        left = deque(self._made)
+        while left:
+            self._context.session.inspect(partial(_refresh_some, left))
+            if left:
                 await asyncio.sleep(0)
-                began_s = perf_counter()
-            if session.running:
-                session.pacer.inspect(view)
-            else:
-                view()
+
+    def _keep_layout(self) -> None:
+        """Store the layout in the browser if it has changed."""
+        text = layout.written(self._context.person)
+        if text != self._layout:
+            self._layout = text
+            self._client.run_javascript(layout.KEEP.format(text=json.dumps(text)))
 
     async def _complete(self) -> None:
-        """Build the tabs that the user has opened, in pieces."""
+        """Build the tabs that the user has opened, with pauses for other work."""
         context = self._context
         while context.unbuilt:
             build = careful(context.unbuilt.pop())
@@ -277,6 +293,13 @@ class _Frames:
         if type(sent) is int:
             self._handled = sent
             self._news.set()
+
+
+def _refresh_some(left: deque[Refresh]) -> None:
+    """Update views at the same virtual time for `TURN_S`, and remove them from `left`."""
+    until_s = perf_counter() + TURN_S
+    while left and perf_counter() < until_s:
+        left.popleft()()
 
 
 def _notify(client: Client, words: str) -> None:

@@ -14,6 +14,7 @@ from nicegui import app, ui
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.urls import LOOPBACK
 from axistwin.numbers import NumberError, shortened, whole
+from axistwin.panel import layout
 from axistwin.panel.context import Common, Context
 from axistwin.panel.gate import Gate, is_loopback
 from axistwin.panel.memory import Memory
@@ -110,7 +111,12 @@ def _application(panel: Panel, title: str) -> FastAPI:
 
     @ui.page("/")
     async def visit(request: Request) -> None:
-        await page(lambda: Context(panel.common, panel.people, panel.people[request.scope["person"]]))
+        def enter() -> Context:
+            person = panel.people[request.scope["person"]]
+            layout.restore(person, request.cookies.get(layout.COOKIE))
+            return Context(panel.common, panel.people, person)
+
+        await page(enter)
 
     ui.run_with(
         application,

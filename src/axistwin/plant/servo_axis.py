@@ -152,11 +152,11 @@ class EncoderView:
         self._axis.push(counts)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
+        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
         self._axis.miscount(of, out_of)
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`; the shaft stays."""
+        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
         self._axis.slip(counts)
 
 

@@ -83,13 +83,13 @@ class EncoderView:
         return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
+        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
         _ = self.count  # reading the count updates the encoder to the present position
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`; the shaft stays."""
+        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
         _ = self.count
         self._encoder.slip(counts)
         self._axis.on_push.emit()
@@ -375,7 +375,7 @@ class StepperAxis:
         return _EdgeSubscription(self, lambda: edges, callback).end
 
     def _lost_in_move(self, over: bool = False) -> int:
-        return self._behind((over or not self.moving) and not self._held)
+        return self._behind((over or not self.moving) and not self._held) if self._slips else 0
 
     def _behind(self, settled: bool) -> int:
         """Return the lost steps of this move; `settled`: the rotor is at rest in a tooth, not between two teeth."""
@@ -428,6 +428,9 @@ class StepperAxis:
 
     def _replan(self) -> None:
         """Predict the future loss of steps again after a change of profile or load."""
+        if self._motor is None and not (self._slips or self._was_held or self._held):
+            self.on_motion.emit()  # an ideal motor that can turn loses no steps
+            return
         self._update_held()
         elapsed_ns = self.clock.now - self.train.move.start_ns
         pulses = self.train.move.profile.pulses_by(elapsed_ns)

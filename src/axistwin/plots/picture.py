@@ -274,7 +274,7 @@ class _Picture:
                     at_ns / S, place + 0.22 + 0.3 * level, text,
                     family="monospace", fontsize=WORDS_SIZE, color=INK, parse_math=False,
                 )  # fmt: skip
-        if not speakers:  # the picture would be empty
+        if not speakers:  # without a row, the picture would be empty
             row.text(
                 0.5, 0.5, "no signal changes in this time", transform=row.transAxes, ha="center", va="center",
                 color=GREY, fontsize=WORDS_SIZE + 1,

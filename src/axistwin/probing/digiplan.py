@@ -52,7 +52,7 @@ def _settings(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
         back = b"%s%d%s" % (code.encode(), LEGAL[code], end)
         values: dict[str, object] = {"legal": LEGAL[code], **around(parameter.low, parameter.high)}
         if code == "D":
-            del values["highest"]  # this delay would be 2.55 s for each character
+            del values["highest"]  # the highest value is a delay of 2.55 s for each character
         for words, value in values.items():
             sent = f"{code}{value}".encode() + end
             found.append(_setting(f"{code}{value}: {command.name}, {words}", command.chapter, sent, back, end))

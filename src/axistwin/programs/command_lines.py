@@ -53,7 +53,7 @@ def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], 
     try:
         return action(controller, act.target, act.value)
     except ProgramError as error:
-        raise error.at(file, act.line, 0) from None
+        raise error.at(file=file, line=act.line, column=0) from None
 
 
 def run_until_quiet(bench: Bench, deadline_ns: int) -> bool:

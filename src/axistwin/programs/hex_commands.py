@@ -46,7 +46,7 @@ def command_string(line: str, number: int, file: str, read: Callable[[str], byte
     try:
         return Say(read(text), line=number) if text else None
     except ProgramError as error:
-        raise error.at(file, number, error.column) from None
+        raise error.at(file=file, line=number, column=error.column) from None
 
 
 def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = "") -> str | None:

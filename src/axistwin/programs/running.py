@@ -63,7 +63,7 @@ def load(path: Path, target: str = "") -> Program:
         case ".sms":
             source = load_source(path)
             return Program(partial(_run_stored, str(path)), prepare=partial(store_program, source, str(path)))
-    raise unknown_kind(path)
+    raise unknown_kind(path=path)
 
 
 def scene_program() -> Program:

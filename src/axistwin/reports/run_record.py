@@ -75,7 +75,7 @@ class Move:
 
     @property
     def target(self) -> int:
-        """Position in pulses at the end of the move; during the move, the present position."""
+        """Position in pulses at the end of a finished move; the present position if the move is unfinished."""
         return self.train_move.position_at(self.now_ns)
 
     @property
@@ -107,9 +107,8 @@ class RunRecord:
         if isinstance(event, LevelChanged):
             self.changes.append(event)
         elif isinstance(event, VoltageChanged):
-            if (
-                event.driven and 0 < event.volts < PULLED_UP_VOLTS
-            ):  # 0 V and the full voltage are recorded as level changes
+            # 0 V and the full voltage are recorded as level changes
+            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):
             message = self._add(event, event.data, by_host=False)

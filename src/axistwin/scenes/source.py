@@ -46,11 +46,11 @@ class Source:
             self.data = tomllib.loads(self.text)
             nested = _depth(self.data) > MOST_NESTED
         except tomllib.TOMLDecodeError as error:
-            raise self._not_toml(str(error)) from None
+            raise self._not_toml(message=str(error)) from None
         except RecursionError:
             nested = True
         except ValueError as error:  # `tomllib` raises ValueError for a number with thousands of digits
-            raise self._not_toml(str(error).partition(":")[0]) from None
+            raise self._not_toml(message=str(error).partition(":")[0]) from None
         if nested:
             raise self._not_toml(f"Tables or lists are nested too deep: expected at most {MOST_NESTED}")
         self.places = toml_places.places(self.text)
@@ -66,7 +66,7 @@ class Source:
         try:
             return self._validated()
         except ValidationError as error:
-            raise self._first_of(error.errors()) from None
+            raise self._first_of(errors=error.errors()) from None
 
     def errors(self) -> list[SceneError]:
         """Return all errors in keys and values, in the order of the file."""
@@ -118,9 +118,9 @@ class Source:
         try:
             yield
         except UsageError as error:
-            raise self.error(str(error), path) from None
+            raise self.error(message=str(error), path=path) from None
         except ProgramError as error:
-            raise self.error(str(error) if error.file else error.message, path) from None
+            raise self.error(message=str(error) if error.file else error.message, path=path) from None
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
@@ -132,7 +132,7 @@ class Source:
             yield
         except UsageError as error:
             named = [(*filter(None, (at,)), *keys) for at, table in tables for keys in _named(table, str(error))]
-            raise self.error(str(error), (*path, *max(named, key=len, default=()))) from None
+            raise self.error(message=str(error), path=(*path, *max(named, key=len, default=()))) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
         """Return the first of all errors that pydantic has found, with the number of the other errors."""

@@ -180,7 +180,7 @@ _SERVOS = TypeAdapter(dict[str, ServoTable])
 
 
 class ControllerTable(Table):
-    """One controller."""
+    """The table of one controller in a scene."""
 
     model: str
     """Model, e.g. "if1", "1811" or "smartmotor"."""
@@ -259,7 +259,7 @@ Name = Annotated[str, Field(pattern=r"^[\w-]+$")]
 
 
 class FaultTerms(Table):
-    """A fault."""
+    """The terms of one fault of a scene."""
 
     kind: Annotated[str, Field(json_schema_extra={"enum": list(KINDS)})]
     """Kind of fault; `axistwin faults` lists them."""

@@ -59,14 +59,14 @@ class ExternalInput:
         self.pacer.pace(bench.clock)
 
     def serial(self, name: str) -> RecordedPort:
-        """Return the port of an endpoint for a host; its acts are recorded.  Raises UsageError."""
+        """Return the port of an endpoint for a host; the host's actions are recorded.  Raises UsageError."""
         if name not in self._ports:
             self._ports[name] = RecordedPort(self.bench.port(name), partial(self._record_line_act, name))
             self._ports[name].mute(self._muted)
         return self._ports[name]
 
     def bus(self, name: str) -> RecordedBus:
-        """Return the registers of a board for a host; its acts are recorded.  Raises UsageError."""
+        """Return the registers of a board for a host; the host's actions are recorded.  Raises UsageError."""
         if name not in self._buses:
             self._buses[name] = RecordedBus(self.bench[name].bus, partial(self._record_bus_act, name))
             self._buses[name].mute(self._muted)

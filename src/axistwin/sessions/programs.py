@@ -27,7 +27,9 @@ def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[st
         raise UsageError(f"cannot load into {name}: it shares its serial line with other controllers")
     for found in diagnose_text(text, file.suffix.lower(), controller.product, filename):
         if found.severity is Severity.ERROR:
-            raise ProgramError(found.message, file=filename, line=found.line, column=found.column, code=found.code)
+            raise ProgramError(
+                message=found.message, file=filename, line=found.line, column=found.column, code=found.code
+            )
     return _free(file.name, text, known)
 
 

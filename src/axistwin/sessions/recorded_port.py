@@ -87,7 +87,7 @@ class RecordedHost:
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
-        """Record an act of the host, then perform it."""
+        """Record an action of the host, then perform it."""
         self._port.do(act, lambda port: perform(port.host))
 
 
@@ -129,7 +129,7 @@ class RecordedPort:
         self.rts_line.mute(on)
 
     def do(self, act: LineAct, perform: Callable[[SerialPort], object]) -> None:
-        """Record an act of the host, then perform it."""
+        """Record an action of the host, then perform it."""
         self._record(act)
         if isinstance(act, SetFormat | SetLine | SetFlow | Hold):
             kind = act.line if isinstance(act, SetLine) else type(act)

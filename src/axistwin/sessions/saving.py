@@ -38,9 +38,8 @@ def files(
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        if not before and all(
-            map(_is_script, moments)
-        ):  # an action in a script would be performed before those of an earlier session
+        # with an earlier session in the scene, actions in a script would be performed too early
+        if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
                 copy.script.append(entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts))
@@ -71,7 +70,7 @@ def _is_script(moment: Moment) -> bool:
 
 
 def _names_a_fault(act: Do) -> bool:
-    """True if the action names another fault, which a script would have to define at its beginning."""
+    """True if the action refers to another fault by name; a script would have to define that fault first."""
     if act.target == "mend":
         return act.value.strip("\"'") not in (*KINDS, "all")
     return act.target == "fault" and (" begins" in act.value or " ends" in act.value)

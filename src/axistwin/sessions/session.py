@@ -14,6 +14,7 @@ from enum import Enum, auto
 from functools import partial
 from logging import getLogger
 from time import monotonic
+from typing import TypeVar
 
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.acts import Do, Say
@@ -32,6 +33,7 @@ from axistwin.units import S, to_ns, to_seconds
 
 log = getLogger("axistwin")
 
+T = TypeVar("T")
 Attach = Callable[[Bench], object]
 DRAIN_EVERY = 1 << 12
 """Number of clock advances between two readings of ports without a client."""
@@ -232,6 +234,10 @@ class Session:
         """Start virtual time if the session waits for a host or a browser."""
         if self.waiting and not self.busy:
             self.run()
+
+    def inspect(self, read: Callable[[], T]) -> T:
+        """Return the result of `read`, which reads the state of the bench at the present time."""
+        return self.pacer.inspect(read) if self.running else read()
 
     def run(self) -> None:
         """Start virtual time."""

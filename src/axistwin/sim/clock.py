@@ -6,14 +6,12 @@ the order in which they were scheduled.  Two runs of the same bench are therefor
 
 from collections.abc import Callable, Generator
 from functools import partial
-from heapq import heapify
+from heapq import heapify, heappush
 from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
-import simpy
-from simpy.events import URGENT, Event, Interruption, Process
-
 from axistwin.errors import UsageError
+from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interruption, Process
 from axistwin.sim.signal import Signal
 from axistwin.units import MOST_NS
 
@@ -27,7 +25,17 @@ LAST = 9
 _AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
 
 
-class Clock(simpy.Environment):
+class _Call(Event):
+    """An event that performs an action."""
+
+    _ok, _value = True, None
+    callbacks = (lambda event: event._action(),)  # type: ignore[assignment]  # never appended to
+
+    def __init__(self, action: Callable[[], object]) -> None:
+        self._action = action
+
+
+class Clock(Environment):
     """Virtual time in integer nanoseconds, from 0."""
 
     now: int  # an integer, although SimPy also allows floats
@@ -115,14 +123,13 @@ class Clock(simpy.Environment):
 
     def next_event_ns(self) -> int | None:
         """Return the time of the next event; None: no event is due before the end of virtual time."""
-        due = self.peek()
-        return None if due >= MOST_NS else int(due)
+        queue = self._queue
+        return None if not queue or queue[0][0] >= MOST_NS else int(queue[0][0])
 
     def call_later(self, delay_ns: int, action: Callable[[], object]) -> None:
         """Do `action` once, `delay_ns` from now."""
-        event = self.timeout(delay_ns)
-        assert event.callbacks is not None
-        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
+        assert delay_ns >= 0, "an event in the past"
+        heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), _Call(action)))
 
     def soon(self, action: Callable[[], object]) -> None:
         """Do `action` once, in this nanosecond, as soon as the present procedure yields and before all other events."""

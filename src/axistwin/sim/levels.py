@@ -30,7 +30,7 @@ class Space:
 
 
 class Levels:
-    """The levels of a wire from now on.  The levels must be read in order of time."""
+    """The planned levels of a wire, from the present time on. They must be read in order of time."""
 
     def __init__(self) -> None:
         self._spaces: deque[Space] = deque()
@@ -106,7 +106,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return the spaces that end after `first` begins."""
+        """Remove and return the stored spaces (low times) that end after the beginning of `first`."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

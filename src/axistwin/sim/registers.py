@@ -143,6 +143,8 @@ class RegisterPort:
 
 def check_byte(what: str, value: object, highest: int = 0xFF) -> None:
     """Raise UsageError unless `value` is an integer from 0 to `highest`."""
+    if type(value) is int and 0 <= value <= highest:
+        return
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= highest:
         raise UsageError(f"invalid {what} {value!r}: expected an integer from 0 to {highest}")
 
@@ -157,7 +159,7 @@ class ReadData:
 
 @dataclass(frozen=True, slots=True)
 class WriteRegister:
-    """Write a register."""
+    """Action of a host: write a register."""
 
     offset: int
     value: int
@@ -165,7 +167,7 @@ class WriteRegister:
 
 @dataclass(frozen=True, slots=True)
 class Init:
-    """Activate the bus's reset line."""
+    """Action of a host: activate the reset line of the bus."""
 
 
 BusAct = ReadData | WriteRegister | Init

@@ -64,7 +64,7 @@ class Cluster:
                 raise UsageError(f"{worker} has axistwin {found}: expected {VERSION}, as here")
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Yield the row of each task, as soon as its run ends."""
+        """Run the tasks; yield the row of results of each task as soon as its run ends."""
         waiting = iter(tasks)
         under_way: dict[Any, Task] = {}
         ended: SimpleQueue[Any] = SimpleQueue()

@@ -114,7 +114,7 @@ def check(file: Path) -> None:
         tables = ((key, name) for key in ("vary", "measure", "claim") for name in getattr(contents, key))
         at = next((keys for keys in tables if keys[1] == named), ("design",))
         line, column = place_of(at, places(text))
-        raise SceneError(str(error), file=str(file), line=line, column=column) from None
+        raise SceneError(message=str(error), file=str(file), line=line, column=column) from None
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
@@ -125,4 +125,4 @@ def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]
         raise
     except AxistwinError as error:
         line, column = place_of(keys, places(text))
-        raise SceneError(str(error), file=str(file), line=line, column=column) from None
+        raise SceneError(message=str(error), file=str(file), line=line, column=column) from None

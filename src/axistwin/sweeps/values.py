@@ -166,7 +166,7 @@ def _distribution(text: str, name: str, given: str) -> Values:
     try:
         numbers = [real(part) for part in given.split(",")]
     except NumberError:
-        raise UsageError(f"{text}: expected {form}") from None
+        raise UsageError(f"{text}: invalid distribution: expected {form}") from None
     if len(numbers) != form.partition(")")[0].count(",") + 1 or not fits(numbers):
-        raise UsageError(f"{text}: expected {form}")
+        raise UsageError(f"{text}: invalid distribution: expected {form}")
     return Values(text, (), partial(value_at, *numbers))

@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from axistwin.bench import FAMILIES, Controller
 from axistwin.errors import UsageError
 
+STARTED_S = 1.5
+"""Virtual time in seconds from power-up until every model is ready for the first command of a lesson."""
+
 
 @dataclass(frozen=True)
 class Evidence:

@@ -9,11 +9,13 @@ from axistwin.teaching.lessons import Evidence, Lesson
 
 
 class Pupil:
-    """A user's progress in a lesson on the only controller of a bench; the lesson begins at step `step`."""
+    """A user's progress in a lesson on a controller, by default the only one of a bench; it begins at step `step`."""
 
-    def __init__(self, lesson: Lesson, bench: Bench, step: int = 0) -> None:
+    def __init__(self, lesson: Lesson, bench: Bench, step: int = 0, name: str | None = None) -> None:
         self.lesson, self.step = lesson, step
-        (self._controller,) = bench.controllers.values()
+        if name is None:
+            (name,) = bench.controllers
+        self._controller = bench[name]
         self._codec = codec_of(self._controller.product)
         self._stack = ExitStack()
         self._stack.enter_context(observing(bench, self._note))
@@ -26,10 +28,8 @@ class Pupil:
         self._acted = False
 
     def _note(self, event: Event) -> None:
-        if isinstance(event, Sent):
-            self._said.append(event.data)
-        elif isinstance(event, Received):
-            self._heard.append(event.data)
+        if isinstance(event, Sent | Received) and event.controller == self._controller.name:
+            (self._said if isinstance(event, Sent) else self._heard).append(event.data)
         self._acted = True
 
     @property

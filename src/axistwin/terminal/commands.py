@@ -11,13 +11,12 @@ from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.columns import columns
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.teaching import Pupil, Tutor
+from axistwin.teaching import Pupil, Tutor, own_command
 from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
 from axistwin.units import to_seconds
 
 T = TypeVar("T")
-_COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 HELP = """\
 Enter sends a line to the controller.  Commands of the terminal:
@@ -68,7 +67,7 @@ class LocalCommands:
 
     def knows(self, line: bytes) -> bool:
         """True if a line is a command of the terminal, which begins with a colon and a lower-case letter."""
-        return _COMMAND.fullmatch(line.decode("latin-1")) is not None
+        return own_command(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
         """Return the tutor's comments on the next line to send.  Raises ProgramError for an unknown command."""
@@ -91,10 +90,10 @@ class LocalCommands:
 
     async def obey(self, line: str) -> bool:
         """Execute a command, and show an error on the screen.  Return False for `:quit`, otherwise True."""
-        found = _COMMAND.fullmatch(line)
+        found = own_command(line)
         assert found is not None
         try:
-            return await self._obey(found[1], (found[2] or "").strip())
+            return await self._obey(*found)
         except AxistwinError as error:
             self.screen.show(f"{error}")
             return True

@@ -182,6 +182,16 @@ class ServoTrace:
         values = {"position": positions, "commanded": commanded}
         return [self._part(name, times, values[name]) for name in self._places]
 
+    def present(self, now_ns: int) -> list[Part]:
+        """Return the present values that differ from the last sample, because a command has changed them since."""
+        import numpy as np
+
+        values = {"position": self.axis.position, "commanded": self.axis.setpoint}
+        changed = {name: value for name in self._places if (value := values[name]) != self._last[name]}
+        self._last |= changed
+        at = np.array([now_ns], np.int64)
+        return [Part(self._places[name], at, np.array([value], np.int64)) for name, value in changed.items()]
+
     def _part(self, name: str, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
         """Return those samples of a signal that differ from the sample before."""
         import numpy as np

@@ -262,7 +262,7 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
 
 
 def _words(path: Path, text: str) -> str:
-    """Return the text that a VCD word stands for."""
+    """Decode a VCD word, in which escape sequences replace blanks, to a text."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as error:

@@ -175,6 +175,19 @@ class Tracer:
         if self.sink is not None and for_others:
             self.sink.flush()
 
+    def show_present(self) -> None:
+        """Pass the changes up to and including now to the consumer.
+
+        Further changes may follow at this time, e.g. an action of a user.  A later call passes the changes at this time
+        again, so a consumer drops samples that are equal to the sample before.
+        """
+        self._poll_registers()
+        self._write(self.bench.now + 1)
+        self.written_ns = self.bench.now
+        parts = [part for servo in self._servos for part in servo.present(self.bench.now)]
+        if self.consumer is not None and parts:
+            self.consumer(parts, [])
+
     def finish(self) -> None:
         """Write the changes up to and including now, and the end time.
 

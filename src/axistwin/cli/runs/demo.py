@@ -158,7 +158,7 @@ def two_registers() -> None:
 
 
 def motor_with_a_language() -> None:
-    """Move a SmartMotor, drive it into a limit switch, and hold its shaft."""
+    """Move a SmartMotor, run it into a limit switch, and block its shaft."""
     bench = Bench()
     motor = _MotorSession(bench, bench.add("smartmotor", shaft={"motor": "frame23", "limits": (-1000, 9000)}))
     _chapter("A SmartMotor is a servo motor with a language of its own")

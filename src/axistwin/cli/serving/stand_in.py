@@ -46,7 +46,7 @@ WARNING = "axistwin is not a safety controller: wire the emergency stop and the 
 @click.option("--panel", metavar="[H:]P", help="Serve a page with the state of the motors and a stop at this port.")
 @click.option("--unhomed", is_flag=True, help="Start although the last position is unknown: home the machine first.")
 def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, unhomed: bool) -> int:
-    """Take the place of a dead controller: its host talks to the emulated one, and real motors turn.
+    """Replace a defective controller: its host talks to an emulated controller, which drives the real motors.
 
     The scene's table [stand-in] maps axes, inputs and outputs to the pins of a board with Klipper's micro-controller
     firmware, or to LinuxCNC HAL.  All pin events happen later by a constant delay, the horizon.  While the motors are

@@ -19,7 +19,7 @@ from axistwin.cli.common.completing import complete_model
 from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines
-from axistwin.teaching import Lesson, Pupil
+from axistwin.teaching import STARTED_S, Lesson, Pupil
 from axistwin.terminal.commands import LocalCommands
 from axistwin.terminal.keyboards import KEYBOARDS, to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
@@ -32,8 +32,6 @@ ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
 INITIALISED_NS = 30 * S
 """Longest virtual time of an automatic initialisation; after it, the user must initialise the controller."""
 
-STARTED_S = 1.5
-"""Virtual time in seconds from power-up until every model is ready for the first command of a lesson."""
 LOOK_S = 0.1
 """Interval in seconds between two checks of a lesson's step."""
 
@@ -286,7 +284,7 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """Return the characters that a terminal with this keyboard sends."""
+    """Return the characters that a terminal with this keyboard layout sends for a typed line."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")

@@ -27,7 +27,7 @@ FLOATING = ("output1", "output2", "shutdown", "direction", "remote_acknowledge")
 
 
 class Board(State):
-    """An 1810 or 1811 with power.  A reset replaces this object by a new one."""
+    """An 1810 or 1811 with its power on; a reset replaces this object by a new one."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,

@@ -38,12 +38,12 @@ class Number(Field):
     signed: bool = False
 
     def decode(self, data: bytes) -> Any:
-        """Return the value, or None if it is out of range."""
+        """Convert parameter bytes to a value; None if the value is out of range."""
         value = int.from_bytes(data, "big", signed=self.signed)
         return value if self.allows(value) else None
 
     def encode(self, value: Any) -> bytes:
-        """Return the bytes of a value."""
+        """Convert a value to parameter bytes."""
         return int(value).to_bytes(self.size, "big", signed=self.signed)
 
 
@@ -52,12 +52,12 @@ class Ranges(Number):
     """Parameter type: one byte, with the velocity range in the upper nibble, the acceleration range in the lower."""
 
     def decode(self, data: bytes) -> tuple[int, int] | None:
-        """Return both ranges, or None if one of them is not defined."""
+        """Convert the byte to both ranges; None if one of the ranges does not exist."""
         velocity, acceleration = divmod(data[0], 0x10)
         return (velocity, acceleration) if velocity <= 5 and acceleration <= 2 else None
 
     def encode(self, value: tuple[int, int]) -> bytes:
-        """Return both ranges as one byte."""
+        """Convert both ranges to one byte."""
         return bytes([value[0] << 4 | value[1]])
 
 
@@ -111,7 +111,7 @@ class Opcode(Command):
 
     @property
     def opcode(self) -> int:
-        """The command byte."""
+        """Opcode of the command as a byte."""
         return int(self.code)
 
     @property
@@ -145,7 +145,7 @@ class Opcode(Command):
         return tuple(values)
 
     def string(self, parameters: bytes) -> bytes:
-        """Return the command string without surplus bytes."""
+        """Return the command string; additional parameter bytes are left out."""
         return bytes([self.opcode]) + parameters[: self.size]
 
 

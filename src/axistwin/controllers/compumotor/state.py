@@ -102,7 +102,7 @@ class State(ABC):
         """Raise the board monitor alarm."""
 
     def occupy(self, duration_ns: int) -> Event:
-        """Keep the processor busy for this time, without commands.  Return the event at the end of the time."""
+        """Keep the processor busy for this time, in which it performs no commands; return the event at the end."""
         self.busy_until_ns = max(self.busy_until_ns, self.clock.now + duration_ns)
         return self.clock.timeout(duration_ns)
 
@@ -177,5 +177,5 @@ class State(ABC):
 
 
 def ns(amount: float, unit_ns: int = MS) -> int:
-    """Return an option's time in nanoseconds."""
+    """Convert the time of an option to nanoseconds."""
     return round(amount * unit_ns)

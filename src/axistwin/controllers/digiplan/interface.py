@@ -105,7 +105,7 @@ class Interface(State):
 
     @property
     def procedures(self) -> list[Process]:
-        """The procedures in progress."""
+        """The procedures that are running."""
         return [process for process in (self._live_process, self.work.process, self.transmitter.urgent) if process]
 
     def _recall(self) -> None:

@@ -292,7 +292,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # the number is too long or has another form, so the next character is reported
+            return  # the number is too long or has another form; its first wrong character causes an error later
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)

@@ -136,7 +136,7 @@ class State(ABC):
 
     @property
     def muted(self) -> bool:
-        """True while a ramp is being calculated."""
+        """True while the interface calculates a ramp and therefore processes no characters."""
         return self._muted_until_ns > self.clock.now
 
     def until_unmuted(self) -> Procedure:

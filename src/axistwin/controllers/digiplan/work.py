@@ -62,9 +62,8 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            if (
-                self.process is self.clock.active_process
-            ):  # the step itself has switched an output that is wired to a fault input
+            # the step itself has switched an output that is wired to a fault input
+            if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
                 interrupt(self.process)

@@ -1,11 +1,11 @@
 """The SmartMotor as a device: its terminals and plugs exist with and without power."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from axistwin.controllers.diagnostics import Diagnostic, Session
 from axistwin.controllers.product import Abilities, Order, Product, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, inhibition
-from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.front import FRONT
 from axistwin.controllers.smartmotor.kernel import jit
@@ -111,6 +111,13 @@ class SmartMotor:
         self.pins["brake"].set(True)
 
 
+def _check(sessions: Sequence[Session]) -> list[Diagnostic]:
+    """Return the diagnostics of stored programs and of what a host sends."""
+    from axistwin.controllers.smartmotor.checker.program import check  # lazy import: no run needs it
+
+    return check(sessions)
+
+
 GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
 """Coefficients of the PID filter, which the command F puts in force."""
 ORDERS = (
@@ -125,7 +132,7 @@ PRODUCTS = {
         axes=("shaft",),
         options=Options,
         build=SmartMotor,
-        check=check,
+        check=_check,
         note=jit.note,
         prepare=prepare,
         prepared=prepared,

@@ -183,7 +183,7 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Apply the axis's motor and load; the position begins at 0 wherever the shaft is."""
+        """Use the motor and the load of the axis; the position is 0 at the present place of the shaft."""
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)

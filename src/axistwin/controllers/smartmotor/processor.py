@@ -113,7 +113,7 @@ class Processor(Dispatcher, ABC):
         """Handle the events at which the kernel has stopped."""
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state to the last sample up to now.  Afterwards the state may be changed, if `changing`."""
+        """Advance the state to the last sample up to now.  `changing`: True if the caller will change the state."""
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
@@ -121,11 +121,11 @@ class Processor(Dispatcher, ABC):
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self) -> None:
-        """Flag invalid text, or an impossible command: Bs, and RCHN of the host's channel."""
+        """Set the flags for invalid text or an impossible command: Bs, and RCHN of the host's channel."""
         self._flag(s.BS, ChannelError.SCAN)
 
     def overflow(self) -> None:
-        """Flag data that does not fit: Bc, and RCHN of the host's channel."""
+        """Set the flags for data that does not fit: Bc, and RCHN of the host's channel."""
         self._flag(s.BC, ChannelError.OVERFLOW)
 
     def _flag(self, slot: int, error: ChannelError) -> None:

@@ -14,7 +14,7 @@ class Delays:
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:
-        """Count a block whose first event is late by `late_s`."""
+        """Count a paced advance whose first event is late by `late_s` seconds."""
         self.blocks += 1
         if late_s > LATE_S:
             self.overruns += 1

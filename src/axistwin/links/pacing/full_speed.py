@@ -18,7 +18,7 @@ class FullSpeed:
         self._ended = False
 
     def sync(self) -> None:
-        """Do nothing: virtual time is up to date."""
+        """Do nothing, because virtual time is always up to date at full speed."""
 
     def work(self) -> None:
         """Run a slice, unless the next slice is already planned."""

@@ -33,7 +33,7 @@ class RealTime:
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:
-        """Advance virtual time to now, or by as much as one slice allows."""
+        """Advance virtual time to now, but for at most one slice of real time."""
         self._last_s = self._loop.time()
         target_ns, due_ns = self._target_ns(self._last_s), self._clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:

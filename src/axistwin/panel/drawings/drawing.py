@@ -1,25 +1,35 @@
 """A drawing in SVG and HTML whose parts move with the machine."""
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 from nicegui.element import Element
+from nicegui.events import GenericEventArguments
 
 _MOVE = "move"
 _PART = re.compile(r'data-part="([^"]+)"')
+_ACT = re.compile(r'data-act="([^"]+)"')
 
 
 class Drawing(Element, component="drawing.js"):
-    """A drawing on the page.  `art`: SVG and HTML, in which the attribute `data-part` names each movable part."""
+    """A drawing on the page.  `art`: SVG and HTML, in which the attribute `data-part` names each movable part.
 
-    def __init__(self, art: str) -> None:
+    `act` is called with the value of the attribute `data-act` of a part that the user has clicked.
+    """
+
+    def __init__(self, art: str, act: Callable[[str], None] = lambda name: None) -> None:
         super().__init__()
         self._props["art"] = art
+        self.acts = frozenset(_ACT.findall(art))
+        self._act = act
         self.parts = frozenset(_PART.findall(art))
         self.shown: dict[tuple[str, str], Any] = {}
         """Values of all properties by part and name; the next `send` transfers new values to the browser."""
         self._changes: list[tuple[str, str, Any]] = []
         self.on("ready", self._begin_again, [])
+        if self.acts:
+            self.on("act", self._clicked)
 
     def place(self, part: str, transform: str, *, smooth: bool = True) -> None:
         """Move a part of the drawing by a CSS transform, smoothly or at once."""
@@ -46,6 +56,10 @@ class Drawing(Element, component="drawing.js"):
         if self._changes:
             changes, self._changes = self._changes, []
             self.run_method("show", changes)
+
+    def _clicked(self, event: GenericEventArguments) -> None:
+        if isinstance(event.args, str) and event.args in self.acts:
+            self._act(event.args)
 
     def _begin_again(self) -> None:
         """Send the values of all properties after the browser has added the drawing to the page."""

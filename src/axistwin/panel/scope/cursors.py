@@ -28,7 +28,7 @@ class Reading:
 def value_at(track: Track, time_ns: int) -> float:
     """Return the value of a signal at a time, after all changes at this time; NaN within a merged interval."""
     rows = track.rows(time_ns, time_ns + 1)
-    place = int(np.searchsorted(rows.begin, time_ns, "right")) - 1
+    place = int(rows.begin.searchsorted(time_ns, "right")) - 1
     if place < 0 or rows.end[place] > time_ns:
         return np.nan
     return float(rows.last[place])
@@ -80,9 +80,9 @@ def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None
     """Search from `time_ns` to `upto_ns`, forward or backward; return the time of the first change found."""
     found: list[int] = []
     for track in tracks:
-        begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns)).begin
+        begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns) + 1).begin
         if upto_ns > time_ns:
-            found += begins[begins > time_ns][:1].tolist()
+            found += begins[(begins > time_ns) & (begins <= upto_ns)][:1].tolist()
         else:
             found += begins[(begins < time_ns) & (begins >= upto_ns)][-1:].tolist()
     return min(found, key=lambda edge: abs(edge - time_ns), default=None)

@@ -54,7 +54,7 @@ class _Pixels:
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
     """Return the part of a track from `from_ns` to `to_ns` by pixels; values after `now_ns` are unknown."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # the additional row has the value before the window
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)  # the additional row has the value before the window
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
     seen.low[past] = seen.high[past] = np.nan
@@ -65,15 +65,20 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
     """Return the line of a track from `from_ns` to `to_ns`; many changes are reduced to the extremes of each pixel."""
     until_ns = min(to_ns, now_ns)
-    rows = track.rows(from_ns, until_ns)
-    if len(rows.begin) > pixels // FEW or not np.array_equal(rows.begin, rows.end):
+    rows = track.rows(from_ns, until_ns + 1)
+    single = rows.begin is rows.end or np.array_equal(rows.begin, rows.end)
+    if len(rows.begin) > pixels // FEW or not single:
         seen = window(track, from_ns, to_ns, pixels, now_ns)
         return Line(seen.times, seen.values)
-    first = max(int(np.searchsorted(rows.begin, from_ns, "right")) - 1, 0)
-    times, values = np.maximum(rows.begin[first:], from_ns), rows.last[first:]
-    if not len(times) or times[0] >= until_ns:
-        return Line(times[:0], values[:0])
-    return Line(np.append(times, until_ns), np.append(values, values[-1]))
+    first = max(int(rows.begin.searchsorted(from_ns, "right")) - 1, 0)
+    begin, last = rows.begin[first:], rows.last[first:]
+    if not len(begin) or max(begin[0], from_ns) >= until_ns:
+        return Line(begin[:0], last[:0])
+    times, values = np.empty(len(begin) + 1, np.int64), np.empty(len(begin) + 1)
+    np.maximum(begin, from_ns, out=times[:-1])
+    values[:-1] = last
+    times[-1], values[-1] = until_ns, last[-1]
+    return Line(times, values)
 
 
 def _pixels(rows: Rows, edges: Times) -> _Pixels:

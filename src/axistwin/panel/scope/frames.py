@@ -105,7 +105,8 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
     parts = np.rint((seen.values - low) * (TOP / (high - low)))
     parts[np.isnan(parts)] = FULL
     pairs[:, 1] = parts
-    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # True keeps the last point
+    new = np.ones(len(parts), bool)  # the first and the last point are kept
+    np.not_equal(parts[1:-1], parts[:-2], out=new[1:-1])
     return b64encode(pairs[new].tobytes()).decode()
 
 

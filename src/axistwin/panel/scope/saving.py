@@ -109,7 +109,7 @@ def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
     """Return the changes of a signal that are visible in a picture."""
     if isinstance(track, Words):
         return _texts(track, signal, from_ns, to_ns)
-    seen = window(track, from_ns, max(to_ns, from_ns + PIXELS), PIXELS, to_ns + 1)
+    seen = window(track, from_ns, max(to_ns, from_ns + PIXELS), PIXELS, to_ns)
     known = ~np.isnan(seen.values)
     times, values = seen.times[known], seen.values[known]
     first = float(values[0]) if len(values) else 0.0

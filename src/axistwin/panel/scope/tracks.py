@@ -37,6 +37,10 @@ TEXTS, LONGEST = 1 << 13, 256
 """Largest number of stored texts, and largest number of characters of each."""
 
 
+ZEROS = np.zeros(CHANGES)
+ZEROS.flags.writeable = False
+
+
 class Rows(NamedTuple):
     """Intervals in order of time, as columns.  A single change is a row whose `begin` and `end` are equal."""
 
@@ -58,7 +62,7 @@ class Rows(NamedTuple):
 
 def changes(times: Times, values: Numbers) -> Rows:
     """Convert changes to rows: one row per change."""
-    return Rows(times, times, values, values, values, values, np.broadcast_to(0.0, values.shape))
+    return Rows(times, times, values, values, values, values, ZEROS[: len(values)])
 
 
 def joined(parts: list[Rows]) -> Rows:
@@ -111,8 +115,8 @@ class Track:
         """Time after which all changes are stored exactly."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
-    def add(self, times: Times, values: Numbers) -> None:
-        """Append samples; samples that are equal to the sample before are left out."""
+    def add(self, times: Times, values: Numbers) -> bool:
+        """Append samples; samples that are equal to the sample before are left out.  Returns False if all are."""
         changed = np.empty(len(values), bool)
         changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
         np.not_equal(values[1:], values[:-1], out=changed[1:])
@@ -121,6 +125,7 @@ class Track:
         half = CHANGES // 2
         for at in range(0, len(times), half):
             self._append(times[at : at + half], values[at : at + half])
+        return len(times) > 0
 
     def interrupt(self, time_ns: int) -> None:
         """Record that values from this time on are unknown."""
@@ -128,11 +133,11 @@ class Track:
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
         """Return all rows between `from_ns` and `to_ns`, and at least the last row before them."""
-        size = self._size
-        raw = changes(self._times[:size], self._values[:size])
-        if size and raw.begin[0] <= from_ns:
-            return _slice(raw, from_ns, to_ns)
-        parts = [*reversed(self._older), raw]
+        times, values = self._times[: self._size], self._values[: self._size]
+        if len(times) and times[0] <= from_ns:
+            part = _part(times, from_ns, to_ns)
+            return changes(times[part], values[part])
+        parts = [*reversed(self._older), changes(times, values)]
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
@@ -194,8 +199,13 @@ class Track:
 
 
 def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
-    first = max(int(np.searchsorted(rows.begin, from_ns, "right")) - 1, 0)
-    return rows.cut(slice(first, max(int(np.searchsorted(rows.begin, to_ns)), first + 1)))
+    return rows.cut(_part(rows.begin, from_ns, to_ns))
+
+
+def _part(times: Times, from_ns: int, to_ns: int) -> slice:
+    """Return the part from `from_ns` to `to_ns`, and at least the last time before them."""
+    first = max(int(times.searchsorted(from_ns, "right")) - 1, 0)
+    return slice(first, max(int(times.searchsorted(to_ns)), first + 1))
 
 
 class Words(Track):
@@ -217,11 +227,12 @@ class Words(Track):
         """Time after which all texts are stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
-    def say(self, times: Times, texts: list[bytes]) -> None:
-        """Append texts with their start times."""
+    def say(self, times: Times, texts: list[bytes]) -> bool:
+        """Append texts with their start times.  Returns False if there are none."""
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
+        return bool(texts)
 
     def at(self, time_ns: int) -> str:
         """Return the text at this time; "" without a text."""

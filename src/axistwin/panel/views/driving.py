@@ -302,9 +302,8 @@ def _timeline(context: Context) -> Refresh:
     def refresh() -> None:
         if not dragged:
             end = max(round(context.session.recorded_seconds, 3), 0.001)
-            if (
-                slider.props["max"] != end
-            ):  # each assignment is sent to the browser, so unchanged values are not assigned
+            # each assignment is sent to the browser, so unchanged values are not assigned
+            if slider.props["max"] != end:
                 slider.props["max"] = end
                 words.text = f"time 0 \u2026 {end:,.1f} s"
             slider.value = round(context.session.seconds, 3)

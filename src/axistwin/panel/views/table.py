@@ -43,11 +43,12 @@ def _tool(context: Context, controller: Controller) -> Callable[[], str]:
     """Build the selection of the output that lowers the tool; return a function that returns the selected output."""
     outputs = [name for name, pin in controller.pins.items() if pin.is_output]
     key = f"{controller.name} tool"
-    first = outputs[0] if outputs else NO_TOOL
+    options = {NO_TOOL: "no tool", **{name: name for name in outputs}}
+    wanted, first = context.person.settings.get(key), outputs[0] if outputs else NO_TOOL
     choice = ui.select(
-        {NO_TOOL: "no tool", **{name: name for name in outputs}},
+        options,
         label="tool",
-        value=context.person.settings.get(key, first),
+        value=wanted if wanted in options else first,
         on_change=lambda event: context.person.settings.update({key: event.value}),
     )
     choice.props("dense options-dense outlined").classes("tool-choice").mark(key)

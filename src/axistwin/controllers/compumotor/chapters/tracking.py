@@ -98,9 +98,9 @@ def _may_correct(board: State) -> bool:
 
 def _maintain(board: State) -> None:
     loop, pulses = board.loop, board.pulses
-    error = loop.error
+    error = loop.error if _may_correct(board) else 0
     sign = 1 if error > 0 else -1
-    if not error or not _may_correct(board) or board.limits.blocks(sign):
+    if not error or board.limits.blocks(sign):
         loop.give_way()
         return
     assert loop.law is not None

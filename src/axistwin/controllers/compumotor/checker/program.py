@@ -93,7 +93,7 @@ class _Checker:
         self.found: list[Diagnostic] = []
 
     def take(self, sent: Sequence[Sent]) -> None:
-        """Check one command."""
+        """Check one command of the host, and report its problems."""
         command = self.commands.get(sent[0].byte)
         if not isinstance(command, Opcode):
             self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: ignored")
@@ -152,7 +152,7 @@ class _Checker:
             self._follow(given)
 
     def _value_rules(self, given: Given) -> None:
-        """Report values that are each within their range, but invalid in combination."""
+        """Report values that are valid alone but invalid together."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])

@@ -29,9 +29,8 @@ class Events:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Function that is called at every stall and limit hit, even if no message is requested."""
-        self.armed: dict[
-            int, int
-        ] = {}  # for each requested opcode, the number of moves that had begun before the request
+        # for each requested opcode, the number of moves that had begun before the request
+        self.armed: dict[int, int] = {}
 
     def happened(self, what: Happening, begun: int) -> None:
         """Send the requested messages for an event of move number `begun`.

@@ -17,7 +17,7 @@ from axistwin.units import S
 
 
 class Phase(Enum):
-    """Phases of a motion, by the present change of velocity."""
+    """Phases of a motion: accelerating, constant velocity, decelerating, at rest."""
 
     REST = "zero velocity"
     ACCELERATING = "accelerating"
@@ -55,7 +55,7 @@ class VelocityProfile:
 
     @cached_property
     def timetable(self) -> tuple[tuple[int, Phase], ...]:
-        """Start of each phase in ns from the profile's start, without phases of duration 0."""
+        """Start times of the phases in ns since the start of the profile; phases of duration 0 are left out."""
         return tuple(self._begins())
 
     def _begins(self) -> Iterable[tuple[int, Phase]]:
@@ -104,7 +104,7 @@ class PulseGenerator:
 
     @property
     def position(self) -> int:
-        """Net pulses since reset, each with the sign that its direction had when the pulse was output."""
+        """Net number of pulses since the reset; each counts with the sign that its direction had at that time."""
         unmade = self.axis.unmade - self._unmade_at_reset
         return self._issued - (unmade if self.cw_is_plus else -unmade)
 

@@ -36,7 +36,7 @@ class Sequences:
 
     @property
     def free(self) -> int:
-        """Free bytes of memory. A command takes the length of its command string."""
+        """Number of free bytes of memory; a command takes as many bytes as its command string has."""
         return self.memory - sum(len(stored.string) for buffer in self.buffers.values() for stored in buffer)
 
     def store(self, stored: Stored) -> None:

@@ -17,9 +17,9 @@ from axistwin.sim.frames import LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-NEARLY_FULL = 52  # characters (80 %) at which DTR or X-off stops the host
-NEARLY_EMPTY = 12  # characters (20 %) at which the host may continue
-OVERFLOW = 61  # characters (95 %) at which a data fault occurs and the whole buffer is lost
+NEARLY_FULL = 52  # number of buffered characters (80 %) at which DTR or X-off stops the host
+NEARLY_EMPTY = 12  # number of buffered characters (20 %) at which the host may continue
+OVERFLOW = 61  # number of buffered characters (95 %) at which a data fault occurs and the whole buffer is lost
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 
@@ -56,7 +56,7 @@ class InputBuffer:
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
-        """Start receiving."""
+        """Start receiving characters."""
         self.uart.on_receive = self._receive
         self.uart.has_room = lambda: not self.full
         self.uart.pump_peer()
@@ -140,8 +140,10 @@ class InputBuffer:
             event.succeed()
 
     def _ends_in_cancel(self) -> bool:
-        typed = (byte & 0x7F for byte in reversed(self.characters))
-        return next((code for code in typed if code not in (CR, LF, ord(" "))), None) == ord("#")
+        for byte in reversed(self.characters):
+            if byte & 0x7F not in (CR, LF, ord(" ")):
+                return byte & 0x7F == ord("#")
+        return False
 
     def _flag(self, fault: LineFault) -> None:
         if self.checking:

@@ -49,9 +49,8 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if (
-                self.locked_in is not None and sent.byte == BAUD_DETECT
-            ):  # DSR is assumed to be active and all axes at rest
+            # DSR is assumed to be active and all axes at rest
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:
                 self._data_format(sent, rest)
                 text = []
             elif self.frame is not None and sent.byte == self.frame.ends_message:
@@ -179,7 +178,7 @@ class _Checker:
             self._keep(text, step)
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
-        """Report a finding at its step, or with the number of the step if the message is `:$`, which has no steps."""
+        """Report a finding of a sequence at its step; for a message `:$` without steps, give the number of the step."""
         assert self.sequence is not None
         number, problem = finding.number, finding.problem
         if message.steps:
@@ -193,7 +192,7 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report conflicting values at the one in this message; add the lines of the others unless `known`."""
+        """Report conflicting values at the value in this message; name the lines of the other values unless `known`."""
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
         at = here[0] if here else problem.position

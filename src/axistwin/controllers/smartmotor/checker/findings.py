@@ -27,7 +27,7 @@ class Findings:
         self.found.append(located(self.characters, *self.program.places[number][2:], problem, fix))
 
     def text(self, number: int) -> Sequence[Sent]:
-        """Return the characters of a statement."""
+        """Return the text of a statement."""
         place = self.program.places[number]
         return self.characters[place.begin : place.end]
 
@@ -54,7 +54,7 @@ class Findings:
 
 
 def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
-    """Return the diagnostic of a problem in the statement from `begin` to `end`, or just after the statement."""
+    """Return a diagnostic for a problem in, or just after, the statement from `begin` to `end`."""
     here = characters[begin + problem.position : begin + problem.end if problem.end else end]
     if not here:
         at = begin + problem.position

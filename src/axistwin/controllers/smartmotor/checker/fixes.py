@@ -83,7 +83,7 @@ def _upper_case(findings: Findings, number: int) -> Fix | None:
 
 
 def _comment(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that makes a comment, sure if the statement is alone on its line."""
+    """Return a fix that turns the statement into a comment; the fix is sure if nothing else is on the line."""
     line = findings.line(number)
     alone = sum(findings.line(at) == line for at in range(len(findings.statements))) == 1
     return fixing("make it a comment", put_before(findings.text(number)[0], "'"), alone)

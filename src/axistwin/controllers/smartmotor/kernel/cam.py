@@ -17,7 +17,7 @@ TABLE_MOST = 101
 
 @sampled
 def entry(i: Ints, v: Ints, n: int) -> int:
-    """Return aw[n], times the factor of MCn if that multiplies the table."""
+    """Return the table entry aw[n]; it is multiplied by the factor of MCn if this factor applies to the table."""
     word = v[i[s.ARRAY_BASE] + n // 2]
     word = word >> 16 if n % 2 == 0 else (word & 0xFFFF ^ 0x8000) - 0x8000
     return word * i[s.CAM_FACTOR] if i[s.CAM_TABLE] else word

@@ -69,7 +69,7 @@ class _Block:
 
     @property
     def end(self) -> int:
-        """Number of the sample at which this block ends.  A stop before a sample is charged to that sample."""
+        """Number of the sample at which this block ends; if the kernel stopped before a sample, this sample."""
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
 
@@ -152,7 +152,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of samples in the block that are already past."""
+        """Return the number of samples in the block whose times have passed."""
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -348,7 +348,7 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Commit the samples of the block that are past, and discard the later samples."""
+        """Commit the samples of the block whose times have passed, and discard the later samples."""
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -358,7 +358,7 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        self._most = min(max(2 * samples, SHORTEST), LONGEST)
+        self._most = min(max(samples + samples // 4, SHORTEST), LONGEST)  # a host polls at regular times
         if samples > 0:
             self._commit(self._compute(samples))
 
@@ -435,7 +435,7 @@ class _Engine:
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Make room for `most` samples, and for the followed numbers."""
+        """Enlarge the arrays for `most` samples and for the followed numbers, if necessary."""
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())

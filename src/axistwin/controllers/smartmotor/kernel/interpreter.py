@@ -124,7 +124,7 @@ def outside(kind: int, index: int) -> bool:
 
 @sampled
 def power(base: int, exponent: int) -> int:
-    """Return base ^ exponent; a number beyond 32 bits if the result does not fit, or the exponent is not 0…4."""
+    """Return base ^ exponent; a number beyond 32 bits stands for an overflow or an exponent outside 0 to 4."""
     if exponent < 0 or exponent > MOST_POWER:
         return HIGHEST + 1
     value = 1
@@ -144,7 +144,7 @@ def quotient(left: int, right: int) -> int:
 
 @sampled
 def combined(operation: int, left: int, right: int) -> int:
-    """Return the result of an operation with two values; a number beyond 32 bits if no result exists."""
+    """Return the result of an operation with two values; a number beyond 32 bits stands for no result."""
     if operation == ADD:
         return left + right
     if operation == SUBTRACT:

@@ -63,7 +63,7 @@ def empty() -> "array[int]":
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if this number may change in a sample in which no statement is executed."""
+    """True if this quantity of the motor may change in a sample without an executed statement."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 

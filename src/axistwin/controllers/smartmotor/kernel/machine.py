@@ -41,7 +41,7 @@ AMPS_NOW = next(_slots)  # current through the windings at the end of a sample
 AMPS_KEPT = next(_slots)  # share of the current that inductance keeps for one sample, 0 to 1
 # mean share of the old current during a sample, and 1 minus this share
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-LAG = next(_slots)  # part of a change of speed that adds no distance in its sample, 0 to 1/2
+LAG = next(_slots)  # share of a speed change that does not add to the distance of the same sample, 0 to 1/2
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # steady temperature rise, K per A²: over housing, over air
@@ -58,7 +58,7 @@ MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """Set up a machine of these data sheets, at rest at 25 °C; without a motor's data sheet an ideal one."""
+    """Set up a machine with these data sheets, at rest and at 25 °C; without a motor's data sheet it is ideal."""
     i[s.IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
     i[s.TEMP] = floor(AMBIENT_C)
@@ -136,7 +136,7 @@ def set_jam(f: Floats, on: bool) -> None:
 
 
 def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
-    """Weaken the magnets and the supply voltage to a share of the data sheet's values, up to 1."""
+    """Set magnetism and supply voltage as shares of the data sheet's values, at most 1."""
     weak = replace(
         motor,
         torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,

@@ -136,7 +136,7 @@ def measure(i: Ints, f: Floats, amps: float) -> None:
 
 @sampled
 def in_centiamps(amps: float) -> int:
-    """Return the magnitude in 0.01 A, up to 1000 A."""
+    """Convert a current to its magnitude in 0.01 A, at most 1000 A."""
     return int(min(abs(amps) * 100.0, MOST_CENTIAMPS))
 
 

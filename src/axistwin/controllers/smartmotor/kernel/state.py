@@ -153,7 +153,7 @@ ENERGY = next(_slots)  # energy in nJ that the windings have taken since the sta
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move
 
 LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: received bytes that GETCHR has not read
-ARRAY_BASE = next(_slots)  # index of al[0] in `v`
+ARRAY_BASE = next(_slots)  # index of the array element al[0] in the array `v`
 
 INTS = next(_slots)
 

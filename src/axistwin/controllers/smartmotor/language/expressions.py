@@ -174,7 +174,7 @@ class Reader:
             self._combine(operation)
 
     def _combine(self, operation: int) -> None:
-        """Add an operation, or its result if both values are constant."""
+        """Add an operation to the code; if both values are constants, add the result instead."""
         left, right = self._code[-2:] if len(self._code) > 1 else ([], [])
         if left[:1] == right[:1] == [ops.CONSTANT]:
             value = combined(operation, left[1], right[1])
@@ -193,9 +193,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            for _ in range(
-                2 - minuses % 2 if minuses else 0
-            ):  # two negations are not left out, because they may overflow
+            # two negations are not left out, because they may overflow
+            for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
     def _negate(self) -> None:
@@ -238,7 +237,7 @@ class Reader:
         if not token or not token[-1].isalnum():
             raise Malformed(f"a value is missing before {self.text[self.at]!r}", self.at)
         if later := class5.find(token, class5.VALUES):
-            raise Malformed(class5.message(later), self.at, rule=rules.LATER, end=self.at + len(token))
+            raise Malformed(message=class5.message(later), position=self.at, rule=rules.LATER, end=self.at + len(token))
         hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
         raise Malformed(f"there is no variable {token}{hint}", self.at, rule=rules.VARIABLE, end=self.at + len(token))
 

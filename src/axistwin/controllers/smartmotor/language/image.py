@@ -49,7 +49,7 @@ def labels(text: str) -> dict[int, int]:
 
 
 def sums(text: str) -> tuple[int, int]:
-    """Return the sums of RCKS: the sums of the bytes of the label addresses and of the text, 24 bits each."""
+    """Return both checksums of RCKS: sums of 24 bits over the label addresses and over the text."""
     addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
     return addresses & 0xFFFFFF, _sum(text)
 
@@ -169,7 +169,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps of a block whose targets are known at this word."""
+    """Yield those jumps of a block whose targets become known at this word."""
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place
     block.waiting = None if word == "ELSE" else place

@@ -131,7 +131,7 @@ def read(text: str) -> Statement:
         found, begin = _find(text)
         if found is None:
             rule, message = _unknown(text)
-            raise Malformed(message, 0, rule.chapter, rule)
+            raise Malformed(message=message, position=0, chapter=rule.chapter, rule=rule)
         if Accept.REMOVED in found.accepted:
             raise Malformed(f"{found.code} has been removed in 4.76: {found.instead}", 0, found.chapter, rules.REMOVED)
         return Statement(text, found, _READERS[found.form](text, begin, found))

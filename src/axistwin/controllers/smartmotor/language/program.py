@@ -91,7 +91,7 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the announcement before the operation at this place of `heads`; 0: not announced."""
+        """Return the number of code words that announce the statement at this place; 0 if it is not announced."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 
@@ -398,7 +398,7 @@ class _Writer:
 
 
 def digits(statement: Statement) -> int:
-    """Return the number in a label, GOTO, GOSUB or CASE."""
+    """Return the number that a label, GOTO, GOSUB or CASE contains."""
     value = statement.operands[0]
     assert isinstance(value, int)
     return value

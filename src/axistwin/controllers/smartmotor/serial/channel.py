@@ -106,13 +106,13 @@ class Channel:
         uart.on_receive, uart.on_idle = self.receive, self._idle
 
     def close(self) -> None:
-        """Stop receiving and sending: the motor is switched off."""
+        """Stop receiving and sending, because the motor is switched off."""
         self.shut()
         self.transfer = None
         self.uart.on_receive, self.uart.on_idle = lambda byte, errors: None, lambda: None
 
     def receive(self, byte: int, errors: LineError) -> None:
-        """Receive a character.  A line error is flagged, and the command that contains the character is spoiled."""
+        """Receive a character; after a line error, set the flag and discard the command with this character."""
         if not self.open:
             return
         self.received = True
@@ -150,7 +150,7 @@ class Channel:
         self.motor.update_outputs()
 
     def end_transfer(self) -> None:
-        """End a download or upload: characters are commands again."""
+        """End a download or upload, so that characters are commands again."""
         self.transfer = None
         self._words.forget()
 
@@ -232,18 +232,17 @@ class Channel:
         self.motor.update_outputs()
 
     def flag(self, error: ChannelError) -> None:
-        """Set the flag of an error, and note the error for RCHN of this channel."""
+        """Set the flag of an error, and store the error for RCHN of this channel."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            for (
-                channel
-            ) in self.motor.channels:  # errors that were noted before the flag was cleared are no longer valid
+            # errors that were noted before the flag was cleared are no longer valid
+            for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
         self.errors |= error
 
     def status(self) -> ChannelError:
-        """RCHN of this channel: return the noted errors whose flags are still set."""
+        """RCHN of this channel: return the stored errors whose flags are still set."""
         return ChannelError(sum(bit for bit, slot in FLAGS.items() if bit & self.errors and self.motor.i[slot]))
 
     def _spoil(self, byte: int, errors: LineError) -> None:
@@ -262,7 +261,7 @@ class Channel:
             self._words.drop()
 
     def send(self, data: bytes) -> None:
-        """Send characters after those that are waiting.  On a closed channel they are lost."""
+        """Send characters after those that are waiting; characters for a closed channel are lost."""
         if not self.open:
             return
         self._set_direction(transmitting=True)

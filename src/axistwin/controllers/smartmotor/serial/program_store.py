@@ -63,7 +63,7 @@ class Download:
         self._fresh.clear()
 
     def spoil(self) -> None:
-        """Receive a byte with a line error: the program is invalid."""
+        """Receive a byte with a line error, which makes the program invalid."""
         self._sound = False
         self.take(0)
 

@@ -107,7 +107,7 @@ class _Function(Expressions):
         self._emit(w.END)
 
     def _loop(self, node: ast.While | ast.For) -> None:
-        """Compile a loop as exit: { again: { leave at the end; next: { body }; step; go to again } }."""
+        """Compile a loop to nested blocks: exit: { again: { leave at the end; next: { body }; step; go to again } }."""
         counter, stop, step = self._range(node) if isinstance(node, ast.For) else (0, 0, 0)
         void = bytes((w.NO_RESULT,))
         self._emit(w.BLOCK, void, w.LOOP, void)
