@@ -89,7 +89,8 @@ def write(found: list[Row], run: dict[str, Any], out: Path, hardware: Hardware) 
     mutation = json.loads(MUTATION.read_text(encoding="utf-8")) if MUTATION.exists() else {}
     result = {
         "version": __version__, "date": date.today().isoformat(), SEEN: sum(hardware.sections.values()),  # noqa: DTZ011
-        "reports of probes": hardware.reports, "chapters": chapters(lines, hardware), "rows": lines, "mutation": mutation,
+        "reports of probes": hardware.reports, "chapters": chapters(lines, hardware), "rows": lines,
+        "mutation": mutation,
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     (out / "fidelity.json").write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -46,12 +46,14 @@ class Dialect:
 
     cases: Callable[[Product, str], list[Case]]
     """Returns the cases; the text is `Condition.facts["terminator"]`, or empty."""
-    examine: Callable[[End], Condition]
+    examine: Callable[[End, Product], Condition]
     """Brings the controller into a known state without motion.  Raises LinkError if it does not answer."""
     first: bytes
     """Request whose answer shows if the port keeps real time."""
     answer_form: Callable[[bytes], bytes]
     """Returns an answer without its values."""
+    initialise: Callable[[End], None] = lambda end: None
+    """Brings a new twin into the state in which it answers."""
     patience_s: float = 0.0
     """Longest time for which the controller can hold back an answer."""
     definitions: tuple[int, ...] = ()

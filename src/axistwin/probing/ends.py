@@ -48,8 +48,10 @@ class End(ABC):
         """Send `data` and collect the answer.
 
         The answer ends after a silence that follows all `expected` bytes; without them, after `LONGEST_S`.  A request
-        without an answer takes `wait_s` seconds.
+        without an answer takes `wait_s` seconds.  No `data`: the answer is the user bits of a board's status byte.
         """
+        if not data:
+            return Answer(bytes((self.user_bits,)), 0.0)
         self.drain()
         began = last = self.now
         self.send(data)
