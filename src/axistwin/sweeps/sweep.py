@@ -141,12 +141,10 @@ class Sweep:
                 )  # fmt: skip
         design, out = design or Design(), Path(out)
         runner, found = self.check(design, seconds)
-        if scheduler:
-            with Cluster(runner, scheduler):  # raises UsageError before the first run
-                pass
+        check_scheduler(runner, scheduler)
         results = Journal(out, self.plan(design, seconds), self._types(found))
         if not results.complete:
-            engine = Cluster(runner, scheduler, limit) if scheduler else engine_for(runner, workers, limit, tell)
+            engine = engine_for(runner, workers, limit, tell, scheduler)
             self._run(runner, results, engine, design, found, progress)
         return journal.read(out)
 
@@ -190,8 +188,22 @@ class Sweep:
         return {**types, "ended": "text", "seconds": "number", "wall_s": "number", **texts}
 
 
-def engine_for(runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
-    """Return worker processes, one for each core if `workers` is None, or with 0 workers this process."""
+def check_scheduler(runner: Runner, scheduler: str | None) -> None:
+    """Raise UsageError if a cluster is given that cannot be used."""
+    if scheduler:
+        with Cluster(runner, scheduler):
+            pass
+
+
+def engine_for(
+    runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None], scheduler: str | None = None
+) -> Engine:
+    """Return a cluster if a scheduler is given, else worker processes, one for each core if `workers` is None.
+
+    With 0 workers, this process runs all tasks.
+    """
+    if scheduler:
+        return Cluster(runner, scheduler, limit)
     count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
     count = (os.cpu_count() or 1) if count is None else count
     prepare(runner)  # compile once, before the workers start
