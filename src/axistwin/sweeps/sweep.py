@@ -106,13 +106,14 @@ class Sweep:
         """Return the runner and the points.  Raises UsageError if the sweep cannot run."""
         design = design or Design()
         runner = Runner(self._job(seconds))
-        for number, values in enumerate(self.varied.values()):
-            for value in values.samples:
-                runner.variation.check(number, value)
         if design.search is not None:
             searching.check(self.varied, self.claims)
-            return runner, ()
-        return runner, points(design.name, self.varied, design.runs, design.seed)
+        found = () if design.search is not None else points(design.name, self.varied, design.runs, design.seed)
+        drawn: list[Sequence[Value]] = [*zip(*found, strict=True)] or [()] * len(self.varied)
+        for number, (values, column) in enumerate(zip(self.varied.values(), drawn, strict=True)):
+            for value in _checked(values, column):
+                runner.variation.check(number, value)
+        return runner, found
 
     def run(
         self,
@@ -208,6 +209,13 @@ def engine_for(
     count = (os.cpu_count() or 1) if count is None else count
     prepare(runner)  # compile once, before the workers start
     return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
+
+
+def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
+    """Return the values to check before the first run: of drawn values the least and the greatest."""
+    if values.listed or not drawn:
+        return values.samples
+    return [min(drawn), max(drawn)]
 
 
 def _is_list(text: str) -> bool:
