@@ -1,5 +1,7 @@
 """Runs on a Dask cluster give the same rows; a cluster that cannot be used is refused before the first run."""
 
+import socket
+
 import pytest
 
 from axistwin.errors import UsageError
@@ -29,6 +31,16 @@ def test_a_cluster_gives_the_rows_of_this_process(tmp_path, scheduler, monkeypat
     monkeypatch.setattr(cluster, "VERSION", "0.0.1")
     with pytest.raises(UsageError, match=r"expected 0\.0\.1, as here"):
         sweep(tmp_path).run(tmp_path / "b.parquet", scheduler=scheduler)
+
+
+def test_another_program_at_the_address_is_refused(tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="the extra [cluster] is not installed")
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.2)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(UsageError, match=f"no scheduler at {address}"):
+            sweep(tmp_path).run(tmp_path / "a.parquet", scheduler=address)
+    assert not (tmp_path / "a.parquet.parts").exists()
 
 
 def test_a_lost_scheduler_ends_a_sweep_that_can_be_continued(tmp_path):

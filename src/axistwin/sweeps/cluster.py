@@ -143,12 +143,13 @@ def _silence() -> dict[logging.Logger, int]:
 
 
 def _connect(address: str) -> None:
-    """Raise OSError or ValueError at once if no program listens at the address of a scheduler."""
+    """Raise OSError or ValueError if no scheduler listens at an address; Dask itself would try again without end."""
     found = urlsplit(address)
     if not found.hostname or found.port is None:
         raise ValueError("not an address")
-    with socket.create_connection((found.hostname, found.port), CONNECT_S):
-        pass
+    with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
+        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends first
+            raise OSError("another program listens there")
 
 
 def version() -> str:
