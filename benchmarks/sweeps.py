@@ -117,14 +117,14 @@ def bare_ms(directory: Path, runs: int) -> float:
     return (process_time() - begin_s) / runs * 1e3
 
 
-def overhead_ms(directory: Path, runs: int) -> tuple[float, float]:
+def overhead_ms(directory: Path) -> tuple[float, float]:
     """Return the processor time of a run by itself, and that of a sweep for each run beyond it, in ms.
 
     The second includes the scene with its values, recording, measures, messages and rows, in all processes.  The start
     of the processes is left out: it is the same for any number of runs.  Each time is the least of several, because
     other programs slow down a processor that they share.
     """
-    few, many = runs // 3, runs
+    few, many = 100, 400
     rounds = [(bare_ms(directory, few), swept_s(directory, few), swept_s(directory, many)) for _ in range(ROUNDS)]
     bare, few_s, many_s = (min(column) for column in zip(*rounds, strict=True))
     return bare, (many_s - few_s) / (many - few) * 1e3 - bare
@@ -173,7 +173,7 @@ def main() -> int:
         directory = Path(name)
         one_s, first = timed(directory, given.runs, 1)
         two_s, second = timed(directory, given.runs, 2)
-        bare, more_ms = overhead_ms(directory, given.runs)
+        bare, more_ms = overhead_ms(directory)
         share = (one_s / two_s) / (control(2) / control(1))
         third = killed(directory, given.runs, random.Random(given.seed))
         goals["equal tables with 1 and 2 workers and after kills"] = len({first, second, third}) == 1
