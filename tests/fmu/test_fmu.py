@@ -184,7 +184,7 @@ def test_another_version_of_axistwin_is_refused(unpacked):
         (["--command", "start"], "--command 'start': expected NAME:LINE"),
         (["--command", "a b: > X"], "invalid name 'a b' of a command"),
         (["--command", "time: > X"], "invalid name 'time' of a command"),
-        (["--command", "start: knife: X"], "command 'start': unknown act"),
+        (["--command", "start: knife: X"], "command 'start': unknown kind of line"),
         (["--command", "start: > X"], "command 'start': the name of the controller is missing"),
         (["--command", "start: knife: = D low"], "command 'start': 'knife: = D low' is not an act of a host"),
         (["--command", "start: knife: ! Q low"], "command 'start': unknown name 'Q'"),

@@ -1,8 +1,8 @@
-"""Runs on a Dask cluster: the same rows as worker processes of this computer, streamed back as the runs end.
+"""Run a sweep on a Dask cluster; the rows are the same as with worker processes of this computer.
 
-A few batches of tasks for each thread of the cluster are under way at a time; short runs are sent in larger batches.
-Each thread has a process of its own for the runs, as Dask cannot stop a run that exceeds the time limit.  Dask repeats
-the batch of a lost worker on another worker.
+Tasks are sent in batches, because a message takes some milliseconds.  Each thread of a worker runs its tasks in a
+separate process, because Dask cannot stop a run that exceeds the time limit.  Dask repeats the batch of a lost worker
+on another worker.
 """
 
 import atexit
@@ -25,12 +25,12 @@ from axistwin.version import VERSION
 
 CONNECT_S = 10
 PER_THREAD = 3
-"""Batches under way for each thread of the cluster, so that no worker waits for a task."""
+"""Number of submitted batches for each thread of the cluster, so that no worker is idle."""
 BATCH_S, MOST_TASKS = 0.2, 32
 """Real time of a batch, and its largest number of tasks."""
 _POLL_S = 0.5
 _processes: dict[int, tuple[bytes, Workers]] = {}
-"""The process of each thread of a Dask worker, and the pickled job of this process."""
+"""Pickled job and process by thread of a Dask worker."""
 
 
 class Cluster:
@@ -58,7 +58,7 @@ class Cluster:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(Exception):  # the scheduler may have ended
+        with suppress(Exception):  # the scheduler may have ended already
             self._client.close()
         for logger, level in self._levels.items():
             logger.setLevel(level)
@@ -146,7 +146,7 @@ def _connect(address: str) -> None:
     """Raise OSError or ValueError if no scheduler listens at an address; Dask itself would try again without end."""
     found = urlsplit(address)
     if not found.hostname or found.port is None:
-        raise ValueError("not an address")
+        raise ValueError("invalid address of a scheduler")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
         if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends first
             raise OSError("another program listens there")
@@ -177,7 +177,7 @@ def perform(setup: bytes, tasks: list[Task], limit_s: float) -> list[Row]:
 
 
 def end_processes() -> None:
-    """End the processes of this worker."""
+    """End the processes that this Dask worker has started."""
     while _processes:
         _, (_, process) = _processes.popitem()
         process.__exit__()
