@@ -53,6 +53,7 @@ GROUPS = {
         Command("run", "runs", "Run a program or a conversation at full speed."),
         Command("plot", "runs", "Draw a trace."),
         Command("diff", "runs", "Find the first difference between two traces."),
+        Command("fmu", "runs", "Write a scene as an FMU for Simulink, Dymola or OpenModelica."),
     ),
     "Run a scene many times": (
         Command("sweep", "sweeping", "Run a scene with other values; measure, and test claims."),
