@@ -4,6 +4,7 @@ import pytest
 
 import axistwin
 from axistwin.drivers import PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers.steps import Pause
 
 from .devices import answering, model_of, url_of
 
@@ -81,6 +82,22 @@ def test_a_power_cut_loses_the_position(twin, motor):
     shaft.set_position(300)
     shaft.move_to(310)
     assert shaft.wait(5).position == 310
+
+
+def test_a_power_cut_between_the_check_and_the_move_is_noticed(twin, motor, monkeypatch):
+    shaft = motor.axes["shaft"]
+    set_profile = shaft.core._set_profile
+
+    def after_a_power_cut():
+        twin.do(lambda: model_of(twin).power_cycle())
+        yield Pause(0.1)
+        yield from set_profile()
+
+    monkeypatch.setattr(shaft.core, "_set_profile", after_a_power_cut)
+    shaft.set_profile(acceleration=30_000)
+    with pytest.raises(RefusedError, match="does not move: the power of shaft was cut"):
+        shaft.move_to(300)
+    assert shaft.status().lost and true_position(twin) == 0
 
 
 def test_pins_programs_cams_and_streams(twin, motor):
