@@ -44,7 +44,7 @@ def ioc(ports: dict[str, str], port: int, figures: Connection) -> None:
     from axistwin.integrations.epics.ioc import Ioc
 
     async def run() -> None:
-        stations = [Station(name, AsyncController(url, make("if1", {}))) for name, url in ports.items()]
+        stations = [Station(name, "if1", AsyncController(url, make("if1", {}))) for name, url in ports.items()]
         async with Machine(stations, 1 / RATE_HZ) as machine:
             served = Ioc(machine, "LAB:")
             polls = [0]

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from axistwin.drivers.axis import Status
@@ -22,6 +22,8 @@ class Goal:
     target: int | None = None
     failure: str = ""
     """Why the motion failed; "" if it did not."""
+    begun: asyncio.Event = field(default_factory=asyncio.Event)
+    """Set when the motion has begun, has failed, or has been replaced."""
 
 
 class DrivenAxis:
@@ -77,14 +79,18 @@ class DrivenAxis:
 
     async def request(self, goal: Goal) -> None:
         """Begin a motion; return when the axis is at rest.  Raises RefusedError if the motion fails."""
+        await self.begin(goal)
+        await self._rest.wait()
+        if goal.failure:
+            raise RefusedError(goal.failure)
+
+    async def begin(self, goal: Goal) -> None:
+        """Request a motion, which begins when the axis is at rest."""
         self.goal = self._starting = goal
         self.stopped = False
         self._now_busy()
         await self.changed()
         self._spawn(goal)
-        await self._rest.wait()
-        if goal.failure:
-            raise RefusedError(goal.failure)
 
     async def stop(self, *, abort: bool = False) -> None:
         """End the present motion; the axis is busy until it is at rest.  After an error the next poll tries again."""
@@ -146,6 +152,7 @@ class DrivenAxis:
         finally:
             if self._starting is goal:
                 self._starting = None
+            goal.begun.set()
             self.station.wake()
 
     async def _begins(self, goal: Goal) -> bool:

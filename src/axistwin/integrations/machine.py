@@ -76,7 +76,7 @@ def at_port(
     for axis in units:
         if axis not in driver.axes:
             raise UsageError(f"no axis {axis!r}: expected {', '.join(driver.axes)}")
-    return Machine([Station(model, driver, units, tuple(registers))], period_s)
+    return Machine([Station(model, model, driver, units, tuple(registers))], period_s)
 
 
 async def of_scene(
@@ -105,7 +105,7 @@ async def of_scene(
             url = await server.open(name, parse(f"{kind}://127.0.0.1:0"))
             model, given, own = _of_bench(bench, name)
             driver = AsyncController(str(url), _core(model, {**given, **options.get(name, {})}))
-            stations.append(Station(name, driver, own | _after(name, units or {}), _registers(name, registers)))
+            stations.append(Station(name, model, driver, own | _after(name, units or {}), _registers(name, registers)))
         _check_names(stations, [*(units or {}), *registers])
     except BaseException:
         server.close()

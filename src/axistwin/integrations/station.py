@@ -22,11 +22,12 @@ class Station:
     def __init__(
         self,
         name: str,
+        model: str,
         driver: AsyncController,
         units: Mapping[str, MachineUnits] | None = None,
         registers: tuple[str, ...] = (),
     ) -> None:
-        self.name, self.driver = name, driver
+        self.name, self.model, self.driver = name, model, driver
         self.axes = {axis: DrivenAxis(self, axis, (units or {}).get(axis, COUNTS)) for axis in driver.axes}
         self.points: list[Point] = points_of(driver, registers)
         self._wake, self._polled = asyncio.Event(), asyncio.Event()
