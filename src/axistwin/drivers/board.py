@@ -20,8 +20,8 @@ MOVE_ID = 50
 """Number of the predefined move that `move_at` uses."""
 BEGIN_S = 0.1
 """Time after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
-MOST_VELOCITIES = 280
-"""Velocities that the empty streaming buffer of about 600 bytes holds."""
+SEVEN, STREAM_BYTES = 7, 14
+"""Velocities in one command (E1h), and their bytes in the streaming buffer."""
 RANGES = (1.0, 0.1, 0.01, 0.001)
 NOT_FOUND = Fault("home not found", "check the home switch and home_definition, then call clear_faults")
 FAIL = Fault("board failure", "call reset; the position is then lost")
@@ -239,17 +239,41 @@ class Board(Core):
         return signed((yield from self.request(0x9A))[:4])
 
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
-        """Stream velocities (52h, E1h), one per update; negative ones are CCW.  At most 280, and the last must be 0."""
+        """Stream velocities (52h, E1h), one per update; negative ones are CCW, and the last must be 0.
+
+        Returns when the last velocities are in the buffer of about 300.  Raises RefusedError, and stops
+        the motor, if the board has used up its buffer before the next velocities arrived.
+        """
         values = list(velocities)
-        if len(values) > MOST_VELOCITIES or values[-1:] != [0]:
-            raise RefusedError(f"{len(values)} velocities: expected 1 to {MOST_VELOCITIES}, the last 0")
+        if values[-1:] != [0] or any(abs(value) > 0x7FFF for value in values):
+            raise RefusedError("velocities: expected numbers from -32767 to 32767, the last 0")
         alarm = (0xFF, 0xFF, 0xFF, 0xFF)
         yield from self.command(0x52, clock, divisor, *alarm, *update_ms.to_bytes(2, "big"))
-        values += [0] * (-len(values) % 7)
-        for begin in range(0, len(values), 7):
-            words = [abs(value) | (0x8000 if value < 0 else 0) for value in values[begin : begin + 7]]
+        values += [0] * (-len(values) % SEVEN)
+        size = free = yield from self._free_bytes()
+        begun = False
+        while values:
+            count = (free - 1) // STREAM_BYTES * SEVEN
+            yield from self._stream(values[:count])
+            del values[:count]
+            if not begun:
+                yield from self.command(0x42)
+            elif not count:
+                yield Pause(update_ms * SEVEN / 1000)
+            before, free = free, (yield from self._free_bytes())
+            if begun and (free == size or (not count and free == before)):  # empty, or no longer performed
+                for kill in (0x7B, 0x78):
+                    yield from self.command(kill)
+                raise RefusedError("the stream was interrupted: use a longer update_ms, or fewer velocities")
+            begun = True
+
+    def _free_bytes(self) -> Procedure[int]:
+        return int.from_bytes((yield from self.request(0xE2))[2:4], "big")
+
+    def _stream(self, values: list[int]) -> Procedure[None]:
+        for begin in range(0, len(values), SEVEN):
+            words = [abs(value) | (0x8000 if value < 0 else 0) for value in values[begin : begin + SEVEN]]
             yield from self.command(0xE1, *(byte for word in words for byte in word.to_bytes(2, "big")))
-        yield from self.command(0x42)
 
 
 class Motor(AxisCore):
