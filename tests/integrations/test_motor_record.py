@@ -318,3 +318,23 @@ def test_writes_without_motion():
         assert motor.values["NAME"] == "motor" and motor.values["RTYP"] == "motor"
 
     run(session)
+
+
+def test_motors_of_a_chain_are_axes_of_one_station():
+    async def session():
+        bench = Bench()
+        motors = [bench.add("smartmotor", f"m{number}") for number in (1, 2)]
+        bench.chain(*motors, name="chain")
+        machine = await of_scene(bench, {}, speed=10.0, registers=["chain.shaft2.a"], period_s=0.01)
+        async with machine:
+            (station,) = machine.stations
+            records = {name: MotorRecord(axis, name, name) for name, axis in station.axes.items()}
+            polling = asyncio.create_task(machine.run())
+            await asyncio.gather(records["shaft1"].put("VAL", 300), records["shaft2"].put("VAL", -300))
+            polling.cancel()
+            await asyncio.wait([polling])
+        assert [motor.axes["shaft"].position for motor in motors] == [300, -300]
+        names = [point.name for point in station.points]
+        assert {"shaft1.A", "shaft2.G", "shaft2.a"} < set(names)
+
+    asyncio.run(session())

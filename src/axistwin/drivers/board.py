@@ -288,6 +288,7 @@ class Motor(AxisCore):
         self._target: int | None = None
         self._begin_by: float | None = None
         self._has_moved = False
+        self._home_from = 0
 
     def forget(self) -> None:
         """Forget what a reset has cleared."""
@@ -358,9 +359,11 @@ class Motor(AxisCore):
     def home(self, direction: int) -> Procedure[None]:
         """Search for HOME; this position is then 0."""
         yield from self._set_profile()
+        start = yield from self._position()
         yield from self._board.command(0x38, *self._board.home_definition)
         yield from self._board.command(0x39, 0 if direction > 0 else 1)
         self._homing, self._home_failed, self._has_moved = True, False, False
+        self._home_from = start
         self._target, self._begin_by = None, (yield Clock()) + BEGIN_S
 
     def status(self) -> Procedure[Status]:
@@ -378,6 +381,7 @@ class Motor(AxisCore):
         except FailedError:
             return Status(0, 0, 0, False, faults=(FAIL,), lost="the board has failed")
         if not moving and self._homing:
+            self._has_moved |= position != self._home_from
             yield from self._homed()
             position = yield from self._position()
         return Status(

@@ -30,18 +30,25 @@ class SmartMotors(Core):
 
     `addresses`: the addresses of the motors on a daisy chain or an RS485 line; () for one motor without an address.
     `chain`: give the motors of an RS232 daisy chain their addresses, in this order, if they do not answer.  `limits`:
-    the limit switches are wired to pins C and D; False makes these pins inputs.
+    the limit switches are wired to pins C and D; False makes these pins inputs.  `rs485`: the line has one pair of
+    wires, on which a motor must not answer while the host sends.
     """
 
     line = Line(9600)
 
     def __init__(
-        self, timeout: float = 0.5, *, addresses: Sequence[int] = (), chain: bool = True, limits: bool = False
+        self,
+        timeout: float = 0.5,
+        *,
+        addresses: Sequence[int] = (),
+        chain: bool = True,
+        limits: bool = False,
+        rs485: bool = False,
     ) -> None:
         super().__init__(timeout)
         if not all(1 <= address <= 120 for address in addresses):
             raise ValueError(f"addresses {tuple(addresses)}: expected numbers from 1 to 120")
-        self.addresses, self.chain, self.limits = tuple(addresses), chain, limits
+        self.addresses, self.chain, self.limits, self.rs485 = tuple(addresses), chain and not rs485, limits, rs485
         self.echo = False
         self._shafts = [Shaft(self, address) for address in self.addresses or (None,)]
         self.axes = {shaft.name: shaft for shaft in self._shafts}
@@ -104,10 +111,15 @@ class SmartMotors(Core):
         if self.echo and (echo := (yield from self._take(len(data), text))) != data:
             raise WrongAnswerError(f"echo {shown(echo)} of {text}: the line is disturbed, or another host uses it")
 
+    @property
+    def one_by_one(self) -> bool:
+        """True if each report has to wait for the answer before it, because of an echo or a shared pair of wires."""
+        return self.echo or self.rs485
+
     def ask(self, prefix: bytes, *reports: str) -> Procedure[list[str]]:
-        """Return the answers to reports.  A motor with echo would mix its answers with the echo of the next report."""
+        """Return the answers to reports."""
         found = b""
-        for lines in [[report] for report in reports] if self.echo else [reports]:
+        for lines in [[report] for report in reports] if self.one_by_one else [reports]:
             yield from self.send(prefix, " ".join(lines))
             for line in lines:
                 found += (yield from self._until(b"\r", line)) + b"\r"
@@ -253,12 +265,12 @@ class Shaft(AxisCore):
         units = self._units()
         if units == self._set_acceleration:
             return
-        (before,) = yield from self._line.ask(self.prefix, "RA" if self._line.echo else f"RA A={units}")
+        (before,) = yield from self._line.ask(self.prefix, "RA" if self._line.one_by_one else f"RA A={units}")
         if not whole(before, "RA"):
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
             raise RefusedError(f"{self.name} does not move: {self._lost}")
-        if self._line.echo:
+        if self._line.one_by_one:
             yield from self._line.send(self.prefix, f"A={units}")
         self._set_acceleration = units
 

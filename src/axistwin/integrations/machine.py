@@ -128,7 +128,7 @@ def _of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, M
     if name in bench.lines:
         motors = bench.lines[name].motors
         shafts = {f"shaft{number}": motor.axes["shaft"] for number, motor in enumerate(motors, 1)}
-        given["addresses"] = tuple(range(1, len(motors) + 1))
+        given = {"addresses": tuple(range(1, len(motors) + 1)), "rs485": bench.lines[name].channel == "rs485"}
     else:
         model, shafts = bench[name].product.model, dict(bench[name].axes)
     if model == "smartmotor" and any(axis.limits for axis in shafts.values()):
