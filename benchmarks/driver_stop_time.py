@@ -45,7 +45,7 @@ def measure(model: str, runs: int, speed: float, chance: random.Random) -> list[
         if model == "smartmotor":
             twin.do(lambda: set_baud_rate(made.serial))
             time.sleep(0.3 / speed)
-        with connect(next(iter(twin.ports.values())), model) as controller:
+        with connect(next(iter(twin.ports.values())), model, timeout=10.0) as controller:
             axis = controller.axes[name]
             ended = threading.Event()
 

@@ -45,7 +45,7 @@ def as_sent(text: str) -> bytes:
     """Return a source text as bytes to send: lines end in LF, non-ASCII characters (in comments) become `?`."""
     lines = _line_end.split(text.partition(END_OF_FILE)[0])
     if not lines[-1]:
-        lines.pop()  # the empty text after the last line end
+        lines.pop()  # removes the empty text after the last line end
     return "".join(f"{_foreign.sub('?', line.expandtabs(1))}\n" for line in lines).encode()
 
 
