@@ -1,8 +1,11 @@
-"""Fields of a motor record: type and value at the start."""
+"""Fields of a motor record: type, value at the start, and the check of written values."""
 
 from dataclasses import dataclass
 from enum import Enum
+from fractions import Fraction
 from typing import Any
+
+from axistwin.drivers.errors import RefusedError
 
 
 class Kind(Enum):
@@ -48,6 +51,7 @@ NO_YES = ("No", "Yes")
 SEVERITIES = ("NO_ALARM", "MINOR", "MAJOR", "INVALID")
 STOP, PAUSE, MOVE, GO = range(4)
 """Choices of SPMG."""
+MOST_DECIMALS = 6
 
 MOTOR: dict[str, Field] = {
     **_doubles("VAL RBV DVAL DRBV RLV DIFF OFF HLM LLM DHLM DLLM"),
@@ -79,3 +83,31 @@ OWN = ("FAULT", "CLEAR")
 def called(record: str, field: str) -> str:
     """Return the name under which a field is served."""
     return f"{record}:{field}" if field in OWN else f"{record}.{field}"
+
+
+def decimals(per: Fraction) -> int:
+    """Return the decimals that one count needs, at most 6."""
+    return next((n for n in range(MOST_DECIMALS) if (10**n / per).denominator == 1), MOST_DECIMALS)
+
+
+def checked(field: str, value: Any) -> Any:
+    """Return a value with the type of the field; a choice of a menu as its number.  Raises RefusedError."""
+    found = MOTOR[field]
+    try:
+        match found.kind:
+            case Kind.DOUBLE:
+                value = float(value)
+                if not abs(value) < 1e15:
+                    raise RefusedError(f"{field}: {value} is not a number below 1e15")
+            case Kind.LONG:
+                value = int(value)
+            case Kind.MENU:
+                value = found.menu.index(value) if isinstance(value, str) else int(value)
+                if not 0 <= value < len(found.menu):
+                    raise RefusedError(f"{field}: {value} is no choice: expected {', '.join(found.menu)}")
+            case _:
+                value = str(value)[:39]
+    except (ValueError, TypeError):
+        expected = ", ".join(found.menu) or f"a {found.kind.value}"
+        raise RefusedError(f"{field}: {value!r} is invalid: expected {expected}") from None
+    return value

@@ -5,7 +5,6 @@ a position that was written as 0.3 is read as 0.3.
 """
 
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -13,25 +12,13 @@ from typing import Any
 from axistwin.drivers.axis import Status
 from axistwin.drivers.errors import RefusedError
 from axistwin.integrations.driven_axis import DrivenAxis
-from axistwin.integrations.epics.fields import GO, MOTOR, MOVE, PAUSE, STOP, Kind
+from axistwin.integrations.epics.fields import GO, MOTOR, MOVE, PAUSE, STOP, checked, decimals
+from axistwin.integrations.epics.state import SILENT, Alarm, alarm_of, status_bits
 
 SCALED = ("VMAX", "VELO", "JVEL", "HVEL", "BVEL", "TWV", "JAR", "DHLM", "DLLM")
 """Fields that are scaled with MRES."""
 FINEST = 10**9
 """Largest denominator of MRES as a fraction."""
-MOST_DECIMALS = 6
-DIRECTION, DONE, PLUS, HOME_SWITCH, AT_HOME, PROBLEM, MOVING, SILENT, MINUS, HOMED = (
-    1 << bit for bit in (0, 1, 2, 3, 7, 9, 10, 12, 13, 14)
-)
-"""Bits of MSTA."""
-
-
-@dataclass(frozen=True)
-class Alarm:
-    """Alarm of a record: status and severity with the names of EPICS."""
-
-    status: str = "NO_ALARM"
-    severity: str = "NO_ALARM"
 
 
 Post = Callable[[str, Any], Awaitable[None]]
@@ -56,7 +43,7 @@ class MotorRecord:
         core, values = self.axis.core, self.values
         values.update(NAME=self.name, RTYP="motor", DESC=description[:40], DTYP="axistwin", STAT="UDF", UDF=1)
         values.update(OUT=f"@{self.axis.station.driver.url}"[:39], EGU=self.axis.units.of, VERS=1.0, SEVR=3)
-        values["PREC"] = _decimals(self._per)
+        values["PREC"] = decimals(self._per)
         unit = 1 / float(abs(self._per))
         values.update(VELO=core.velocity * unit, ACCL=core.velocity / core.acceleration, VMAX=core.max_velocity * unit)
         values.update(JVEL=values["VELO"], HVEL=values["VELO"], BVEL=values["VELO"], TWV=values["VELO"] / 10)
@@ -103,7 +90,7 @@ class MotorRecord:
         """Process a write; for a motion, return at rest.  Raises DriverError."""
         if field not in PUTS:
             raise RefusedError(f"{field} can only be read")
-        await PUTS[field](self, _checked(field, value))
+        await PUTS[field](self, checked(field, value))
 
     async def _post(self, field: str, value: Any) -> None:
         for observer in self.observers:
@@ -316,7 +303,11 @@ class MotorRecord:
             await axis.stop()
         if not axis.busy and not self.values["DMOV"]:
             await self._ended()
-        await self._set(MOVN=int(moving), MSTA=self._bits(status), DMOV=int(not axis.busy))
+        await self._set(
+            MOVN=int(moving),
+            MSTA=status_bits(status, busy=axis.busy, forward=self.values["CDIR"], homed=self._homed),
+            DMOV=int(not axis.busy),
+        )
 
     async def _set_readback(self, status: Status) -> None:
         dial = self._dial(status.position)
@@ -342,62 +333,13 @@ class MotorRecord:
         if self.values["SPMG"] == MOVE:
             await self._stop_pause_move_go(PAUSE)
 
-    def _bits(self, status: Status) -> int:
-        bits = {
-            DIRECTION: self.values["CDIR"],
-            DONE: not self.axis.busy,
-            PLUS: status.limit_plus,
-            HOME_SWITCH: status.at_home,
-            AT_HOME: status.at_home,
-            PROBLEM: status.faults,
-            MOVING: status.moving,
-            MINUS: status.limit_minus,
-            HOMED: self._homed,
-        }
-        return sum(bit for bit, on in bits.items() if on)
-
     async def _set_alarm(self, status: Status) -> None:
-        if self.axis.error:
-            alarm, message = Alarm("COMM", "INVALID"), self.axis.error
-        elif status.lost:
-            alarm, message = Alarm("UDF", "INVALID"), f"{status.lost}: home the axis, or set the position"
-        elif status.faults:
-            alarm, message = Alarm("STATE", "MAJOR"), "; ".join(map(str, status.faults))
-        else:
-            alarm, message = Alarm(), ""
+        alarm, message = alarm_of(status, self.axis.error)
         if (alarm, message) != (self.alarm, self.values["FAULT"]):
             self.alarm = alarm
             severity = MOTOR["SEVR"].menu.index(alarm.severity)
             await self._post("", None)
             await self._set(STAT=alarm.status, SEVR=severity, UDF=int(alarm.status == "UDF"), FAULT=message)
-
-
-def _decimals(per: Fraction) -> int:
-    """Return the decimals that one count needs, at most 6."""
-    return next((n for n in range(MOST_DECIMALS) if (10**n / per).denominator == 1), MOST_DECIMALS)
-
-
-def _checked(field: str, value: Any) -> Any:
-    """Return a value with the type of the field; a choice of a menu as its number.  Raises RefusedError."""
-    found = MOTOR[field]
-    try:
-        match found.kind:
-            case Kind.DOUBLE:
-                value = float(value)
-                if not abs(value) < 1e15:
-                    raise RefusedError(f"{field}: {value} is not a number below 1e15")
-            case Kind.LONG:
-                value = int(value)
-            case Kind.MENU:
-                value = found.menu.index(value) if isinstance(value, str) else int(value)
-                if not 0 <= value < len(found.menu):
-                    raise RefusedError(f"{field}: {value} is no choice: expected {', '.join(found.menu)}")
-            case _:
-                value = str(value)[:39]
-    except (ValueError, TypeError):
-        expected = ", ".join(found.menu) or f"a {found.kind.value}"
-        raise RefusedError(f"{field}: {value!r} is invalid: expected {expected}") from None
-    return value
 
 
 async def _by_raw(record: MotorRecord, value: float) -> None:

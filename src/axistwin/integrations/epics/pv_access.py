@@ -11,7 +11,8 @@ from p4p.server.asyncio import SharedPV
 from axistwin.drivers.errors import DriverError
 from axistwin.integrations.epics.channel_access import LOOPBACK
 from axistwin.integrations.epics.fields import MOTOR, NO_YES, Field, Kind, called
-from axistwin.integrations.epics.motor_record import Alarm, MotorRecord
+from axistwin.integrations.epics.motor_record import MotorRecord
+from axistwin.integrations.epics.state import Alarm
 from axistwin.integrations.points import Point
 
 CODES = {Kind.DOUBLE: "d", Kind.LONG: "i", Kind.STRING: "s", Kind.TEXT: "s"}
