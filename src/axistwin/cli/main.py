@@ -66,6 +66,7 @@ GROUPS = {
         Command("boards", "serving", "List the motion boards that are connected."),
         Command("record", "serving", "Record the conversation of a host with a real controller."),
         Command("probe", "serving", "Compare a real controller with a virtual one, case by case."),
+        Command("rescue", "serving", "Save what a real controller contains, and start a twin."),
         Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),
     ),
     "Serve axes to laboratories and plants": (
