@@ -70,6 +70,10 @@ GROUPS = {
         Command("rescue", "serving", "Save what a real controller contains, and start a twin."),
         Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),
     ),
+    "Serve axes to laboratories and plants": (
+        Command("ioc", "serving", "Serve axes as motor records of EPICS."),
+        Command("opcua", "serving", "Serve axes as an OPC UA address space."),
+    ),
     "Write programs and scenes": (
         Command("check", "authoring", "Find errors in programs and scenes."),
         Command("commands", "authoring", "List every command of a model."),
