@@ -33,7 +33,7 @@ html_copy_source = False
 html_show_sourcelink = False
 
 
-OURS = ("sms", "talk", "if1", "181x", "csv")
+OURS = ("sms", "talk", "if1", "181x", "csv", "basic")
 """Languages of code blocks without a Pygments lexer."""
 EXAMPLES = re.compile(r"\]\(((?:\.\./)*)\.\./examples/([\w-]+)/README\.md\)")
 
