@@ -46,7 +46,13 @@ def printed(commands, directory):
     keyboard, typist = os.pipe()
     try:
         done = subprocess.run(
-            commands, shell=True, cwd=directory, env=environment, stdin=keyboard, capture_output=True, timeout=PATIENCE_S
+            commands,
+            shell=True,
+            cwd=directory,
+            env=environment,
+            stdin=keyboard,
+            capture_output=True,
+            timeout=PATIENCE_S,
         )
     finally:
         os.close(keyboard)

@@ -123,7 +123,9 @@ def test_the_scene_of_the_ioc_is_one(tmp_path):
     compile((tmp_path / "test_ioc.py").read_text(), "test_ioc.py", "exec")
 
 
-EXCHANGE = re.compile(r"^\| (?:[a-z-]+|`[A-Z]+`(?: on| off)?) \| `(?P<sent>.*?)` \| (?:`(?P<answer>.*?)` )?\|", re.MULTILINE)
+EXCHANGE = re.compile(
+    r"^\| (?:[a-z-]+|`[A-Z]+`(?: on| off)?) \| `(?P<sent>.*?)` \| (?:`(?P<answer>.*?)` )?\|", re.MULTILINE
+)
 
 
 @pytest.fixture

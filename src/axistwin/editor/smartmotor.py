@@ -35,7 +35,7 @@ class Source:
     @cached_property
     def program(self) -> Program:
         """The compiled program."""
-        return Program.compile("\n".join(self.lines).encode("ascii", "replace"))
+        return Program.compile("\n".join(self.lines))
 
     @cached_property
     def labels(self) -> dict[int, tuple[int, int]]:
