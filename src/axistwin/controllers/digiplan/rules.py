@@ -27,7 +27,8 @@ RULES = (
         "Status requests, `#`, `[` and `]` are messages by themselves, each with its own <CR>.",
         "X100 E"),
     SETUP := Rule("DP104", "for initialisation only", E, INITIALISATION,
-        "`(`, `*`, `U` and `V` are obeyed during initialisation; afterwards they are a data fault.",
+        "`(`, `*`, `U` and `V` are obeyed during initialisation; afterwards they are a data fault.  Leave them out "
+        "of a file of command lines: axistwin initialises the interface before the first line.",
         "U61"),
     MISPLACED := Rule("DP105", "a sign that is not valid here", E, ALL,
         "`$`, `:`, `+`, `-` and `,` are parts of other commands: `$` ends a message, `:` divides the steps of a "

@@ -65,6 +65,8 @@ class State(ABC):
         self.step = 0
         """The step of the sequence in progress; 0: no sequence runs."""
         self.on_step: Callable[[int], None] = lambda number: None
+        self.waiting: Step | None = None
+        """The step that waits for inputs."""
         self.hint = ""
         """Before READY: reason for dropping the host's characters, and the remedy."""
         self.on_hint: Callable[[str], None] = lambda hint: None
