@@ -1,5 +1,6 @@
 """Asides of the tutor in a terminal of the panel: explanations in grey after typed lines and their answers."""
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 
 from nicegui import ui
@@ -15,6 +16,12 @@ from axistwin.units import S
 ANSWERS_NS = 2 * S
 """Virtual time after a typed line in which received data are explained as its answer."""
 SETTING = "tutor"
+_drive = re.compile(r"(?:type {2})?:drive (\w+) (\w+)")
+
+
+def _in_the_panel(line: str) -> str:
+    """Return a comment with the panel's controls instead of the terminal's command `:drive`."""
+    return _drive.sub(lambda drive: "click power" if drive[1] == "power" else f"set {drive[1]} {drive[2]} (Pins)", line)
 
 
 class Asides:
@@ -49,7 +56,7 @@ class Asides:
             for event in said:
                 if isinstance(event, Received) and event.time_ns <= self._until_ns:
                     self._lines += self._tutor.received(event.data)
-        lines, self._lines = self._lines, []
+        lines, self._lines = [_in_the_panel(line) for line in self._lines], []
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
