@@ -73,6 +73,11 @@ def test_a_remedy_names_the_controls_of_the_panel(written):
         if1.pins["estop"].drive(False)
         visit.press("why-if1")
         assert "the emergency stop is open (PL3 terminal 1): set estop high (Pins)  and then  K" in "".join(written)
+        if1.pins["estop"].drive(True)
+        if1.serial.write(b"K\rH1X10$\r")
+        visit.run(1)
+        visit.press("why-if1")
+        assert "the move waits for input1 high: set input1 high (Pins)\x1b" in "".join(written)
 
     show(bench_of("if1"), of("if1"), play)
 

@@ -16,7 +16,7 @@ from axistwin.units import S
 ANSWERS_NS = 2 * S
 """Virtual time after a typed line in which received data are explained as its answer."""
 SETTING = "tutor"
-_drive = re.compile(r"(?:type {2})?:drive (\w+) (\w+)")
+_drive = re.compile(r"(?:type {2}|! \w+ \w+ in a program, )?:drive (\w+) (\w+)(?: in a terminal)?")
 
 
 def _in_the_panel(line: str) -> str:
