@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup check docs engine dist test bench report report-rows mutation
+.PHONY: setup check docs engine playground dist test bench report report-rows mutation
 
 setup:                          ## a working copy to develop in
 	$(PYTHON) -m venv $(VENV)
@@ -33,6 +33,10 @@ engine: $(BIN)/lint-imports    ## Pyodide, pydantic-core and axistwin's wheel fo
 	$(BIN)/pip download -q --no-deps --only-binary=:all: --platform pyemscripten_2026_0_wasm32 --python-version 314 -d $(ENGINE) \
 		pydantic_core==$$($(BIN)/python -c "from importlib.metadata import version; print(version('pydantic_core'))")
 	$(BIN)/python -m build -q -w -o $(ENGINE)
+
+playground: engine               ## the playground for any web server, in build/axistwin-playground.zip
+	rm -rf build/playground && $(BIN)/axistwin docs --playground --engine $(ENGINE) --out build/playground
+	cd build && ../$(BIN)/python -m zipfile -c axistwin-playground.zip playground
 
 dist: $(BIN)/lint-imports      ## wheel and source distribution, in dist
 	$(BIN)/python -m build -q

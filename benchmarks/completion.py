@@ -1,6 +1,6 @@
 """Latency of completion in `axistwin lsp` while a long text is typed and checked.
 
-Usage: python benchmarks/completion.py [--count N] [--strict].  For programs of 10 and of 5,000 lines, and of the longest
+Usage: python benchmarks/completion.py [--count N] [--strict].  For 10 and 5,000 lines, and the longest
 text that is checked: types N characters at the end, requests completions after each, and prints the latency as median,
 99th percentile, and ratio to 10 lines.  With --strict, exit code 1 if a 99th percentile exceeds 50 ms.
 

@@ -1,5 +1,8 @@
 """Computing time of a user of the panel: a moving controller of each family, and an oscilloscope with 8 signals.
 
+Processor time of the server: of a page until the browser has all views, of the longest piece in which no other task
+of the event loop runs, and of a frame that updates all views.
+
 At real time: the number of late blocks of the pacer, with a bare websocket client that answers each frame at once, and
 with Debian's Chromium if it is installed; headless, it draws on the same processors.  At full speed: the remaining
 share of the speed while that client is connected.
@@ -15,7 +18,7 @@ import urllib.request
 from collections.abc import AsyncIterator, Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -24,7 +27,7 @@ import tracing
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.panel import Address, Panel
+from axistwin.panel import Address, Panel, page
 from axistwin.panel.views import scope
 from axistwin.sessions import Session
 from axistwin.sim import Procedure
@@ -42,6 +45,8 @@ FLAGS = (
 SIZE = {"width": 1280, "height": 1000}
 PACED_S, FAST_S, RUNS = 15.0, 3.0, 3
 GOAL_LATE, GOAL_SPEED = 0.01, 0.5
+FRAMES = 100
+GOAL_PAGE_MS, GOAL_WAIT_MS, GOAL_FRAME_MS = 800.0, 50.0, 2.0
 
 
 def main() -> None:
@@ -51,6 +56,7 @@ def main() -> None:
 
 
 async def _measured() -> None:
+    await _first_page()
     scope.first_choice = lambda _: list(SIGNALS)
     late, blocks, _ = await _paced(at_work(asked=True), None)
     print(f"real time, nobody looks: {late / blocks:.2%} of {blocks} blocks late")
@@ -58,6 +64,79 @@ async def _measured() -> None:
         await _look_in_real_time(chromium)
     for asked, what in ((True, "a host asks ten times a second"), (False, "nobody asks")):
         await _look_at_full_speed(asked, what)
+
+
+async def _first_page() -> None:
+    """Print the processor time of a page, of its longest piece, and of a frame; each the least of several."""
+    pages, waits, frames = zip(*[await _page() for _ in range(RUNS)], strict=True)
+    page_ms, wait_ms, frame_ms = (1e3 * min(found) for found in (pages, waits, frames))
+    print(f"first page of three controllers: {page_ms:.0f} ms of processor time (goal < {GOAL_PAGE_MS:g}); ", end="")
+    print(f"longest wait of a request: {wait_ms:.1f} ms (goal < {GOAL_WAIT_MS:g}); ", end="")
+    print(f"frame of all views: {frame_ms:.2f} ms (goal < {GOAL_FRAME_MS:g})")
+
+
+async def _page() -> tuple[float, float, float]:
+    """Return the processor times of a page, of its longest piece, and of one frame, in seconds."""
+    session = at_work(asked=False)
+    session.speed = 1.0
+    web = Panel("benchmark", session, Address("127.0.0.1", 0, None))
+    address, begun, made = await web.open(), process_time(), []
+    with _longest_piece() as longest, _frames(made), looking(address, ""):
+        while not made:
+            await asyncio.sleep(0.01)
+    page_s = process_time() - begun
+    session.run()
+    frame_s = await _frame(session, made[0])
+    session.pause()
+    await web.close()
+    return page_s, max(longest), frame_s
+
+
+@contextlib.contextmanager
+def _longest_piece() -> Iterator[list[float]]:
+    """Collect the processor time of each callback of the event loop."""
+    found, run = [0.0], asyncio.Handle._run
+
+    def timed(handle: asyncio.Handle) -> None:
+        began = process_time()
+        run(handle)
+        found.append(process_time() - began)
+
+    asyncio.Handle._run = timed  # type: ignore[method-assign]
+    try:
+        yield found
+    finally:
+        asyncio.Handle._run = run  # type: ignore[method-assign]
+
+
+@contextlib.contextmanager
+def _frames(made: list[page._Frames]) -> Iterator[None]:
+    """Add the frames of the first complete page to `made`."""
+    show = page._Frames.show
+
+    async def added(frames: page._Frames) -> None:
+        made.append(frames)
+        await show(frames)
+
+    page._Frames.show = added  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        page._Frames.show = show  # type: ignore[method-assign]
+
+
+async def _frame(session: Session, frames: page._Frames) -> float:
+    """Return the mean processor time of a frame that updates all views, without that of the bench, in seconds."""
+    spent = 0.0
+    for _ in range(FRAMES):
+        await asyncio.sleep(page.FRAME_S)
+        session.inspect(lambda: None)
+        began = process_time()
+        with frames._client:
+            for view in frames._made:
+                view()
+        spent += process_time() - began
+    return spent / FRAMES
 
 
 async def _look_in_real_time(chromium: str) -> None:

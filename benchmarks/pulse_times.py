@@ -1,12 +1,14 @@
 """Expansion of pulse times: `pulse_times` compared with a Python loop of the same arithmetic.
 
-A history of ramped moves is also compared with the expansion of each move by itself.
+A history of ramped moves is also compared with the expansion of each move by itself.  Times are processor times; also
+printed is the peak memory, as a ratio to that of the result.
 """
 
 import sys
+import tracemalloc
 from fractions import Fraction
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
@@ -21,29 +23,29 @@ S = 10**9
 
 
 def vectorised(train: Train, until_ns: int) -> float:
-    """Return pulses per second of wall-clock time; the best of five, as the first run allocates memory."""
+    """Return pulses per second of processor time; the best of five, as the first run allocates memory."""
     rates = []
     for _ in range(5):
-        begin = perf_counter()
+        begin = process_time()
         count = len(train.pulse_times(0, until_ns))
-        rates.append(count / (perf_counter() - begin))
+        rates.append(count / (process_time() - begin))
     return max(rates)
 
 
 def looped(profile: Profile) -> float:
     """Return pulses per second with one formula per pulse."""
-    begin = perf_counter()
+    begin = process_time()
     times = [profile.pulse_ns(n) for n in range(1, LOOPED + 1)]
     assert len(times) == LOOPED
-    return LOOPED / (perf_counter() - begin)
+    return LOOPED / (process_time() - begin)
 
 
 def simplest(rate: Fraction) -> float:
     """Return pulses per second of the shortest possible loop, for a constant rate."""
-    begin, numerator, denominator = perf_counter(), S * rate.denominator, rate.numerator
+    begin, numerator, denominator = process_time(), S * rate.denominator, rate.numerator
     times = [n * numerator // denominator for n in range(1, LOOPED + 1)]
     assert len(times) == LOOPED
-    return LOOPED / (perf_counter() - begin)
+    return LOOPED / (process_time() - begin)
 
 
 def history(*, repeated: bool) -> tuple[Train, int]:
@@ -58,17 +60,26 @@ def history(*, repeated: bool) -> tuple[Train, int]:
     return train, now
 
 
+def peak(train: Train, until_ns: int) -> float:
+    """Return the peak memory of an expansion, divided by the memory of its result."""
+    tracemalloc.start()
+    times = train.pulse_times(0, until_ns)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return most / times.nbytes
+
+
 def move_by_move(train: Train) -> float:
     """Return pulses per second with a calculation for each segment of each move."""
     import numpy as np
 
     moves = list(train.moves)[-LOOPED // 1000 :]
-    begin, count = perf_counter(), 0
+    begin, count = process_time(), 0
     for move in moves:
         times = np.empty(move.profile.pulses or 0, np.int64)
         move.profile.fill_pulse_times(1, move.start_ns, times)
         count += len(times)
-    return count / (perf_counter() - begin)
+    return count / (process_time() - begin)
 
 
 def main() -> None:
@@ -78,7 +89,7 @@ def main() -> None:
         speed, before = vectorised(train, now), max(move_by_move(train) for _ in range(5))
         what = "the same ramped move" if repeated else "different ramped moves"
         print(f"pulse_times of 10,000 times {what}: {speed / 1e6:.0f} million pulses/s (goal >= {goal})")
-        print(f"  {speed / before:.0f} times each move by itself")
+        print(f"  {speed / before:.0f} times each move by itself, peak memory {peak(train, now):.2f} times the result")
     for rate in (Fraction(10_000), Fraction(36_025, 4), Fraction(13_107_200, 3 * 1600)):
         profile = Profile([Segment(rate, None)])
         train = Train()

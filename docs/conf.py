@@ -1,5 +1,6 @@
 """The documentation site: `make docs` builds it into build/docs; a warning fails the build."""
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -12,13 +13,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 import generate
 
 import axistwin
+from axistwin import playground
 
 project = "axistwin"
 author = "The axistwin developers"
 release = version = axistwin.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 source_suffix = {".md": "markdown"}
-exclude_patterns = ["generated/codes.md"]  # included by diagnostics.md
+exclude_patterns = ["generated/codes.md", "generated/families", "generated/try.md"]  # included by other pages
 myst_enable_extensions = ["deflist", "fieldlist"]
 myst_heading_anchors = 3
 default_role = "literal"
@@ -33,6 +35,8 @@ html_copy_source = False
 html_show_sourcelink = False
 
 
+ENGINE = Path(os.environ.get("AXISTWIN_ENGINE", Path(__file__).parents[1] / "build" / "engine"))
+"""Folder of the playground's engine, made by `make engine`; the site contains the playground if it exists."""
 OURS = ("sms", "talk", "if1", "181x", "csv", "basic")
 """Languages of code blocks without a Pygments lexer."""
 EXAMPLES = re.compile(r"\]\(((?:\.\./)*)\.\./examples/([\w-]+)/README\.md\)")
@@ -40,10 +44,17 @@ EXAMPLES = re.compile(r"\]\(((?:\.\./)*)\.\./examples/([\w-]+)/README\.md\)")
 
 def setup(app: Sphinx) -> None:
     """Write the generated pages before Sphinx reads any page."""
-    generate.write(Path(__file__).parent / "generated")
+    generate.write(Path(__file__).parent / "generated", with_playground=ENGINE.is_dir())
     for kind in OURS:
         app.add_lexer(kind, TextLexer)
     app.connect("source-read", link_examples)
+    app.connect("build-finished", add_playground)
+
+
+def add_playground(app: Sphinx, failure: Exception | None) -> None:
+    """Write the playground into the site."""
+    if failure is None and ENGINE.is_dir():
+        playground.build(Path(app.outdir) / "playground", ENGINE)
 
 
 def link_examples(app: Sphinx, name: str, source: list[str]) -> None:  # noqa: ARG001

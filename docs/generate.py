@@ -3,6 +3,7 @@
 These pages are not in the repository, because the tables and examples are their source.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from shutil import copytree
@@ -17,14 +18,65 @@ from axistwin.diagnostics import codes
 EXAMPLES = Path(__file__).parents[1] / "examples"
 MODELS = {"if2": "Digiplan IF1 and IF2", "1811": "Compumotor 1810 and 1811", "smartmotor": "Animatics SmartMotor 4.76"}
 
+PAGES = {"if2": "if1", "1811": "1811", "smartmotor": "smartmotor"}
+"""Name of the page of each family in `docs/families`."""
+FIDELITY = EXAMPLES.parent / "docs" / "fidelity.md"
 
-def write(folder: Path) -> None:
-    """Write every page into `folder`."""
-    pages = {"codes.md": "\n".join(diagnostics()), "cli.md": cli(), "commands.md": "\n".join(commands())}
+
+TRY = """<iframe src="playground/index.html" title="axistwin in this page" loading="lazy"
+  style="width: 100%; height: 44rem; border: 1px solid #8888; border-radius: .5rem"></iframe>
+
+<p>This is axistwin in your browser: choose a machine, and type.
+<a href="playground/index.html">Open it as a page of its own</a>.</p>"""
+NO_ENGINE = "`make engine docs` adds the [playground](playground.md) to this page."
+
+
+def write(folder: Path, *, with_playground: bool) -> None:
+    """Write every page into `folder`; `with_playground`: the site contains the playground."""
+    try_it = f"```{{raw}} html\n{TRY}\n```" if with_playground else NO_ENGINE
+    pages = {
+        "try.md": try_it,
+        "codes.md": "\n".join(diagnostics()),
+        "cli.md": cli(),
+        "commands.md": "\n".join(commands()),
+    }
     folder.mkdir(exist_ok=True)
     for name, text in pages.items():
         (folder / name).write_text(text, encoding="utf-8")
+    (folder / "families").mkdir(exist_ok=True)
+    for model, title in MODELS.items():
+        text = "\n".join(chapters(model, title))
+        (folder / "families" / f"{PAGES[model]}.md").write_text(text, encoding="utf-8")
     copytree(EXAMPLES, folder / "examples", dirs_exist_ok=True)
+
+
+def chapters(model: str, title: str) -> Iterator[str]:
+    """Return the chapters of a manual with their commands, and the decisions by parts of `fidelity.md`."""
+    found: dict[str, list[str]] = {}
+    table = list(product(model).commands)
+    removed = sum(not each.implemented for each in table)
+    for each in table:
+        code = f"{each.code:02X}" if isinstance(each.code, int) else show_controls(each.code)
+        found.setdefault(each.chapter, []).append(f"`{code}`".replace("|", "\\|"))
+    others = f" The {removed} commands that this firmware has lost are refused." if removed else ""
+    yield f"**Its chapters.** All {len(table) - removed} commands are implemented: see the"
+    yield f"[list](../generated/commands.md).{others}\n"
+    yield "| chapter of the manual | commands |"
+    yield "| --- | --- |"
+    yield from (f"| {chapter} | {' '.join(codes)} |" for chapter, codes in found.items())
+    yield "\n**Decisions** where the manual is silent or contradicts itself, each with its evidence and its test:\n"
+    family = FIDELITY.read_text(encoding="utf-8").split(f"\n## {title}\n")[1].split("\n## ")[0]
+    first, *parts = family.split("\n### ")
+    for part in ([f"{title}\n{first}"] if "\n| " in first else []) + parts:
+        heading, rows = part.split("\n", 1)
+        count = len(re.findall(r"^\| (?!question|---)", rows, re.MULTILINE))
+        if count:
+            yield f"* [{heading}](../fidelity.md#{_anchor(heading)}): {count}"
+
+
+def _anchor(heading: str) -> str:
+    """Return the anchor that MyST gives a heading."""
+    return re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-")
 
 
 def commands() -> Iterator[str]:

@@ -50,7 +50,7 @@ SLOW_FILES = {
     " interrupt_returns interrupt_roles interrupts jit kernel_properties kernel_reference limits listing"
     " machine master_on_an_axis modes overheat pieces program_store registers serial_data servo"
     " servo_reference status_word trajectory",
-    "standin": "board driver protocol",
+    "standin": "board driver hal protocol",
     "sweeps": "engine sweeps_page values",
     "testing": "pytest_plugin twin",
     "traces": "trace traces traces_page",

@@ -1,4 +1,4 @@
-"""Errors of a *user of axistwin*: each message is one line with place and remedy; the command line prints it.
+"""Errors that a user of axistwin can correct: each message is one line with its place and its remedy.
 
 Errors of a *host* raise no exception: the device ignores the data, sets a flag, or lights its LED.
 Any other exception is a bug and is not caught.
@@ -9,13 +9,13 @@ from importlib.util import find_spec
 from typing import Self
 
 MOST_WORD, MOST_MESSAGE = 240, 480
-"""Maximum number of characters in a word of a message, and in a whole message; longer ones are shortened."""
+"""Largest number of characters in a word of a message, and in a whole message; longer texts are shortened."""
 _BEGIN = 60
 _long_word = re.compile(rf"\S{{{MOST_WORD + 1},}}")
 
 
 def one_line(message: str) -> str:
-    """Return a message as one readable line; a long one is shortened in the middle."""
+    """Convert a message to one readable line; a long message is shortened in the middle."""
     if len(message) <= MOST_WORD and message.isprintable():
         return message
     shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message.strip())
@@ -33,11 +33,11 @@ class AxistwinError(Exception):
 
 
 class UsageError(AxistwinError):
-    """An option, a name or a value that does not exist."""
+    """Raised for an option, a name or a value that is not valid."""
 
 
 class MissingExtraError(UsageError):
-    """A library for an optional feature is not installed."""
+    """Raised if the library for an optional feature is not installed."""
 
     def __init__(self, library: str, extra: str) -> None:
         super().__init__(f"needs {library}: {installation(extra, library)}")
@@ -51,7 +51,7 @@ def installed(library: str) -> bool:
 def require(library: str, extra: str) -> None:
     """Raise MissingExtraError if the library of an extra is not installed."""
     if not installed(library):
-        raise MissingExtraError(library, extra)
+        raise MissingExtraError(library=library, extra=extra)
 
 
 def installation(extra: str, library: str) -> str:
@@ -60,7 +60,7 @@ def installation(extra: str, library: str) -> str:
 
     try:
         wanted = requires("axistwin") or []
-    except PackageNotFoundError:  # not installed: run from the source directory
+    except PackageNotFoundError:  # axistwin is not installed, but runs from its source directory
         wanted = []
     markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
     parts = [one.partition(";") for one in wanted]
@@ -70,7 +70,7 @@ def installation(extra: str, library: str) -> str:
 
 
 class PlacedError(AxistwinError):
-    """An error in a user's text: `file:line:column: message`.
+    """Raised for an error in a user's file: `file:line:column: message`.
 
     For checkers: `code` of the violated rule; `width` in columns; `instead`: a possible replacement, or, if `sure`, the
     only possible one.
@@ -109,20 +109,20 @@ class PlacedError(AxistwinError):
 
 
 class SceneError(PlacedError):
-    """A scene file that cannot be built."""
+    """Raised if no bench can be built from a scene file."""
 
 
 class NoSceneError(SceneError, UsageError):
-    """A scene file that does not exist or cannot be opened."""
+    """Raised if a scene file does not exist or cannot be opened."""
 
 
 class ProgramError(PlacedError):
-    """A program or conversation that cannot be read."""
+    """Raised if a program or a conversation cannot be read."""
 
 
 class TraceError(AxistwinError):
-    """A file that is not a trace, or not a trace of axistwin."""
+    """Raised for a file that is not a trace of axistwin."""
 
 
 class LinkError(AxistwinError):
-    """A port, socket, pty or serial device that cannot be opened."""
+    """Raised if a port, socket, pty or serial device cannot be opened."""

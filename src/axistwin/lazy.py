@@ -1,4 +1,4 @@
-"""Names of a package whose modules are imported at first use, so that an import of the package costs nothing."""
+"""Lazy exports: a package imports its modules only when their names are first used."""
 
 from collections.abc import Callable
 from importlib import import_module

@@ -18,26 +18,26 @@ Path = tuple[str | int, ...]
 
 
 class NumberError(UsageError, ValueError):
-    """A text that is not a number, or a number out of range.  The message is one short line."""
+    """Raised for a text that is not a number, or for a number out of range."""
 
     def __init__(self, message: str, path: Path = ()) -> None:
         super().__init__(message)
         self.path = path
-        """Path of the number in a table: keys and list indexes."""
+        """Place of the number in a table: its keys and list indexes."""
 
 
 def clipped(text: str) -> str:
-    """Return a text for a message; the end of a long text is cut off."""
+    """Return a text for use in an error message; the end of a long text is cut off."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}… ({len(text)} characters)"
 
 
 def shortened(text: str) -> str:
-    """Return a text in quotes for a message; the end of a long text is cut off."""
+    """Return a text in quotes for use in an error message; the end of a long text is cut off."""
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
 
 def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) -> int:
-    """Return a whole number in base 2, 10 or 16; with base 0, the prefix `0x` or `0b` selects the base.
+    """Parse a whole number in base 2, 10 or 16; with base 0, the prefix `0x` or `0b` selects the base.
 
     Raises NumberError for a number outside the range `low` to `high`.
     """
@@ -52,7 +52,7 @@ def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) 
 
 
 def real(text: str) -> float:
-    """Return a finite number.  Raises NumberError."""
+    """Parse a finite number.  Raises NumberError."""
     words = _bounded(text, "number")
     try:
         number = float(words)
@@ -64,7 +64,7 @@ def real(text: str) -> float:
 
 
 def decimal(text: str) -> Decimal:
-    """Return an exact decimal number below 1e30, with at most `MOST_CHARACTERS` decimals.  Raises NumberError."""
+    """Parse an exact decimal number below 1e30, with at most `MOST_CHARACTERS` decimals.  Raises NumberError."""
     words = _bounded(text, "number")
     try:
         number = Decimal(words)

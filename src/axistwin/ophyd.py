@@ -58,7 +58,7 @@ class Controller:
             self._connected = True
 
     async def close(self) -> None:
-        """Close the port.  A motion goes on."""
+        """Close the port.  A motion in progress continues."""
         self._connected = False
         await self.driver.close()
 
@@ -76,7 +76,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
         super().__init__(name=name)
 
     def set_name(self, name: str, *, child_name_separator: str | None = None) -> None:
-        """Name the readback like the motor."""
+        """Set the name of the motor and of its readback signal."""
         super().set_name(name, child_name_separator=child_name_separator)
         self.readback.set_name(name)
 
@@ -100,7 +100,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
 
     @WatchableAsyncStatus.wrap
     async def set(self, value: float) -> AsyncGenerator[WatcherUpdate[float]]:
-        """Move to a position; finished when the exact position has been read.  Raises RefusedError if stopped short."""
+        """Move to a position; done when the final position has been read.  Raises RefusedError if stopped earlier."""
         initial = (await self._update()).position
         await self.axis.move_to(value)
         while True:
@@ -113,7 +113,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
             raise RefusedError(f"{self.name} stopped at {status.position:g}: {'; '.join(map(str, status.faults))}")
 
     async def stop(self, success: bool = False) -> None:  # noqa: ARG002  # the move that is stopped reports its end
-        """Decelerate to a standstill, and wait for it."""
+        """Decelerate, and wait until the axis is at rest."""
         await self.axis.stop()
         while (await self._update()).moving:
             await asyncio.sleep(self._poll_s)

@@ -1,4 +1,4 @@
-"""Non-volatile memory: contents that persist without power; and the characters of text files."""
+"""Non-volatile memory of controllers, whose contents are kept without power; and the encodings of text files."""
 
 import codecs
 import os
@@ -57,12 +57,12 @@ class FileStore:
         self._directory = _Directory.held(path.parent)
         _sweep(path)
         self.found = self._read()
-        """Contents of the file at the start; None: no file."""
+        """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # contents that could not be written yet
+        self._unwritten: bytes | None = None  # contents that are not in the file yet, because a write has failed
         self._writes = self._failures = 0
         self._counted = 0
-        """Number of failures that have been logged with a count."""
+        """Number of failed writes that the log already contains."""
         self._given_up = False
 
     def __str__(self) -> str:
@@ -105,7 +105,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """Description of the file's state after failures."""
+        """Text for the log: the state of the file after failed writes."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file holds the last whole image"
@@ -167,7 +167,7 @@ class _Directory:
 
     @classmethod
     def held(cls, path: Path) -> "_Directory":
-        """Return this directory, created if necessary, and shared within this process.
+        """Return the directory, which is created if necessary, for use by this process only.
 
         Raises UsageError if another process holds the directory, or if the directory is not writable.
         """
@@ -182,30 +182,30 @@ class _Directory:
 
 @contextmanager
 def _readable_errors(path: Path) -> Iterator[None]:
-    """Turn system errors about a state directory into one line.  Raises UsageError."""
+    """Within a `with` block, convert system errors about a state directory to UsageError."""
     try:
         yield
     except OSError as error:
         wrong = "cannot be written" if path.is_dir() else "cannot be made"
         raise UsageError(f"state directory {path} {wrong}: {reason(error)}: choose another directory") from None
-    except ValueError as error:  # the path contains a NUL
+    except ValueError as error:  # the path contains a NUL character
         raise UsageError(f"not a state directory: {str(path)!r}: {error}") from None
 
 
 def _holder(path: Path) -> str:
-    """Return a description of the process that holds a directory, as far as known."""
+    """Return a description of the process that uses a directory, or "" if it is not known."""
     try:
         with (path / HOLDER).open("rb") as file:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal() or not _alive(int(number)):  # the process in the file has been killed
+    if not number.isdecimal() or not _alive(int(number)):  # the process that the file names has been killed
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 
 
 def _alive(number: int) -> bool:
-    """Return False if there is certainly no process of this number."""
+    """Return False if there is certainly no process with this number."""
     if os.name == "nt":
         return True
     try:
@@ -230,7 +230,7 @@ def _program() -> str:
 
 
 def write_whole(path: Path, contents: bytes) -> None:
-    """Write a file: write a temporary file with a unique name, flush it to disk, and rename it.
+    """Write a file completely or not at all: write a temporary file, flush it to disk, and rename it.
 
     Raises OSError; the file is then unchanged.
     """
@@ -256,7 +256,7 @@ def _sweep(path: Path) -> None:
 
 
 def _sync(path: Path) -> None:
-    """Flush the names in a directory to disk, if the system supports it."""
+    """Flush a directory (its list of names) to disk, if the system supports this."""
     if os.name == "nt":
         return
     directory = os.open(path, os.O_RDONLY)
@@ -270,7 +270,7 @@ def _sync(path: Path) -> None:
 
 
 def user_cache() -> Path:
-    """Return the user's directory for files that can be made again.  Raises RuntimeError without a home directory."""
+    """Return the user's cache directory.  Raises RuntimeError if the user has no home directory."""
     if sys.platform == "win32":
         cache = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
     elif sys.platform == "darwin":
@@ -287,7 +287,7 @@ def reason(error: OSError) -> str:
 
 
 def excerpt(text: object) -> str:
-    """Return a text or an error's text in one short line."""
+    """Return a text, or the text of an error, as one short line."""
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
 

@@ -77,7 +77,7 @@ def test_what_others_have_not(bench):
         (lambda: if1.ambient, "if1 is no motor and has no `ambient`"),
         (lambda: setattr(if1, "ambient", 30), "if1 is no motor and has no `ambient`"),
         (lambda: board.master, "1811 is no motor and has no `master`: that is for SmartMotors"),
-        (lambda: motor.bus, "smartmotor is on no bus"),
+        (lambda: motor.bus, "smartmotor is not on a bus"),
         (lambda: bench.chain(motor, if1), "if1 cannot be in a daisy chain: that is for SmartMotors"),
         (lambda: bench.chain(board), "1811 cannot be in a daisy chain"),
         (lambda: bench.chain(), r"chain\(\) joins motors: expected at least one"),

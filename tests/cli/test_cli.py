@@ -103,10 +103,13 @@ def test_neither_version_nor_help_nor_a_bench_need_the_big_libraries():
     code = (
         "import sys, axistwin.cli.main, axistwin.cli.runs.run; "
         "bench = axistwin.Bench(); bench.add('if1'); bench.run(2); "
-        "print([name for name in ('numpy', 'matplotlib', 'pydantic', 'rich', 'serial', 'vcd') if name in sys.modules])"
+        "names = 'numpy', 'matplotlib', 'pydantic', 'rich', 'serial', 'vcd', 'importlib.metadata'; "
+        "print([name for name in names if name in sys.modules]); "
+        "import simpy, importlib.metadata; print(simpy.__version__ == importlib.metadata.version('simpy')); "
+        "print(hasattr(simpy, 'no_such_name'))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=True)
-    assert done.stdout == "[]\n"
+    assert done.stdout == "[]\nTrue\nFalse\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")

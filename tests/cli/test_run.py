@@ -209,7 +209,7 @@ def test_a_program_with_mistakes(axistwin):
     Path("a.talk").write_text("+1\n? what\n")
     code, _, err = axistwin("if1", "a.talk")
     assert code == 1
-    assert err.startswith("axistwin: a.talk:2:1: unknown act")
+    assert err.startswith("axistwin: a.talk:2:1: unknown kind of line")
 
 
 def test_a_scene(axistwin):

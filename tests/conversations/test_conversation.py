@@ -61,13 +61,13 @@ def test_times_are_written_to_the_nanosecond(ns):
 @pytest.mark.parametrize(
     ("text", "place", "words"),
     [
-        ("+1\nhello\n", "a.talk:2:1", "unknown act"),
+        ("+1\nhello\n", "a.talk:2:1", "unknown kind of line"),
         ("+soon", "a.talk:1:2", "expected seconds"),
         ("+-1", "a.talk:1:2", "expected seconds"),
         (r"> U\y", "a.talk:1:4", r"\y"),
         ("! input1", "a.talk:1:9", "! input1 high"),
         ("  = X.position", "a.talk:1:15", "= X.position 1000"),
-        ("left: ?", "a.talk:1:1", "unknown act"),
+        ("left: ?", "a.talk:1:1", "unknown kind of line"),
     ],
 )
 def test_mistakes_have_a_place(text, place, words):

@@ -1,7 +1,9 @@
-"""The examples in `docs/conversations.md` have the documented results."""
+"""The examples in `docs/conversations.md` and in the pages of the families have the documented results."""
 
 import re
 from pathlib import Path
+
+import pytest
 
 from axistwin import Bench
 from axistwin.conversations import parse, play
@@ -10,7 +12,8 @@ from axistwin.programs.command_lines import command_lines, send_lines
 from axistwin.programs.hex_commands import command_strings, language_of, send_commands
 from axistwin.units import S
 
-PAGE = (Path(__file__).parents[2] / "docs" / "conversations.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "conversations.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
 CONVERSATION, BOARD, DIFFERENCE, COMMAND_LINES, COMMANDS, SOURCE = (text for language, text in BLOCKS if not language)
 RECORDING, PLAYING = (text for language, text in BLOCKS if language == "python")
@@ -73,3 +76,11 @@ def bench_with_if1() -> Bench:
     bench = Bench()
     bench.add("if1")
     return bench
+
+
+@pytest.mark.parametrize("page", sorted((DOCS / "families").glob("*.md")), ids=lambda page: page.stem)
+def test_the_conversation_of_a_family_holds(bench, page):
+    (text,) = re.findall(r"^```talk\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    conversation = parse(text)
+    bench.add(conversation.headers["model"])
+    assert play(conversation, bench) is None

@@ -111,7 +111,7 @@ def test_several_controllers_in_one_conversation(check):
 def test_an_unreadable_line_is_an_error_at_its_place(check):
     result = check("a.talk", "> (\n+1\n?what\n")
     assert result.return_value == 1
-    assert result.stdout.startswith("a.talk:3:1: error: unknown act")
+    assert result.stdout.startswith("a.talk:3:1: error: unknown kind of line")
     assert check("a.if1", "X100$\nXê$\n").stdout == "a.if1:2:2: error: 'ê' is not an ASCII character [AX104]\n"
 
 

@@ -76,8 +76,8 @@ def test_a_code_is_explained():
     assert explain("--codes", "dp301").stdout.splitlines() == [
         "DP301  a speed above the maximum of the range (error)",
         (
-            "  Each speed range has its highest speed: 25000, 50000, 100000 and 4000 steps/s in ranges 1 to 4.  "
-            "Range and speed are kept from message to message."
+            "  The highest speeds of the speed ranges 1 to 4 are 25000, 50000, 100000 and 4000 steps/s.  "
+            "The interface keeps the range and the speed for later messages."
         ),
         "  Manual: Speed",
         "  Example (.if1):",

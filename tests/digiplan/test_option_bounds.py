@@ -49,5 +49,5 @@ def test_choices(name, value):
 @pytest.mark.parametrize("name", ["fault_output", "strict_format"])
 def test_yes_or_no(name):
     Bench().add("if1", **{name: True})
-    with pytest.raises(UsageError, match=f"^{name}=1: give true or false$"):
+    with pytest.raises(UsageError, match=f"^{name}=1: expected true or false$"):
         Bench().add("if1", **{name: 1})

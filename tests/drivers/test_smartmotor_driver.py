@@ -134,7 +134,7 @@ def test_a_program_that_is_not_stored_and_one_that_is_not_sent():
     with answering(answer) as url, connect(url, "smartmotor") as motor:
         with pytest.raises(RefusedError, match="not stored"):
             motor.load("END")
-        with pytest.raises(SilentError, match="no end of the program"):
+        with pytest.raises(SilentError, match="the end of the program was not received"):
             motor.program()
 
 
@@ -149,7 +149,7 @@ def test_bad_values_are_refused(motor):
 @pytest.mark.parametrize(
     ("answers", "error", "says"),
     [
-        ([b""] * 3, SilentError, "no answer of shaft to RSP"),
+        ([b""] * 3, SilentError, "no answer from shaft to RSP"),
         ([b"C\r"], WrongAnswerError, "is it a SmartMotor"),
         ([b"24576/476\r", b"1,x\r5\r"], WrongAnswerError, "expected a number"),
         ([b"24576/476\r", b"1,1"], SilentError, "only b?'1,1'"),

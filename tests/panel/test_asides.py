@@ -63,25 +63,6 @@ def test_the_tutor_is_switched_off_and_still_answers_questions(written):
     show(bench_of("if1"), of("if1"), play)
 
 
-def test_a_remedy_names_the_controls_of_the_panel(written):
-    def play(visit):
-        if1 = visit.bench["if1"]
-        for line in (b"(", b"U61\r"):
-            visit.run(1.5)
-            if1.serial.write(line)
-        visit.run(1.5)
-        if1.pins["estop"].drive(False)
-        visit.press("why-if1")
-        assert "the emergency stop is open (PL3 terminal 1): set estop high (Pins)  and then  K" in "".join(written)
-        if1.pins["estop"].drive(True)
-        if1.serial.write(b"K\rH1X10$\r")
-        visit.run(1)
-        visit.press("why-if1")
-        assert "the move waits for input1 high: set input1 high (Pins)\x1b" in "".join(written)
-
-    show(bench_of("if1"), of("if1"), play)
-
-
 def test_a_board_explains_commands_by_name_and_after_going_back_in_time(written):
     async def play(visit):
         visit.run(1)

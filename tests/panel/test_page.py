@@ -54,6 +54,8 @@ def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched():
     def play(visit):
         visit.run(1.5)
         assert visit.found("if1-state-Registers").text == "waiting for ("
+        visit.user.find("Pins").click()
+        visit.frame()
         visit.press("if1-input2-high")
         assert visit.bench["if1"].pins["input2"].level
         visit.user.find("Terminal").click()

@@ -164,6 +164,18 @@ def test_what_was_lost_stays_lost_in_later_moves(clock):
     assert (axis.pulses, axis.position) == (0, -80)
 
 
+@pytest.mark.parametrize("with_numpy", [True, False])
+def test_positions_in_a_move_can_be_predicted(clock, with_numpy, monkeypatch):
+    """At 400 pulses/s, pulse n is issued after n times 2.5 ms; a browser has no NumPy."""
+    monkeypatch.setattr("axistwin.plant.stepper.installed", lambda _: with_numpy)
+    axis = axis_with(clock, motor=MOTOR)
+    axis.start(rates((800, 80)), +1)  # the motor loses all of it
+    clock.run_to(S)
+    axis.start(rates((400, 80)), -1)
+    times_ns = [S, S + 2_499_999, S + 2_500_000, S + 100 * 10**6, 2 * S]
+    assert axis.positions_at(times_ns) == [0, 0, -1, -40, -80]
+
+
 def test_halting_ends_the_pulses_at_once(clock):
     axis = axis_with(clock)
     axis.start(rates((100, 50)), +1)

@@ -150,7 +150,7 @@ def test_a_real_port(model, scheme):
 
 
 def test_wrong_ports():
-    with pytest.raises(UsageError, match="is no bus socket, and this model is on a bus"):
+    with pytest.raises(UsageError, match="is not a bus socket, and this model is a board on a bus"):
         open_end("/dev/ttyUSB0", None)
     with pytest.raises(UsageError, match="is a bus socket: give a serial port"):
         open_end("bus://127.0.0.1:1", product("if1").line)

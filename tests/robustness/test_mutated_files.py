@@ -138,7 +138,7 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("; options: name='a\n", "a.talk:1: options: a quotation mark is missing"),
+        ("; options: name='a\n", "a.talk:1: a quotation mark is missing in the options"),
         ("; options: line=5\n", "a.talk:1: invalid line format 5: expected e.g. '9600 8N2'"),
         (f"; options: X={'[' * 3000}\n", "a.talk:1: --option: '[[[["),
         (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: patience '999"),

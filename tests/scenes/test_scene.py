@@ -176,7 +176,7 @@ WRONG = {
     ),
     "a home switch": (
         controllers("if1", more="axes.X.home = [0, 9]"),
-        "3:1: if1 has no home input: expected no option `home`",
+        "3:1: if1 has no home input: leave out the option `home`",
     ),
     "a motor's key": (controllers("if1", more="axes.X.motor = {pull = 3}"), "3:1: 'torque' is missing: add torque = …"),
     "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: invalid address 'tcp:/x': expected ADDRESS:PORT"),

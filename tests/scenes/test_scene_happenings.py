@@ -193,7 +193,7 @@ def test_a_master_on_another_axis(scene):
         ('[[controller]]\nmodel = "if2"\nhost = "x.sms"\n', "x.sms cannot be sent by a host"),
         (
             '[[controller]]\nmodel = "smartmotor"\nhost = "x.if1"\n',
-            "x.if1 is not for smartmotor, which is a SmartMotor",
+            "x.if1 is not a program for smartmotor, which is a SmartMotor",
         ),
     ],
 )

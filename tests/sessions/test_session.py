@@ -209,7 +209,7 @@ def test_a_later_time_is_reached_at_full_speed(running):
         await session.advance_to(1000)
         assert (position(session), session.running) == (100, running)
         assert session.seconds == 1000
-        with pytest.raises(UsageError, match=r"999 s is over: expected a time after 1000.000 s"):
+        with pytest.raises(UsageError, match=r"999 s has already passed: expected a time after 1000.000 s"):
             await session.advance_to(999)
 
     drive(main())

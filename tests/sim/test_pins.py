@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.sim import Clock, Pin, UserPin, connect
+from axistwin.sim import Clock, Pin, SensedPin, UserPin, connect
 
 
 @pytest.fixture
@@ -210,3 +210,27 @@ def test_a_pin_tells_what_it_is_and_who_decides_about_it(clock):
     assert target.held
     let_go()
     assert not target.held
+
+
+def test_the_level_without_test_lead_and_defects():
+    clock = Clock()
+    plain, user, sensed = Pin(clock, "input", True), UserPin(clock, "A"), SensedPin(clock, "Z")
+    sensor = [False]
+    sensed.sense(lambda: sensor[0], lambda update: lambda: None)
+    for pin, free in ((plain, True), (user, True), (sensed, False)):
+        pin.drive(not free)
+        pin.hold(free)
+        assert pin.undriven is free
+    plain.set(False)
+    sensor[0] = True
+    assert not plain.undriven and sensed.undriven
+    user = UserPin(clock, "B")
+    for volts, level in ((0.5, False), (1.5, False), (3.0, True), (1.5, True), (None, True)):
+        user.release()
+        user.set(volts)
+        user.drive(level)
+        assert user.undriven is level
+    user.output(False)
+    assert not user.undriven
+    sensed.set(False)
+    assert not sensed.undriven

@@ -68,7 +68,7 @@ def test_the_sample_of_4_3_has_rules_that_are_no_comments():
 
 WRONG = {
     # syntax
-    "a=1\n  b=2+": "2:7 error: a value is missing at the end",
+    "a=1\n  b=2+": "2:7 error: a value is missing at the end of the expression",
     "A100": "1:1 error: A100: an assignment needs its equal sign, A=100",
     "g=5 endif": "1:5 error: unknown command endif: commands are upper case",
     "a = 1": "1:1 error: a is a value, not a command: Ra reports it",
@@ -190,7 +190,7 @@ def test_what_a_host_sends():
     assert shown("ZS KGON A100\naw[0] 1 2 3. WHILE", stored=False) == [
         "1:4 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
         "1:9 error: A100: an assignment needs its equal sign, A=100",
-        "2:19 error: a value is missing at the end",
+        "2:19 error: a value is missing at the end of the expression",
     ]
     assert shown("WAIT=5", stored=False) == ["1:1 error: WAIT= is valid only in a program"]
     assert shown("x" * 70, stored=False) == ["1:1 error: this command is longer than 64 characters: Bc is set"]

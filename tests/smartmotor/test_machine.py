@@ -213,5 +213,5 @@ def test_a_torque_beyond_reason(torque):
 @pytest.mark.parametrize("celsius", [-274, 1001, float("nan")])
 def test_no_such_temperature(celsius):
     rig = Rig(FRAME23)
-    with pytest.raises(UsageError, match="give a temperature from -273 to 1000"):
+    with pytest.raises(UsageError, match="expected a temperature from -273 to 1000"):
         machine.set_ambient(rig.i, rig.f, celsius)

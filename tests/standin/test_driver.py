@@ -5,7 +5,8 @@ import pytest
 
 from axistwin import Bench
 from axistwin.standin.driver import Driver
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin
+from axistwin.standin.events import Failed, Ready, Stopped
+from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
 
 from .metal import BLOCK, INPUT, LIMIT, OUTPUT, TICK_S, Metal, X, Y
 from .small_board import SmallBoard
@@ -116,6 +117,54 @@ def test_after_a_shutdown_of_the_board_the_user_must_continue(if1):
     assert len(if1.metal.small.pulses[2]) == 700
 
 
+class OtherBoard:
+    """A board that accepts everything."""
+
+    def __init__(self, *axes):
+        self.wiring, self.calls = Wiring("other", axes), []
+
+    def __getattr__(self, name):
+        return lambda *values: self.calls.append((name, *values))
+
+    def stops(self):
+        return [call for call in self.calls if call[0] == "stop"]
+
+
+@pytest.mark.parametrize(
+    ("event", "reason"),
+    [
+        (Stopped("table.limit_plus stopped the motion", {"table.X": 7}, "table.limit_plus"), "limit_plus stopped"),
+        (Stopped("late by 34 ms", {"table.X": 7}), "late by 34 ms"),
+        (Failed("the board does not answer"), "the board does not answer"),
+    ],
+)
+def test_axes_of_one_controller_on_two_boards_stop_together(event, reason):
+    bench, first, second, third = Bench(), OtherBoard(X), OtherBoard(Y), OtherBoard(Z)
+    bench.add("if1", "table")
+    bench.add("if1", "third")
+    third.wiring = Wiring("third", (AxisPins("third.X", X.step, X.direction),))
+    driver = Driver(bench, [first, second, third], lambda line: None)
+    for board, axes in ((first, {"table.X": 0}), (second, {"table.Y": 0}), (third, {"third.X": 0})):
+        driver.handle(board, Ready(axes, {}))
+    driver.begin(10.0)
+    driver.handle(first, event)
+    [(_, said, groups)] = second.stops()
+    assert reason in said
+    assert groups == ("table",)
+    driver.handle(second, Stopped(said, {"table.Y": 3}))
+    assert first.stops() == third.stops() == []
+    assert (bench["table"].axes["Y"].position, driver.positions["table.Y"]) == (3, 3)
+    driver.go_on(11.0)
+    bench.run(0.1)
+    driver.collect()
+    bench.run(0.1)
+    driver.handle(first, Ready({"table.X": 7}, {}))
+    driver.collect()
+    bench.run(0.1)
+    driver.collect()
+    assert ("resume", "table") in second.calls
+
+
 def test_inputs_and_outputs(if1):
     assert not if1.controller.pins["input1"].level
     if1.metal.small.levels[9] = 0
@@ -150,3 +199,60 @@ def test_an_1811_drives_a_legacy_drive():
     assert board._device._board.pulses.position == made
     command(0x12, seconds=0.3)  # shutdown
     assert board.pins["shutdown"].level == bool(small.levels[10])
+
+
+@pytest.fixture
+def smartmotor():
+    """A SmartMotor whose encoder counts are the pulses of a drive with a step input."""
+    limits = (
+        InputPin("table.C", BoardPin("P8", inverted=True), stops=+1, stops_at=True),
+        InputPin("table.D", BoardPin("P9", inverted=True), stops=-1, stops_at=True),
+    )
+    twin = Twin("smartmotor", (AxisPins("table.shaft", X.step, X.direction, X.enable),), limits, ())
+    twin.say(b"ZS ")
+    twin.run(1.5)
+    return twin
+
+
+def net(twin, pin=2):
+    return sum(direction for _, direction in twin.metal.small.pulses[pin])
+
+
+def test_a_servo_drives_a_drive_with_a_step_input(smartmotor):
+    smartmotor.say(b"A=100 V=100000 P=2000 G ", 1.5)
+    shaft = smartmotor.controller.axes["shaft"]
+    smartmotor.run(0.2)
+    assert (net(smartmotor), shaft.position) == (2000, 2000)
+    smartmotor.say(b"P=-500 G ", 1.5)
+    smartmotor.run(0.2)
+    assert (net(smartmotor), shaft.position) == (-500, -500)
+
+
+def test_a_servo_has_the_position_of_the_real_motor_after_a_limit(smartmotor):
+    smartmotor.say(b"A=100 V=60000 P=20000 G ", 1.5)
+    smartmotor.metal.small.levels[8] = 0
+    smartmotor.run(0.5)
+    made = net(smartmotor)
+    shaft = smartmotor.controller.axes["shaft"]
+    assert 100 < made < 20000
+    assert shaft.position == made
+    assert smartmotor.lines[0] == f"table.C stopped the motion: table.shaft at {made}"
+    smartmotor.say(b"RPE ", 0.1)
+    smartmotor.metal.small.levels[8] = 1
+    smartmotor.say(b"ZS P=0 G ", 2.0)
+    assert (net(smartmotor), shaft.position) == (0, 0)
+
+
+def test_a_stopped_servo_waits_for_the_user(smartmotor):
+    smartmotor.say(b"A=100 V=60000 P=20000 G ", 1.0)
+    smartmotor.driver.stop("stopped by the user")
+    smartmotor.run(1.0)
+    made = net(smartmotor)
+    assert smartmotor.controller.axes["shaft"].position == made
+    assert smartmotor.say(b"RP\r", 0.2).strip() == b"%d" % made
+    assert 100 < made < 20000
+    smartmotor.driver.go_on(smartmotor.metal.now)
+    smartmotor.run(0.5)
+    assert net(smartmotor) == made
+    smartmotor.say(b"ZS P=0 G ", 2.0)
+    assert (net(smartmotor), smartmotor.controller.axes["shaft"].position) == (0, 0)

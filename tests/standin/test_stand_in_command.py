@@ -93,6 +93,14 @@ def test_the_dry_run_in_the_documentation(capsys, monkeypatch):
         ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of the controller"),
         ('"table.output1"', '"table.input1"', "table.input1 is not a switched output"),
         ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': there are table.shaft"),
+        ('step = "P2"', "", 'step is missing: expected a pin of the board, e.g. step = "PD2"'),
+        ('port = "BOARD"', "", 'expected port = "/dev/..." of a board with Klipper\'s firmware, or hal = "FILE.hal"'),
+        ('port = "BOARD"', 'port = "BOARD"\nhal = "x.hal"', 'expected port = "/dev/..."'),
+        (
+            'port = "BOARD"',
+            'hal = "x.hal"',
+            "step is a pin of a board: at HAL, link the component's pins in the HAL file",
+        ),
     ],
 )
 def test_errors_in_the_scene_have_their_place(scene, capsys, old, new, message):
@@ -106,6 +114,37 @@ def test_a_scene_without_a_stand_in(scene, capsys):
     code, _, err = run(capsys, "stand-in", scene('[[controller]]\nmodel = "if1"\n'), "--dry-run")
     assert code == 2
     assert "has no table [stand-in]: expected a table with a board and its axes" in err
+
+
+HAL_SCENE = re.sub(r'(step|direction|enable|pin) = "[^"]*"\n', "", SCENE).replace('port = "BOARD"', 'hal = "x.hal"')
+
+
+def test_a_dry_run_prints_the_pins_of_the_hal_component(scene, capsys, tmp_path):
+    code, out, err = run(capsys, "stand-in", scene(HAL_SCENE), "--dry-run")
+    assert (code, err) == (0, "")
+    assert f"small: LinuxCNC HAL with {tmp_path / 'x.hal'}" in out
+    for line in (
+        "  axistwin.table.X.position-cmd      float out, position in pulses",
+        "  axistwin.table.limit_plus          bit in, stops plus motion at low",
+        "  axistwin.table.output1             bit out",
+        "  table.X: travel -10 to 10, rate any",
+    ):
+        assert line in out.splitlines()
+    code, _, err = run(capsys, "stand-in", scene(HAL_SCENE), "--board", "/dev/ttyACM0")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "the scene drives its motors by LinuxCNC HAL" in err
+    code, _, err = run(capsys, "stand-in", scene(HAL_SCENE.replace("table", "t" * 30)), "--dry-run")
+    assert code == 1
+    assert "is too long: expected at most 47 characters" in err
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root is refused")
+def test_hal_refuses_root_and_the_position_stays_known(scene, capsys, tmp_path):
+    (tmp_path / "table.journal").write_text("end table.X=3\n")
+    code, _, err = run(capsys, "stand-in", scene(HAL_SCENE))
+    assert code == 1
+    assert re.search(r"(refuses root: start axistwin as another user|no halcmd: install LinuxCNC)", err)
+    assert last_positions(tmp_path / "table.journal") == {"table.X": 3}
 
 
 def test_a_missing_board(scene, capsys, tmp_path):

@@ -164,7 +164,7 @@ def test_every_suggestion_is_accepted(model):
         ("smartmotor", "1670", "    512  Bp  plus limit"),
         ("if1", "8", "answer to F: 8 data fault"),
         ("if1", "X100@300$", "@  speed data"),
-        ("if1", "dp301", "Each speed range has its highest speed"),
+        ("if1", "dp301", "The highest speeds of the speed ranges"),
         ("if1", "estop", "estop: emergency stop, now high"),
         ("if1", "12345678", "no meaning known for '12345678'"),
         ("1811", "83 00 00 00 00 61 A8", "  00 00 00 00 61 A8: position 25000 pulses"),

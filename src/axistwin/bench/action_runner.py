@@ -1,4 +1,4 @@
-"""Performs the actions of a conversation on a bench: data from a host, and manual actions (`!`).
+"""Perform the actions of a conversation on a bench: data from a host, and manual actions (`!`).
 
 On a bus, `>` sends whole commands through an attendant: a host that does the handshakes and takes the messages.  The
 attendant stops when the registers are accessed directly (`! write 0 33 00`), as a board has one host at a time.
@@ -15,16 +15,16 @@ from axistwin.sim.manual_actions import by_itself
 
 LOAD = "load"
 Load = Callable[[str, str], Callable[[], object]]
-"""Returns a function that loads a program.  Arguments: the controller's name and the file.  Raises AxistwinError."""
+"""Function that prepares to load a program; its arguments are the controller's name and the file."""
 
 
 def no_programs(who: str, file: str) -> Callable[[], object]:
-    """Refuse to load a program.  Raises UsageError."""
+    """Raise UsageError, because programs cannot be loaded on this bench."""
     raise UsageError(f"{file} cannot be loaded into {who} here: expected a scene that loads the file")
 
 
 class ActionRunner:
-    """Performs actions on one bench.  `load`: loads programs.  `own`: the bench itself acts, as in a scene's script."""
+    """Performs actions on one bench.  `load`: function for programs.  `own`: True for actions of a scene's script."""
 
     def __init__(self, bench: Bench, load: Load = no_programs, *, own: bool = False) -> None:
         self.bench, self._load, self._own = bench, load, own
@@ -48,7 +48,7 @@ class ActionRunner:
         return partial(self._by_hand, act.controller, do) if act.target in BUS_ACTS else do
 
     def leave(self, name: str) -> None:
-        """Stop the attendant of this board, if there is one."""
+        """Stop the attendant of this board (a host that does the handshakes), if there is one."""
         if name in self.bench.attendants:
             self.bench.attendants.pop(name).close()
 
@@ -59,9 +59,8 @@ class ActionRunner:
             return
         if name not in self.bench.attendants:
             self.bench.attendants[name] = attend(self.bench[name].bus)
-            self.bench.attendants[name].subscribe_received(
-                lambda _: None
-            )  # messages are discarded, so that the next one can come
+            # discards messages, so that the board can send the next one
+            self.bench.attendants[name].subscribe_received(lambda _: None)
         self.bench.attendants[name].write(data)
 
     def _by_hand(self, name: str, do: Callable[[], object]) -> None:

@@ -1,5 +1,5 @@
-"""Actions on a controller, and queries of its values, by the names of conversations.  They apply to pins, axes and the
-host's end of a serial line.  A SmartMotor also has voltages,
+"""Actions on a controller, and queries of its values, by the names of conversations.  Actions apply to pins, axes and
+the host's end of a serial line.  A SmartMotor also has voltages,
 an ambient temperature and an external encoder (`master`).
 """
 
@@ -46,7 +46,7 @@ _VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V", re.ASCII)
 _READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?", re.ASCII)
 _WRITTEN = re.compile(r"(?P<offset>[01])(?P<data>( [0-9A-Fa-f]{2})+)")
 MOST_AT_ONCE = 256
-"""Maximum number of reads of a register in one action."""
+"""Largest number of times that one action can read a register."""
 _SITS = re.compile(r"on (?P<axis>[^ ]+)(?: times (?P<above>-?\d{1,18})/(?P<below>\d{1,18}))?", re.ASCII)
 _RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)", re.ASCII)
 
@@ -54,12 +54,12 @@ Value = bool | int | float | Decimal
 
 
 def level_name(level: bool) -> str:
-    """Return the text for a level."""
+    """Return "high" or "low" for a level."""
     return "high" if level else "low"
 
 
 def action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs `! target value`.  Raises ProgramError for an invalid action."""
+    """Return a function that performs the action `! target value`.  Raises ProgramError for an invalid action."""
     if target in controller.pins:
         return _pin_action(controller.pins[target], value)
     if target in FAULT_ACTS:
@@ -77,7 +77,7 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
 
 
 def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs `! target value` for a controller, its second channel, or a shared line.
+    """Return a function that performs the action `! target value` at a controller, a second channel, or a shared line.
 
     Faults may have any name.  Raises ProgramError or UsageError for an invalid action.
     """
@@ -89,16 +89,16 @@ def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], obje
 
 
 def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function for `! fault lose 3` or `! mend lose`; `here`: the default controller.  Raises ProgramError."""
+    """Return a function that performs `! fault lose 3` or `! mend lose`; `here`: the default controller."""
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
-    from axistwin.fault_injection import sentences  # lazy import: few conversations have faults
+    from axistwin.fault_injection import sentences  # lazy import: needed only for conversations with faults
 
     try:
         return sentences.read(value, bench.faults, here)
     except UsageError as error:
-        raise ProgramError(str(error)) from None
+        raise ProgramError(message=str(error)) from None
 
 
 def attributes(axis: Axis) -> tuple[str, ...]:
@@ -107,17 +107,17 @@ def attributes(axis: Axis) -> tuple[str, ...]:
 
 
 def motor_of(controller: Controller) -> ServoAxis | None:
-    """Return the controller's servo axis; None if the controller is no SmartMotor."""
+    """Return the controller's servo axis; None if the controller is not a SmartMotor."""
     return next((axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)), None)
 
 
 def voltage(volts: float) -> str:
-    """Return the text for a voltage."""
+    """Format a voltage as in an action, e.g. `2.5V`."""
     return f"{volts:g}V"
 
 
 def lead_value(pin: Pin) -> str:
-    """Return the value of `! PIN …` for a pin's test lead: a level, a voltage or `release`."""
+    """Return the value of the action `! PIN value` that gives a pin its present level, voltage or release."""
     lead = pin.lead
     if lead is None:
         return "release"
@@ -127,7 +127,7 @@ def lead_value(pin: Pin) -> str:
 
 
 def action_value(target: str, *values: float) -> str:
-    """Return the value of `! target …` for a person's action, exactly."""
+    """Return the exact value of the action `! target value` that repeats an action of a person."""
     if target == "master":
         counts, seconds = values
         return f"{counts} in {_exact(seconds)}"
@@ -136,7 +136,7 @@ def action_value(target: str, *values: float) -> str:
 
 
 def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
-    """Return the target and the value of `! target value` for an action of a host at its end of a line."""
+    """Return target and value of the action `! target value` that repeats an event at the host's end of a line."""
     match act:
         case SendBreak(seconds):
             return "break", f"{Decimal(seconds).quantize(Decimal('1e-9')):f}"
@@ -155,7 +155,7 @@ def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, st
 
 
 def _exact(value: float) -> str:
-    """Return a number as exact text without an exponent."""
+    """Format a number exactly, without an exponent."""
     return f"{Decimal(repr(value)):f}"
 
 
@@ -165,7 +165,7 @@ def on_a_bus(controller: Controller) -> bool:
 
 
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Return a direct access to the registers: `write 0 33 00`, `read 0 16`, `init on`."""
+    """Return a function that accesses the registers directly: `write 0 33 00`, `read 0 16`, `init on`."""
     bus = controller.bus
     match target:
         case "init":
@@ -176,7 +176,7 @@ def _bus_action(controller: Controller, target: str, value: str) -> Callable[[],
         case "write":
             offset, data = _contents(value)
             return partial(_write, bus, offset, data)
-    raise _nothing_called(target, targets(controller))
+    raise _unknown_name(name=target, known=targets(controller))
 
 
 def _write(bus: RegisterPort, offset: int, data: bytes) -> None:
@@ -185,7 +185,7 @@ def _write(bus: RegisterPort, offset: int, data: bytes) -> None:
 
 
 def _register(value: str) -> tuple[int, int]:
-    """Return the register and the number of reads."""
+    """Parse the value of `! read`: the register, and the number of reads."""
     found = _READ.fullmatch(value)
     if found is None or not 0 < int(found["count"] or 1) <= MOST_AT_ONCE:
         raise ProgramError(f"invalid register {value!r}: expected 0 or 1 and the number of reads, e.g. 0 16")
@@ -193,7 +193,7 @@ def _register(value: str) -> tuple[int, int]:
 
 
 def _contents(value: str) -> tuple[int, bytes]:
-    """Return the register and the bytes to write."""
+    """Parse the value of `! write`: the register, and the bytes."""
     found = _WRITTEN.fullmatch(value)
     if found is None:
         raise ProgramError(f"invalid write {value!r}: expected a register, 0 or 1, and hex bytes, e.g. 0 33 00")
@@ -218,7 +218,7 @@ def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
 
 
 def _motor_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Return an action for the ambient temperature or the external encoder: `ambient 40`, `master 4000 in 2`."""
+    """Return a function that performs an action at a motor, e.g. `ambient 40` or `master 4000 in 2`."""
     if target == "ambient":
         return partial(setattr, controller, "ambient", _real(value))
     if sits := _SITS.fullmatch(value):
@@ -231,8 +231,8 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """Return the action that mounts the external encoder on an axis: `master on table.X times 3/2`."""
-    assert controller.bench is not None, "a controller that is talked to stands on a bench"
+    """Return a function that mounts the external encoder on an axis: `master on table.X times 3/2`."""
+    assert controller.bench is not None, "a controller with actions is part of a bench"
     name, _, axis = sits["axis"].rpartition(".")
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
         raise ProgramError(f"no axis {sits['axis']!r} here: expected the controller and its axis, e.g. table.X")
@@ -246,11 +246,11 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
     port = controller.ports.get(controller.name)
     if port is not None and target in _line_targets(port):
         return port_action(port, target, value)
-    raise _nothing_called(target, targets(controller))
+    raise _unknown_name(name=target, known=targets(controller))
 
 
 def targets(controller: Controller) -> tuple[str, ...]:
-    """Return the valid targets of `!`; AXIS is replaced by each axis's name."""
+    """Return the valid targets of an action `! target value`; AXIS stands for the name of an axis."""
     port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
@@ -260,9 +260,9 @@ def targets(controller: Controller) -> tuple[str, ...]:
 
 
 def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
-    """Return an action of the host at its end of a serial line.  Raises ProgramError for an invalid action."""
+    """Return a function that performs an action of the host at its serial line.  Raises ProgramError."""
     if target not in _line_targets(port):
-        raise _nothing_called(target, _line_targets(port))
+        raise _unknown_name(name=target, known=_line_targets(port))
     match target:
         case "dtr":
             return partial(port.host.dtr_line.set, _level(value))
@@ -296,12 +296,12 @@ def _flow(value: str) -> Flow:
         ) from None
 
 
-def _nothing_called(name: str, known: Iterable[str]) -> ProgramError:
+def _unknown_name(name: str, known: Iterable[str]) -> ProgramError:
     return ProgramError(f"unknown name {name!r}: expected one of {', '.join(known)}")
 
 
 def question(controller: Controller, subject: str) -> Callable[[], Value]:
-    """Return a function that reads `subject`, as in `= subject …`.  Raises ProgramError for an invalid subject."""
+    """Return a function that reads the subject of an expectation `= subject value`.  Raises ProgramError."""
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
     if subject in _lines(controller):
@@ -318,18 +318,18 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
         return lambda: controller.master.count
     if name in controller.pins and attribute == "volts" and isinstance(pin := controller.pins[name], UserPin):
         return lambda: pin.volts
-    raise _nothing_called(subject, subjects(controller))
+    raise _unknown_name(name=subject, known=subjects(controller))
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the valid subjects of `=`; PIN is replaced by each pin's name."""
+    """Return the valid subjects of an expectation `= subject value`; PIN stands for the name of a pin."""
     axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
     others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
     return ("clock", *controller.pins, *_lines(controller), *others, *axes)
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Return the readable control lines."""
+    """Return the names of the control lines that can be read."""
     if on_a_bus(controller):
         return ("interrupt",)
     port = controller.ports.get(controller.name)
@@ -337,16 +337,16 @@ def _lines(controller: Controller) -> tuple[str, ...]:
 
 
 def agrees(value: Value, wanted: str) -> bool:
-    """True if a value is as expected: a level, a whole number, or a number to as many decimals as are written."""
+    """True if a value is as expected; a number is compared to as many decimals as the expectation has."""
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # has more digits than any real value
+    with localcontext(prec=3 * MOST_CHARACTERS):  # more digits than any real value has
         return round(Decimal(value), _decimals(number)) == number
 
 
 def shown(value: Value) -> str:
-    """Return a value as a conversation writes it."""
+    """Format a value as in a conversation."""
     if isinstance(value, bool):
         return level_name(value)
     return str(value) if isinstance(value, int) else f"{value:.9f}".rstrip("0").rstrip(".")
@@ -368,19 +368,19 @@ def _level(value: str, *others: str) -> bool:
 
 
 def _duration(text: str, *, above_zero: bool = False) -> float:
-    """Return a duration in seconds that a bench can run."""
+    """Parse a duration in seconds; `above_zero`: True if 0 and negative numbers are errors."""
     seconds = _real(text)
     if above_zero and seconds <= 0:
         raise ProgramError(f"{text} is out of range: expected a number above zero")
     try:
         to_ns(seconds)
     except UsageError as error:
-        raise ProgramError(str(error)) from None
+        raise ProgramError(message=str(error)) from None
     return seconds
 
 
 def _count(text: str, most: int = MOST_COUNTS) -> int:
-    """Return a number of pulses or counts, at most `most` in either direction; decimals are ignored."""
+    """Parse a number of pulses or counts from -`most` to `most`; decimals are ignored."""
     number = _number(text)
     if abs(number) > most:
         raise ProgramError(f"{shortened(text)} is out of range: expected {-most} to {most}")
@@ -399,16 +399,16 @@ def _real(text: str) -> float:
 
 @contextmanager
 def _placing_errors() -> Iterator[None]:
-    """Turn an error in a number into an error in the number's line."""
+    """Within a `with` block, convert an error in a number to an error with the place of its line."""
     try:
         yield
     except NumberError as error:
-        raise ProgramError(str(error)) from None
+        raise ProgramError(message=str(error)) from None
 
 
 def _decimals(number: Decimal) -> int:
     exponent = number.as_tuple().exponent
-    assert isinstance(exponent, int), "finite, as _number has seen to"
+    assert isinstance(exponent, int), "`_number` returns only finite numbers"
     return max(0, -exponent)
 
 
@@ -416,4 +416,4 @@ def _line(text: str, port: SerialPort) -> UartFormat:
     try:
         return line_format(text, port.host.format)[0]
     except UsageError as error:
-        raise ProgramError(str(error)) from None
+        raise ProgramError(message=str(error)) from None

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Act:
-    """One line.  `line` is its number in the file, `controller` the name at its beginning, if any."""
+    """Base class for one line of a conversation: its number in the file, and the controller that it names."""
 
     line: int = field(default=0, kw_only=True, compare=False)
     controller: str = field(default="", kw_only=True)
@@ -13,35 +13,35 @@ class Act:
 
 @dataclass(frozen=True)
 class Comment(Act):
-    """A comment for the reader."""
+    """A comment in a conversation; it has no effect."""
 
     text: str = ""
 
 
 @dataclass(frozen=True)
 class Wait(Act):
-    """Advance virtual time."""
+    """A line of a conversation that advances virtual time."""
 
     ns: int
 
 
 @dataclass(frozen=True)
 class Say(Act):
-    """The host transmits data."""
+    """A line of a conversation: the host transmits data."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Hear(Act):
-    """The host receives data.  Without data: the host has received no data since the earlier lines."""
+    """A line of a conversation: the host receives these data, or nothing since the line before if there are none."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Do(Act):
-    """A manual action: drive or release a pin, switch the power."""
+    """A line of a conversation with a manual action, e.g. drive a pin or switch the power."""
 
     target: str
     value: str
@@ -49,7 +49,7 @@ class Do(Act):
 
 @dataclass(frozen=True)
 class Expect(Act):
-    """The expected value of a pin, an axis or the clock."""
+    """A line of a conversation with the expected value of a pin, an axis or the clock."""
 
     subject: str
     value: str

@@ -1,4 +1,4 @@
-"""A bench: controllers and machines on one clock; times are seconds at the interface, nanoseconds inside."""
+"""A bench: controllers and machines on one clock.  Public functions use seconds, internal ones nanoseconds."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,23 +25,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SharedLine:
-    """A daisy chain or an RS-485 line: its host's end, and its motors in order."""
+    """A daisy chain or an RS-485 line: the host's port, and the motors in order."""
 
     port: SerialPort
     motors: tuple[Controller, ...]
 
 
 class Bench:
-    """Controllers and machines in one virtual time, from 0 ns."""
+    """A bench: controllers and machines on one virtual clock, which starts at 0 ns."""
 
     def __init__(self) -> None:
         self.clock = Clock()
         self.controllers: dict[str, Controller] = {}
         self.lines: dict[str, SharedLine] = {}
         self.origin: dict[str, str] = {}
-        """Origin of the bench: `scene` (its name and hash), `title` of the scene, `seed`."""
+        """Data about the scene from which the bench was built: name and hash, title, seed."""
         self.agenda_ns = 0
-        """Time of the last planned action, e.g. of a scene's script."""
+        """Time in ns of the last planned action, e.g. of a scene's script."""
         self.planned: list[tuple[int, str]] = []
         """Time in nanoseconds and text of each planned action, for users."""
         self.attendants: dict[str, BusHost] = {}
@@ -54,9 +54,9 @@ class Bench:
 
     @property
     def faults(self) -> "Faults":
-        """The fault injector: `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
+        """The fault injector of the bench, e.g. `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
         if self._faults is None:
-            from axistwin.fault_injection.injector import Faults  # lazy import: most benches have no faults
+            from axistwin.fault_injection.injector import Faults  # lazy import: needed only for benches with faults
 
             self._faults = Faults(self)
         return self._faults
@@ -98,17 +98,17 @@ class Bench:
         return self[name].serial
 
     def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
-        """Call `happens` at each occurrence of an event, in that nanosecond: "table.X passes 1000", "motor raises Be".
+        """Call `happens` at the exact time of each occurrence of an event, e.g. "table.X passes 1000".
 
         The sentences are those of faults' triggers.  `here`: the controller whose parts may be named without its
         name.  Return an unsubscribe function.  Raises UsageError for an invalid sentence.
         """
-        from axistwin.fault_injection import triggers  # lazy import: most benches have no triggers
+        from axistwin.fault_injection import triggers  # lazy import: needed only for benches with triggers
 
         return triggers.read(sentence, self, here)(happens)
 
     def run(self, seconds: float) -> None:
-        """Advance virtual time by `seconds`; all events due by then, inclusive, happen.
+        """Advance virtual time by `seconds`, and execute all events up to and including the new time.
 
         Raises UsageError for a negative time, and for a time after the end of virtual time (292 years).
         """
@@ -147,7 +147,7 @@ class Bench:
         history: int = HISTORY,
         **options: Any,
     ) -> Controller:
-        """Add a controller to the bench, just switched on.
+        """Add a controller to the bench; its power has just been switched on.
 
         `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
         format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of stored moves per axis
@@ -163,7 +163,7 @@ class Bench:
         if type(history) is not int or history < 2:
             raise UsageError(f"history={history!r}: expected a number of moves, 2 or more")
         if line is not None and made.line is None:
-            raise UsageError(f"{made.model} has no serial port: expected no option `line`")
+            raise UsageError(f"{made.model} has no serial port: leave out the option `line`")
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in for_axes.items()}
         store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
@@ -176,7 +176,7 @@ class Bench:
         return controller
 
     def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """Return the host's end of an RS232 daisy chain: host, first motor, …, last motor, host.
+        """Connect motors to an RS232 daisy chain, and return the host's end of the chain.
 
         A motor's output goes to the next motor, so each motor must echo data for the others (`ECHO`).  The chain
         replaces the motors' own `serial` ports, in the format of the first motor.
@@ -184,7 +184,7 @@ class Bench:
         return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
 
     def rs485(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """Return the host's end of an RS485 line: one pair of wires, on which each end receives the data of all others.
+        """Connect motors to an RS485 line (one pair of wires), and return the host's end of the line.
 
         Two simultaneous senders garble each other's characters.  The line replaces the motors' own `rs485` ports.
         """
@@ -199,7 +199,7 @@ class Bench:
         motors: tuple[Controller, ...],
         name: str | None,
     ) -> SerialPort:
-        """Connect one channel of each motor to a shared line."""
+        """Connect the same channel of several motors to one shared line."""
         if not motors:
             raise UsageError(f"{kind}() joins motors: expected at least one")
         for motor in motors:

@@ -17,31 +17,31 @@ _SHOWN = [chr(byte) if 0x20 <= byte < 0x7F else f"\\x{byte:02X}" for byte in ran
 _SHOWN[ord("\r")], _SHOWN[ord("\n")], _SHOWN[ord("\\")] = r"\r", r"\n", r"\\"
 _BLANK = r"\x20"
 _MEANT = {"r": b"\r", "n": b"\n", "\\": b"\\"}
-_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character or one escape sequence of a checked text
+_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # matches one character or one escape sequence of a valid text
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL)
 
 
 class Codec(Protocol):
-    """Converts a family's messages to and from a line of text."""
+    """Interface of a codec, which converts messages to and from a line of text."""
 
     def show(self, data: bytes) -> str:
         """Return bytes as text."""
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a text from the host.  Raises ProgramError with the column."""
+        """Convert a text that the host sends to bytes.  Raises ProgramError with the column."""
 
     def hear(self, text: str) -> bytes:
-        """Return the bytes of a text from the controller.  Raises ProgramError with the column."""
+        """Convert a text that the controller sends to bytes.  Raises ProgramError with the column."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return, for each byte of the host's text, its column from 0 and its width in columns."""
+        """Yield the column (from 0) and the width of each byte in a text that the host sends."""
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Return the meaning in words, if the text does not show it."""
+        """Return the meaning of a message in words; "" if its text needs no explanation."""
 
 
 class Characters:
-    """RS232 characters as printable text."""
+    """Codec for RS232 characters, which become printable text."""
 
     def show(self, data: bytes) -> str:
         """Return bytes as text; blanks at either end are escaped, because they would be invisible."""
@@ -52,7 +52,7 @@ class Characters:
         return _BLANK * before + middle + _BLANK * after
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a text."""
+        """Convert a text to bytes."""
         out = bytearray()
         at = 0
         while at < len(text):
@@ -65,8 +65,11 @@ class Characters:
                 out += text[at].encode()
                 at += 1
             else:
-                message = rf"{text[at]!r} is no printable ASCII character: write \xNN"
-                raise ProgramError(message, column=at + 1, code=rules.NO_ASCII.code)
+                raise ProgramError(
+                    rf"{text[at]!r} is not a printable ASCII character: write \xNN",
+                    column=at + 1,
+                    code=rules.NO_ASCII.code,
+                )
         return bytes(out)
 
     hear = read
@@ -76,13 +79,13 @@ class Characters:
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return an empty text: characters need no explanation."""
+        """Return "", because characters need no explanation."""
         return ""
 
 
 @dataclass(frozen=True)
 class Hex:
-    """Commands and messages of a board on a bus, one per line, in hex; a command also by its name."""
+    """Codec for a board on a bus: each line is a command or message in hex, or a command by name."""
 
     language: Language
 
@@ -91,11 +94,11 @@ class Hex:
         return data.hex(" ").upper()
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a command."""
+        """Convert a command in hex or by name to bytes."""
         return self.language.read(text)
 
     def hear(self, text: str) -> bytes:
-        """Return the bytes of a message; trailing zeros may be left out."""
+        """Convert a message in hex to bytes; trailing zeros may be left out."""
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
@@ -103,7 +106,7 @@ class Hex:
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Return the command or message in words."""
+        """Return the meaning of a command or message in words."""
         return self.language.explain(data) if by_host else self.language.explain_message(data)
 
 
@@ -125,7 +128,7 @@ CHARACTERS = Characters()
 
 
 def unpadded(message: bytes) -> bytes:
-    """Return a message of a board without its trailing zeros, which `Codec.hear` appends again."""
+    """Remove the trailing zeros of a board's message; `Codec.hear` appends them again."""
     return message.rstrip(b"\0") or message[:1]
 
 

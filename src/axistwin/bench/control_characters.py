@@ -7,12 +7,12 @@ NAMES = {
 
 
 def word(byte: int) -> str:
-    """Return a readable character: itself, its name such as `<CR>`, or its number such as `<9F>`."""
+    """Return a readable text for a byte: the character, its name such as `<CR>`, or its code such as `<9F>`."""
     if 0x20 <= byte < 0x7F:
         return chr(byte)
     return f"<{NAMES.get(byte) or f'{byte:02X}'}>"
 
 
 def show_controls(text: str) -> str:
-    """Return a text with readable control characters; a single space is `<SP>`."""
+    """Replace the control characters in a text by their names; a text of one space becomes `<SP>`."""
     return "<SP>" if text == " " else "".join(word(ord(c)) if ord(c) < 0x80 else c for c in text)

@@ -37,18 +37,18 @@ class Controller:
         self._device, self._plug = device, plug
         self._clock = next(iter(self.pins.values())).clock
         self.manual_actions = ManualActions(self._clock)
-        """Reports a person's actions: `power`."""
+        """Reports actions of a person, e.g. of the power switch."""
         self.powered = False
-        self._turns: deque[bool] = deque()  # requested positions of the power switch, in order
+        self._turns: deque[bool] = deque()  # positions of the power switch that are still to be set, in order
         self.given: Mapping[str, Any] = {}
-        """The options given to `Bench.add`, except those about the storage of its state."""
+        """Options that were given to `Bench.add`, except the directory for the state."""
         self.store: MemoryStore | FileStore = MemoryStore()
         self._abilities = device.abilities
         self._second = fit_second_port(self._abilities, plug)
         self._asked_for_second = False
-        self._lines: dict[str, str] = {}  # shared line by channel (serial or rs485)
+        self._lines: dict[str, str] = {}  # name of the shared line, by channel (serial or rs485)
         self.alarms = self._abilities.alarms
-        """Subscriptions to its fault flags; None: the device has no fault flags."""
+        """Subscriptions to the fault flags of the device; None for a device without fault flags."""
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
 
     def __repr__(self) -> str:
@@ -84,7 +84,7 @@ class Controller:
         """The registers as the host accesses them on the bus.  Raises UsageError if the controller has no registers."""
         if self._abilities.bus is None:
             raise UsageError(
-                f"{self.name} is on no bus: {self.product.indefinite} is reached through its `serial` port"
+                f"{self.name} is not on a bus: {self.product.indefinite} is reached through its `serial` port"
             )
         return self._abilities.bus
 
@@ -98,7 +98,7 @@ class Controller:
 
     @cached_property
     def terminals(self) -> Mapping[str, Pin]:
-        """All terminals with a level: pins, control lines at the plug, the interrupt on the bus."""
+        """All terminals with a level: pins, control lines of the serial plug, and the interrupt line of the bus."""
         if self._abilities.bus is not None:
             return {**self.pins, "interrupt": self._abilities.bus.interrupt_line}
         if self._abilities.handshake is None:
@@ -115,11 +115,11 @@ class Controller:
 
     @cached_property
     def registers(self) -> Mapping[str, Register]:
-        """Readable numbers and texts inside the controller; traces can record them."""
+        """Registers of the controller: numbers and texts that can be read and traced."""
         return self._abilities.registers()
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
-        """Call `follower` with all changes of these registers, even if the controller computes ahead of the clock.
+        """Call `follower` with every change of these registers.
 
         Changes may be reported with delay.  Return an unsubscribe function; or None if the registers change only at
         events, so that the caller can read them there.
@@ -133,7 +133,7 @@ class Controller:
         return self._abilities.assign is not None
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable or gain by name, in no virtual time and without a host: `motor.assign("KP", 100)`.
+        """Set a variable or gain by name, at once and without a host: `motor.assign("KP", 100)`.
 
         Raises UsageError if the controller has no such variable.
         """
@@ -155,7 +155,7 @@ class Controller:
         return self._abilities.programs()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher(program, index)` at the exact moment at which a line of a stored program begins.
+        """Call `watcher(program, index)` at the exact time at which a line of a stored program begins.
 
         `index` is from 0.  `only`: this program and index only, which may cost much less.  The callback may read the
         bench but must not change it.  Return an unsubscribe function.  A controller without programs never calls it.
@@ -173,7 +173,7 @@ class Controller:
 
     @property
     def master(self) -> Master:
-        """The external encoder wired to pins A and B.  Raises UsageError if the controller has no such input."""
+        """The external encoder at pins A and B.  Raises UsageError if the controller has no encoder input."""
         return self._motor("is no motor and has no `master`").master
 
     @property
@@ -184,7 +184,7 @@ class Controller:
         return self._abilities.hint()
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` when there is a new hint.  Return an unsubscribe function."""
+        """Call `watcher(line)` for each new status hint.  Return an unsubscribe function."""
         return self._abilities.subscribe_hint(watcher)
 
     @property
@@ -211,7 +211,7 @@ class Controller:
         self.power(True)
 
     def _switch(self, on: bool) -> None:
-        """Switch the power.  If a subscriber switches the power during this call, that change is made afterwards."""
+        """Switch the power; a change that a subscriber requests during this call is made afterwards."""
         self._turns.append(on)
         if len(self._turns) > 1:
             return

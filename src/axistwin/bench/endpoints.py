@@ -19,10 +19,10 @@ def at_a_bus(bench: Bench, name: str) -> bool:
 
 
 def codec_at(bench: Bench, name: str) -> Codec:
-    """Return the codec for this endpoint."""
+    """Return the codec for data of this endpoint."""
     return codec_of(bench[name].product) if name in bench.controllers else CHARACTERS
 
 
 def several(bench: Bench) -> bool:
-    """True if the bench has several endpoints; conversations must then name the endpoint."""
+    """True if the bench has several endpoints; each line of a conversation must then name its endpoint."""
     return len(names(bench)) > 1 or len(bench.controllers) > 1

@@ -26,7 +26,7 @@ from axistwin.sim.serial_port import SerialPort
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """A host has queued data, which leave from `time_ns` on; on a bus, a host has handed over a command."""
+    """Event: a host sends data, beginning at `time_ns`; on a bus, a whole command."""
 
     time_ns: int
     controller: str
@@ -35,7 +35,7 @@ class Sent:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """A host has received a character; on a bus, a message is ready for the host."""
+    """Event: a host has received a character; on a bus, a message is ready for the host."""
 
     time_ns: int
     controller: str
@@ -45,7 +45,7 @@ class Received:
 
 @dataclass(frozen=True, slots=True)
 class LevelChanged:
-    """A terminal has changed its level; `driven` if a test lead forces it.
+    """Event: a terminal has changed its level.  `driven`: True if an operator has forced the level.
 
     The lines of a serial connection are called `dtr` and `rts` at the device, `host.dtr` and `host.rts` at the host.
     """
@@ -60,7 +60,7 @@ class LevelChanged:
 
 @dataclass(frozen=True, slots=True)
 class VoltageChanged:
-    """An analog terminal has changed its voltage.  If its level has changed, too, a `LevelChanged` comes first."""
+    """Event: an analog terminal has changed its voltage, after the `LevelChanged` of its level, if any."""
 
     time_ns: int
     controller: str
@@ -71,7 +71,7 @@ class VoltageChanged:
 
 @dataclass(frozen=True, slots=True)
 class LineBreak:
-    """A host has sent a break of `seconds`."""
+    """Event: a host has sent a break with a duration of `seconds`."""
 
     time_ns: int
     controller: str
@@ -80,7 +80,7 @@ class LineBreak:
 
 @dataclass(frozen=True, slots=True)
 class FaultChanged:
-    """A fault has begun or ended; `act` and `words` are the corresponding line of a conversation."""
+    """Event: a fault has begun or ended.  `act` and `words`: the same change as a line of a conversation."""
 
     time_ns: int
     controller: str
@@ -90,7 +90,7 @@ class FaultChanged:
 
 @dataclass(frozen=True, slots=True)
 class ManualAction:
-    """A person has acted on a machine; `! act value` is the corresponding line of a conversation."""
+    """Event: a person has acted at the machine; the line `! act value` repeats the action in a conversation."""
 
     time_ns: int
     controller: str
@@ -100,7 +100,7 @@ class ManualAction:
 
 @dataclass(frozen=True, slots=True)
 class SettingChanged:
-    """The host's end of a line has new settings; `! act value` makes the change in a conversation."""
+    """Event: the host's end of a line has new settings; the line `! act value` repeats the change."""
 
     time_ns: int
     controller: str
@@ -114,7 +114,7 @@ Sink = Callable[[Event], None]
 
 @contextmanager
 def observing(bench: Bench, sink: Sink) -> Iterator[None]:
-    """Call `sink` with every event on the bench, as it happens, until the context ends."""
+    """Call `sink` with every event on the bench within a `with` block."""
     with ExitStack() as stack:
         for name in endpoints.names(bench):
             if endpoints.at_a_bus(bench, name):
@@ -132,12 +132,12 @@ def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
     where = fault.spot.name.partition(".")[0]
     if what == "begins":
         sink(FaultChanged(bench.now, where, "fault", written(fault)))
-    elif fault.on:  # the fault has ended
+    elif fault.on:  # the end of a fault
         sink(FaultChanged(bench.now, where, "mend", fault.name))
 
 
 def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
-    """Observe a person's actions: test leads, power, axes, joystick, external encoder."""
+    """Report the actions of a person at a controller: forced pins, power, axes, joystick, external encoder."""
 
     def handled(target: str, *values: float) -> None:
         sink(ManualAction(bench.now, controller.name, target, action_value(target, *values)))
@@ -172,7 +172,7 @@ def _name_of(bench: Bench, axis: object) -> str:
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:
-    """Return all terminals with steady levels: pins, and control lines of the serial connection or the bus."""
+    """Return all terminals with levels to observe: pins, and control lines of the serial port or the bus."""
     pins = {name: pin for name, pin in controller.pins.items() if not pin.restless}
     if on_a_bus(controller):
         return {**pins, "interrupt": controller.bus.interrupt_line}

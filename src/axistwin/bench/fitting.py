@@ -18,7 +18,7 @@ from axistwin.sim.wirings import direct, shared_pair
 
 @dataclass(frozen=True)
 class Plug:
-    """A controller's serial connection and the settings it was made with."""
+    """The serial connection of a controller, with its initial settings."""
 
     port: SerialPort
     format: UartFormat
@@ -28,7 +28,7 @@ class Plug:
 def fit_plug(
     clock: Clock, abilities: Abilities, line: str | UartFormat | None, usual: UartFormat | None
 ) -> Plug | None:
-    """Return the host's end of a serial plug; None: the device has no plug.
+    """Return the host's end of a controller's serial plug; None for a device without a serial port.
 
     The host's DTR goes to the device's DSR and its RTS to the device's CTS, if these exist.
     """
@@ -47,7 +47,7 @@ def fit_plug(
 
 
 def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | None:
-    """Return the host's end of a second channel, a pair of wires, if there is such a channel."""
+    """Return the host's end of the second serial channel (a pair of wires); None without such a channel."""
     if abilities.rs485 is None:
         return None
     assert plug is not None, "a device with a second channel has a plug"
@@ -55,7 +55,7 @@ def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | Non
 
 
 def fit_switches(made: Product, device: Device, axes: Mapping[str, Axis]) -> None:
-    """Fit switches: limit switches open beyond `limits`; the home input is high within `home`."""
+    """Connect position switches: limit switches open beyond `limits`; the home input is high within `home`."""
     minus, plus = [], []
     for name, axis in axes.items():
         if axis.limits is not None:
@@ -64,7 +64,7 @@ def fit_switches(made: Product, device: Device, axes: Mapping[str, Axis]) -> Non
             plus.append(PositionSwitch(axis, None, last))
         if isinstance(axis, StepperAxis) and axis.home is not None:
             if made.home_pin is None:
-                raise UsageError(f"{made.model} has no home input: expected no option `home` of axis {name}")
+                raise UsageError(f"{made.model} has no home input: leave out the option `home` of axis {name}")
             in_series([PositionSwitch(axis, *axis.home)], device.pins[made.home_pin])
     if made.limit_pins and minus:
         in_series(minus, device.pins[made.limit_pins[0]], closed=made.closed_level)

@@ -1,4 +1,4 @@
-"""A host at a controller's serial port or bus: it sends and receives data.
+"""A simulated host that sends and receives data at a controller's serial port or bus.
 
 To observe the data of other hosts, use `bench/events.py`.
 """
@@ -17,22 +17,22 @@ from axistwin.units import MS
 
 @dataclass(frozen=True)
 class Host:
-    """Sends and receives data."""
+    """Interface of a simulated host."""
 
     write: Callable[[bytes], None]
-    """Sends data as soon as possible."""
+    """Function that sends data as soon as possible."""
     subscribe_received: Callable[[Callable[[bytes], None]], Callable[[], None]]
-    """Calls a function with received data; returns an unsubscribe function."""
+    """Function that subscribes to received data and returns an unsubscribe function."""
     _port: SerialPort | BusHost
 
     @property
     def pending(self) -> int:
-        """Amount of data that has not been sent yet."""
+        """Number of bytes or commands that have not been sent yet."""
         return self._port.pending
 
     @property
     def pause_ns(self) -> int:
-        """Silence after which the received data are complete."""
+        """Silence in ns after which the received data are complete."""
         return 3 * self._port.host.format.frame_ns if isinstance(self._port, SerialPort) else 20 * MS
 
 

@@ -1,4 +1,4 @@
-"""The format of a serial line in a few words."""
+"""Parse the format of a serial line, e.g. `9600 8N2`."""
 
 import re
 from dataclasses import replace
@@ -14,7 +14,7 @@ LINE = re.compile(
 
 
 def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
-    """Return the format in a text, and True if characters take no time: `"9600 8N2"`, `"instant"` or both."""
+    """Parse `"9600 8N2"`, `"instant"` or both; return the format, and True if characters take no time."""
     if text is None or isinstance(text, UartFormat):
         return text or usual, False
     if not isinstance(text, str):

@@ -11,11 +11,11 @@ from axistwin.errors import UsageError
 FAMILIES = {
     "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
 }  # fmt: skip
-"""The package of each model in `axistwin.controllers`, imported at the model's first use."""
+"""Package of each model in `axistwin.controllers`; it is imported when the model is first used."""
 
 
 def product(model: str) -> Product:
-    """Return the product of this model name.  Raises UsageError if there is none."""
+    """Return the product with this model name.  Raises UsageError for an unknown model."""
     try:
         family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
     except KeyError:
@@ -25,7 +25,7 @@ def product(model: str) -> Product:
 
 
 def model_options(made: Product, given: Mapping[str, Any]) -> Any:
-    """Return the options of a model.  Raises UsageError for an unknown option."""
+    """Check the given options of a model and return them.  Raises UsageError for an unknown option."""
     known = [field.name for field in fields(made.options)]
     for name in given:
         if name not in known:
@@ -34,7 +34,7 @@ def model_options(made: Product, given: Mapping[str, Any]) -> Any:
 
 
 def axis_options(name: str, given: object) -> dict[str, Any]:
-    """Return an axis's options as they were given."""
+    """Return the given options of an axis as a dict.  Raises UsageError for any other type."""
     if not isinstance(given, Mapping):
         raise UsageError(f'axis {name}={given!r}: expected its options, e.g. {name}={{"limits": (-100, 5000)}}')
     return dict(given)

@@ -11,11 +11,11 @@ OWN = {
     "name": "a controller is named after its model; use a scene for other names",
     "state": "use --state",
 }
-"""Options that the command line sets with options of their own; value: the message to the user."""
+"""Options that `--option` cannot set, each with the error message for the user."""
 
 
 def read_options(options: Iterable[str]) -> dict[str, Any]:
-    """Return `NAME=VALUE` words as keywords; `X.limits=[-5,5]` is `X={"limits": [-5, 5]}`."""
+    """Convert `NAME=VALUE` words to keyword arguments; `X.limits=[-5,5]` becomes `X={"limits": [-5, 5]}`."""
     found: dict[str, Any] = {}
     for option in options:
         name, equals, text = option.partition("=")
@@ -34,14 +34,14 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """Return a TOML value if the text is TOML, otherwise the text itself."""
-    import tomllib  # lazy import: most controllers have no options
+    """Parse a text as a TOML value; if this is impossible, return the text."""
+    import tomllib  # lazy import: needed only for controllers with options
 
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:
         raise UsageError(f"--option: {shortened(text)}: too many nested brackets") from None
-    except ValueError:  # not TOML, or a number of thousands of digits
+    except ValueError:  # the text is not TOML, or a number with thousands of digits
         return text
     check_values(value)
     return value

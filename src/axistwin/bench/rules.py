@@ -12,7 +12,7 @@ IF1 = '[[controller]]\nmodel = "if1"\n'
 RULES = (
     UNREADABLE := Rule(
         "AX100", "a line that cannot be read", E, PAGE,
-        "The line is not valid in this kind of file; the message says what is expected.",
+        "A file of this kind cannot contain such a line; the message says what is expected.",
         "; model: 1811\n> ; nothing", ".talk",
     ),
     NO_ACT := Rule(
@@ -22,12 +22,12 @@ RULES = (
     ),
     NO_TIME := Rule(
         "AX102", "an invalid time", E, PAGE,
-        "A number of seconds follows `+`, such as 0.25.",
+        "After `+` write a number of seconds, e.g. +0.25.",
         "+soon", ".talk",
     ),
     NO_VALUE := Rule(
         "AX103", "a name or a value is missing", E, PAGE,
-        "`!` and `=` take a name and a value: `! input1 high`, `= X.position 1000`.",
+        "After `!` and `=` write a name and a value: `! input1 high`, `= X.position 1000`.",
         "! input1", ".talk",
     ),
     NO_ASCII := Rule(
@@ -37,7 +37,7 @@ RULES = (
     ),
     NO_ESCAPE := Rule(
         "AX105", "an unknown escape sequence", E, PAGE,
-        "Valid are \\r, \\n, \\\\ and \\xNN with two hex digits.",
+        "The valid escape sequences are \\r, \\n, \\\\ and \\xNN with two hex digits.",
         "> X100\\q", ".talk",
     ),
     NO_TOML := Rule(
@@ -47,12 +47,12 @@ RULES = (
     ),
     UNKNOWN_KEY := Rule(
         "SC102", "an unknown key", E, SCENES,
-        "Unknown keys are refused, so that misspellings are found.",
+        "The table cannot have a key of this name; perhaps the name is misspelled.",
         IF1 + 'nmae = "left"', ".toml",
     ),
     MISSING_KEY := Rule(
         "SC103", "a key is missing", E, SCENES,
-        "The key is required in this table.",
+        "This table needs the key.",
         '[[controller]]\nname = "left"', ".toml",
     ),
     VALUE := Rule(
@@ -62,7 +62,8 @@ RULES = (
     ),
     SCENE := Rule(
         "SC110", "a scene that cannot be built", E, SCENES,
-        "Each table is valid, but a name in it does not exist, is used twice, or does not fit the others.",
+        "Each table of the scene is valid, but a name in a table does not exist, is used twice, or does not fit the "
+        "other tables.",
         IF1 + '[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"', ".toml",
     ),
 )  # fmt: skip

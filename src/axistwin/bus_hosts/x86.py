@@ -43,7 +43,7 @@ class Computer:
     ) -> None:
         self.bench, self.vector, self.instruction_ns = bench, vector, instruction_ns
         self.instructions = 0
-        """Number of executed instructions."""
+        """Number of instructions that have been executed."""
         self._ports: dict[int, tuple[RegisterPort, int]] = {
             base + offset: (board.bus, offset) for base, board in boards.items() for offset in (0, 1)
         }
@@ -62,15 +62,15 @@ class Computer:
     # Memory and registers
 
     def load(self, segment: int, offset: int, data: bytes) -> None:
-        """Write bytes into memory."""
+        """Write bytes to the memory of the computer."""
         self._uc.mem_write((segment << 4) + offset, data)
 
     def memory(self, segment: int, offset: int, size: int) -> bytes:
-        """Read bytes from memory."""
+        """Read bytes from the memory of the computer."""
         return bytes(self._uc.mem_read((segment << 4) + offset, size))
 
     def set_vector(self, number: int, segment: int, offset: int) -> None:
-        """Set the handler's address of interrupt `number`."""
+        """Set the address of the handler for interrupt `number`."""
         self.load(0, 4 * number, offset.to_bytes(2, "little") + segment.to_bytes(2, "little"))
 
     def start_at(self, segment: int, offset: int, stack: int = 0xFFFE) -> None:
@@ -83,12 +83,12 @@ class Computer:
 
     @property
     def interruptible(self) -> bool:
-        """True if the interrupt flag is set."""
+        """True if interrupts are enabled (the interrupt flag is set)."""
         return bool(self._uc.reg_read(x86.UC_X86_REG_EFLAGS) & INTERRUPT_FLAG)
 
     @property
     def stopped(self) -> bool:
-        """True if the processor has halted for ever, with interrupts disabled."""
+        """True if the processor has halted with interrupts disabled, so that it can never continue."""
         return self._halted and not self.interruptible
 
     # Running
@@ -112,7 +112,7 @@ class Computer:
         return any(bus.interrupt for bus in self._buses)
 
     def _execute(self, end_ns: int) -> None:
-        """Execute up to the next event of the bench, or one instruction while an interrupt is requested."""
+        """Execute instructions up to the next event of the bench; only one instruction if an interrupt is requested."""
         due_ns = self.bench.clock.next_event_ns()
         self._stop_ns = min(end_ns, end_ns if due_ns is None else max(due_ns, self._time_ns + 1))
         if self._requested:
@@ -123,12 +123,12 @@ class Computer:
         self._catch_up()
 
     def _has_just_halted(self) -> bool:
-        """True if the last instruction was HLT, and the next instruction follows it in memory."""
+        """True if the last executed instruction was HLT and the processor is still halted there."""
         here = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 
     def _sleep(self, end_ns: int) -> None:
-        """Advance virtual time to the next event: the processor is halted."""
+        """Advance virtual time to the next event while the processor is halted."""
         due_ns = self.bench.clock.next_event_ns()
         self._time_ns = end_ns if due_ns is None else min(end_ns, max(due_ns, self._time_ns))
         self._catch_up()
@@ -153,10 +153,10 @@ class Computer:
         self._uc.reg_write(x86.UC_X86_REG_SP, pointer)
         self.load(self._uc.reg_read(x86.UC_X86_REG_SS), pointer, value.to_bytes(2, "little"))
 
-    # Called by Unicorn
+    # Functions that Unicorn calls
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Called before each instruction.  After STI one more instruction is executed before an interrupt is taken."""
+        """Handle one instruction before Unicorn executes it; after STI, an interrupt waits for one more instruction."""
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:
             uc.emu_stop()
             return
@@ -181,4 +181,4 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        self._stop_ns = 0  # the write may have scheduled an earlier event
+        self._stop_ns = 0  # ends the execution, because the write may have scheduled an earlier event

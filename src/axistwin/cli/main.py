@@ -1,6 +1,7 @@
 """The command line: `axistwin COMMAND`.  The module of a command is imported when the command is used.
 
-Results go to stdout, messages to stderr; with --json an error is a JSON object there.  Exit codes: 0 done, 1 errors in
+Results go to stdout, messages to stderr; with --json an error is a JSON object on stderr.  Exit codes: 0 done, 1 errors
+in
 the checked or executed program, 2 wrong usage (a missing file or port too), 130 interrupted.
 """
 
@@ -23,7 +24,7 @@ from axistwin.version import VERSION
 
 @dataclass(frozen=True)
 class Command:
-    """A command: name, folder of its module (the function has the name of the command), summary."""
+    """A command of `axistwin`: its name, the folder of its module, its summary."""
 
     name: str
     folder: str
@@ -31,11 +32,11 @@ class Command:
 
     @property
     def module(self) -> str:
-        """Name of the command's module, and of its function in that module."""
+        """Name of the command's module; the function in the module has the same name."""
         return self.name.replace("-", "_")
 
     def load(self) -> click.Command:
-        """Import the command."""
+        """Import the module of the command, and return the command."""
         loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.module}"), self.module)
         return loaded
 
@@ -79,14 +80,14 @@ GROUPS = {
 COMMANDS = {command.name: command for commands in GROUPS.values() for command in commands}
 
 OUTPUT_ERRORS = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}
-"""Errors of the output device."""
+"""Error numbers for a full or broken output device."""
 
 
 class LazyGroup(click.Group):
-    """A command group that imports only the command in use."""
+    """A group of commands that imports a command only when it is used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
-        """Return the commands in the order of their usual use."""
+        """Return the names of all commands in the order of their usual use."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
@@ -96,9 +97,11 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command of the first word.  Raises UsageError with the nearest name for an unknown command."""
+        """Return the command that the first word names.  Raises UsageError, with a similar name, for an unknown
+        word.
+        """
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            raise unknown("command", args[0], COMMANDS)
+            raise unknown(kind="command", name=args[0], names=COMMANDS)
         return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
@@ -135,14 +138,14 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str] | None) -> int:
-    if sys.stdout is None:  # stdout was closed
+    if sys.stdout is None:  # the caller has closed stdout
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # open until the program ends
     _prepare_output()
     as_json = "--json" in (sys.argv[1:] if arguments is None else arguments)
     try:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
         sys.stdout.flush()
-    except click.exceptions.Abort:  # Ctrl-C in click
+    except click.exceptions.Abort:  # click raises Abort after Ctrl-C
         print("axistwin: interrupted", file=sys.stderr)
         return 130
     except KeyboardInterrupt:
@@ -154,7 +157,7 @@ def _run(arguments: list[str] | None) -> int:
         else:
             error.show()
         return error.exit_code
-    except BrokenPipeError:  # the reader of the output has ended
+    except BrokenPipeError:  # the program that reads the output has ended
         _discard_output()
         return 1
     except OSError as error:

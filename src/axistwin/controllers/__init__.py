@@ -1,1 +1,1 @@
-"""One package per controller family; families do not import one another."""
+"""One package for each controller family; families do not import each other."""

@@ -1,4 +1,4 @@
-"""The table type that all families share: one entry per command, read by parser, dispatcher, checker and listing."""
+"""Type of the command tables of all families: parser, dispatcher, checker and listing use the same table."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ Code = str | int
 
 @dataclass(frozen=True)
 class Field:
-    """A parameter of a command: its name, unit and range.  Families add its notation."""
+    """A parameter of a command: its name, unit and range; subclasses define its notation."""
 
     name: str
     unit: str = ""
@@ -40,7 +40,7 @@ def _or_blank(value: int | None) -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """One line of a command table.
+    """A command: one line of a command table.
 
     `accepted`: the controller states in which the command is valid, a `Flag` defined by each family.
     `handler` is None for a command that is not implemented.
@@ -64,7 +64,7 @@ class Command:
         return " ".join((str(self.code), *(part.form for part in self.parameters)))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the command as `axistwin commands --json` prints it."""
+        """Return the command as data for `axistwin commands --json`."""
         return {
             "code": self.code,
             "name": self.name,
@@ -97,9 +97,9 @@ class CommandSet:
         return self._by_code.get(code)
 
     def with_(self, *commands: Command) -> "CommandSet":
-        """Return a variant with these commands added or replaced."""
+        """Return a copy of the table in which these commands are added or replaced."""
         return CommandSet(*{**self._by_code, **{command.code: command for command in commands}}.values())
 
     def without(self, *codes: Code) -> "CommandSet":
-        """Return a variant without these commands."""
+        """Return a copy of the table without these commands."""
         return CommandSet(*(command for command in self if command.code not in codes))

@@ -21,10 +21,10 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Rule:
-    """One kind of problem that a checker reports, with its code and explanation."""
+    """A kind of problem that a checker reports, with its code and explanation."""
 
     code: str
-    """For example `DP101`: two letters for the family, one digit for the subject, two digits for the rule."""
+    """Code such as `DP101`: two letters for the family, one digit for the subject, two digits for the rule."""
     title: str
     severity: Severity
     chapter: str
@@ -81,19 +81,19 @@ class Diagnostic:
     code: str = ""
     end_line: int = 0
     end_column: int = 0
-    """Column after the diagnosed text; 0: only the beginning is known."""
+    """Column after the end of the wrong text; 0 if only its beginning is known."""
     fix: Fix | None = field(default=None, compare=False)
 
     @property
     def end(self) -> tuple[int, int]:
-        """Line and column just after the diagnosed text."""
+        """Line and column just after the end of the wrong text."""
         return (self.end_line, self.end_column) if self.end_line else (self.line, self.column + 1)
 
 
 def diagnose(
     rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
 ) -> Diagnostic:
-    """Return a diagnostic for `rule` that marks these characters, as far as they are on one line."""
+    """Return a diagnostic of `rule` that marks these characters, at most up to the end of their first line."""
     first = characters[0]
     last = [sent for sent in characters if sent.line == first.line][-1]
     end = max(last.column + last.width, first.column + 1)

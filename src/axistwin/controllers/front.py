@@ -19,12 +19,12 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class _Item:
-    """An item of the front panel that shows one terminal or register."""
+    """Base class for an item of the front panel, which shows one terminal or register."""
 
     label: str
-    """Letter or number that the manual gives the item."""
+    """Letter or number of the item in the manual."""
     name: str
-    """A short description."""
+    """A short description of the item."""
     source: str
     """The name of a terminal or a register."""
 
@@ -57,7 +57,7 @@ class Word(_Item):
     tones: Mapping[Any, Tone] = field(default_factory=dict)
     doc: str = ""
     unpowered: str = ""
-    """Text without power."""
+    """Text that is shown while the power is off."""
 
     def shows(self, value: int | str | None) -> str:
         """Return the text for this value; None: no power."""

@@ -1,4 +1,4 @@
-"""Types by which a bench builds and uses controllers of all families."""
+"""Types that all families of controllers implement, so that a bench can build and use their controllers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ class Store(Protocol):
         """Return the contents that were saved last, or None if nothing has been saved."""
 
     def save(self, contents: bytes) -> None:
-        """Save the contents without raising an error.
+        """Save the contents; errors are not raised.
 
         After a crash of the host computer the memory holds either the new or the previous contents.
         """
@@ -47,11 +47,11 @@ class Register:
     costly: bool = False
     """True if the register is slow to record, and is therefore recorded only if its full name is given."""
     restless: bool = False
-    """True if the value changes between events, so that it can be read but not followed."""
+    """True if the value also changes between events, so that changes cannot be reported."""
 
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
-"""Callback for changes in order of time.  Its arguments are the times, the register indexes and the new values."""
+"""Function that is called with changes of registers: their times, register indexes and new values."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Handshake:
 
 @dataclass(frozen=True)
 class Abilities:
-    """Optional abilities of a device.  Each default stands for a device without this ability."""
+    """Optional abilities of a device; each default value means that the device lacks this ability."""
 
     uart: Uart | None = None
     """UART of the serial connector."""
@@ -101,29 +101,29 @@ class Abilities:
     alarms: Alarms | None = None
     """Fault flags of the device, to which observers can subscribe."""
     registers: Callable[[], Mapping[str, Register]] = dict
-    """Returns the readable registers by name."""
+    """Function that returns the registers by name."""
     follow: Callable[[Sequence[str], Follower], Callable[[], None]] | None = None
-    """Calls a follower with every change of these registers, with delay; unchanged values may be included.
+    """Function that reports every change of these registers to a follower, with a delay.
 
     Returns an unsubscribe function.  For a device that computes ahead of the clock.
     """
     programs: Callable[[], Mapping[str, Listing]] = dict
-    """Returns the stored programs by name (see `Product.programs`), each with its running line."""
+    """Function that returns the stored programs by name, each with its running line."""
     subscribe_lines: Callable[[LineWatcher, Line | None], Callable[[], None]] = lambda watcher, only: lambda: None
-    """Calls `watcher(program, index)` each time a line begins; with `only`, each time that line begins.
+    """Function that subscribes `watcher(program, index)` to the beginning of all program lines, or of line `only`.
 
     The callback may read the bench but must not change it.  Returns an unsubscribe function.
     """
     hint: Callable[[], str] = lambda: ""
-    """Returns a status hint in one line: why the device does not move, and the remedy; empty if the device can move."""
+    """Function that returns the reason why the device does not move, and the remedy; "" if it can move."""
     subscribe_hint: Callable[[Callable[[str], None]], Callable[[], None]] = lambda watcher: lambda: None
-    """Calls `watcher(hint)` when the status hint changes.  Returns an unsubscribe function."""
+    """Function that subscribes `watcher(hint)` to changes of the status hint."""
     assign: Callable[[str, int], None] | None = None
-    """Sets a variable or gain by name, at once and without a host.  Raises UsageError for an unknown name."""
+    """Function that sets a variable or gain by name, at once and without a host."""
     busy: Callable[[], bool] = lambda: False
-    """Returns True while the device works on a host's request, so that another request may have to wait."""
+    """Function that returns True while the device works on a request of the host."""
     procedures: Callable[[], Sequence[Process]] = tuple
-    """Returns the running procedures.  The power can go off only between two steps of a procedure."""
+    """Function that returns the running procedures; the power can be switched off only between their steps."""
 
 
 class Device(Protocol):
@@ -142,7 +142,7 @@ class Device(Protocol):
 
 
 class Placed(NamedTuple):
-    """A byte of a command, and the column of its text, counted from 0."""
+    """A byte of a command, with the column of its text, counted from 0."""
 
     byte: int
     column: int
@@ -207,12 +207,12 @@ class Product:
     options: type[Any]
     """A dataclass: the keywords of `Bench.add` for this model, with the manual's figures as defaults."""
     build: Callable[[Clock, Mapping[str, Any], Any, Store], Device]
-    """Builds the hardware from the clock, its axes (made by `make_axis`), its options and its memory."""
+    """Function that builds the hardware from the clock, the axes, the options and the memory."""
     make_axis: MakeAxis = stepper_axis
-    """Makes an axis from its options.  The bench connects the limit and home switches later."""
+    """Function that creates an axis from its options; the bench connects its switches later."""
     check: Checker | None = None
     rules: tuple[Rule, ...] = ()
-    """The rules of `check`, in the order of the codes."""
+    """Rules that `axistwin check` applies to programs of this model, in the order of the codes."""
     line: UartFormat | None = None
     """Default character format of the host; None: no serial port."""
     limit_pins: tuple[str, str] | None = None
@@ -227,9 +227,9 @@ class Product:
     language: Language | None = None
     """Text form of the commands of a device on a bus; None: the commands are text."""
     note: Callable[[], str] = lambda: ""
-    """Returns a hint about this installation in one line; usually empty."""
+    """Function that returns a hint about this installation of axistwin; usually ""."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
-    """Does slow preparations for a number of controllers before a host is connected.
+    """Function that does slow preparations, such as compiling, before a host is connected.
 
     Its arguments are the speed (None: maximum) and the number of controllers.  Controllers may run meanwhile, in
     another thread.
@@ -237,13 +237,13 @@ class Product:
     prepared: Callable[[float | None, int], bool] = lambda speed, controllers: True
     """True if `prepare` takes less than a second, e.g. because its results are in the user's cache."""
     orders: Callable[[str], tuple[Order, ...]] = lambda program: ()
-    """Returns the requests by which a host runs or stops a stored program, one of `programs`."""
+    """Function that returns the requests with which a host runs or stops a stored program."""
     programs: tuple[str, ...] = ()
-    """Names of the programs that the device can store; several names each end in a number."""
+    """Names of the programs that the device can store; if there are several, each name ends in a number."""
     most_lines: int | None = None
-    """Maximum number of lines in a program, if the manual specifies it."""
+    """Largest number of lines in a program; None if the manual gives no limit."""
     attend: Callable[[RegisterPort], BusHost] | None = None
-    """Connects a host program to the registers of a board on a bus."""
+    """Function that connects a host program to the registers of a board on a bus."""
     joystick: JoystickInputs | None = None
     front: tuple[Group, ...] = ()
 

@@ -23,19 +23,19 @@ from axistwin.sim.pins import Pin
 from axistwin.units import MS, S, to_ns, to_seconds
 
 PATIENCE_S = 2.0
-"""Default of the accepted delay of the twin relative to the hardware."""
+"""Default for the accepted delay of the twin relative to the hardware."""
 TERMINATORS = (b"\r", b"\n")
 LINES = ("dtr", "rts")
 
 
 @dataclass(frozen=True)
 class Compared:
-    """One act of the controller.  Times count from the host's last act; None: unknown, or the act did not happen."""
+    """One compared action of the controller; times are relative to the host's last action, None if unknown."""
 
     line: int
-    """Line number in the file; 0 for an act of the twin that is not in the file."""
+    """Line number in the file; 0 for an action of the twin that is not in the file."""
     after: str
-    """The last act of the host, as a line of the conversation."""
+    """The host's last action before it, as a line of the conversation."""
     expected: str
     got: str
     hardware_ns: int | None
@@ -43,7 +43,7 @@ class Compared:
 
     @property
     def same(self) -> bool:
-        """True if twin and hardware did the same."""
+        """True if twin and hardware sent the same bytes, or made the same change."""
         return self.expected == self.got
 
     @property
@@ -56,34 +56,34 @@ class Compared:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All acts of the controller, each compared with the recording."""
+    """All actions of the twin, each compared with the recording of the hardware."""
 
     acts: tuple[Compared, ...]
 
     @property
     def different(self) -> tuple[Compared, ...]:
-        """Acts in which twin and hardware differ."""
+        """Actions in which twin and hardware differ."""
         return tuple(act for act in self.acts if not act.same)
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Pairs of the twin's delay and its act, smallest delay first."""
+        """Pairs of a delay of the twin and its action, the smallest delay first."""
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
     @property
     def median_ns(self) -> int | None:
-        """Median of the delays."""
+        """Median of the twin's delays relative to the hardware."""
         timed = self.timed
         return timed[len(timed) // 2][0] if timed else None
 
     @property
     def worst(self) -> Compared | None:
-        """The act with the largest difference in time."""
+        """The action with the largest difference in time."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 
 def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIENCE_S) -> Comparison:
-    """Play a conversation to the end, even after differences.
+    """Play a conversation to its end, even after differences, and return the comparison.
 
     Raises ProgramError if the bench lacks something that the conversation names.
     """
@@ -98,7 +98,7 @@ def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIEN
 
 
 def recorded_times(acts: Iterable[Act]) -> Iterator[int | None]:
-    """Yield the recorded end time of each act; None where the recording does not give the time.
+    """Yield the recorded end time of each action; None for an unknown time.
 
     A `= clock` line after an answer gives the time.  After an answer without such a line, times are unknown until the
     next `= clock` line.
@@ -125,7 +125,7 @@ def _clock(act: Act) -> int | None:
 
 
 class _Comparer(Player):
-    """A player that records differences and continues."""
+    """A player that records each difference and continues."""
 
     def __init__(self, conversation: Conversation, bench: Bench, patience_ns: int) -> None:
         super().__init__(conversation, bench)
@@ -136,7 +136,7 @@ class _Comparer(Player):
         try:
             times = list(recorded_times(conversation.acts))
         except ProgramError as error:
-            raise error.at(conversation.file, error.line, 0) from None
+            raise error.at(file=conversation.file, line=error.line, column=0) from None
         self._recorded = dict(zip(map(id, conversation.acts), times, strict=True))
         self._after = ""
         self._after_recorded_ns: int | None = 0
@@ -166,7 +166,7 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Playing, and recording the results
+    # Play actions, and record the results
 
     def _played(self, act: Act) -> "partial[None]":
         if self._is_skipped(act):
@@ -201,7 +201,9 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the number of received bytes that belong to this act: up to the expected text, or else one message."""
+        """Return the number of received bytes that are compared with this line: up to the expected text, or one
+        message.
+        """
         received, pause_s = self.received[name], to_seconds(self.hosts[name].pause_ns)
         while received and len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
             pass
@@ -229,7 +231,7 @@ class _Comparer(Player):
         return None
 
     def _expect_line(self, act: Expect) -> None:
-        """Find the next change of a control line to the expected level since the last act of the host.
+        """Find the next change of a control line to the expected level since the last action of the host.
 
         A recording samples the lines at intervals, and may miss changes before that act.  If the line already has
         the level, the line is right, but the time of the hardware's change is unknown.
@@ -250,7 +252,7 @@ class _Comparer(Player):
         self._note(act, wanted, got, time_ns)
 
     def _deadline_ns(self, act: Act) -> int:
-        """Return the latest time for this act: its recorded duration plus the patience."""
+        """Return the latest accepted time of this action: the recorded time plus the patience."""
         then_ns, before_ns = self._recorded[id(act)], self._last_recorded_ns
         gap_ns = to_ns(self.patience_s) if then_ns is None or before_ns is None else max(0, then_ns - before_ns)
         return self.bench.now + gap_ns + self._patience_ns
@@ -262,7 +264,7 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Record the replies of the twin that are not in the recording."""
+        """Record the remaining replies of the twin, which are not in the recording."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

@@ -1,4 +1,4 @@
-r"""A conversation: one text format for recordings, golden tests and replay.  One line is one act.
+r"""A conversation: a text format for recordings, tests and replay.  Each line is one action.
 
     ; comment                     + 0.25   time passes, in seconds
     > U61\r                       the host transmits
@@ -31,7 +31,7 @@ MOST_BYTES = 4 << 20
 END_OF_FILE = "\x1a"
 """Ctrl-Z, the end-of-file mark of DOS editors."""
 MOST_S = 1e9
-"""Longest accepted time in a header in seconds, about thirty years; a longer time is refused as a typing error."""
+"""Longest accepted time in a header, about thirty years; a longer time is probably a typing error."""
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
 _SECONDS = re.compile(r"\d+(\.\d*)?|\.\d+", re.ASCII)
 _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<value>.*)")
@@ -39,12 +39,12 @@ _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<v
 
 @dataclass(frozen=True)
 class Conversation:
-    """Acts in order; `file` is the path for messages."""
+    """The lines of a conversation in order; `file` is its path for error messages."""
 
     acts: tuple[Act, ...]
     file: str = ""
     codec: Codec = CHARACTERS
-    """The notation of the data in this conversation."""
+    """Codec for the notation of data in this conversation."""
 
     @property
     def headers(self) -> dict[str, str]:
@@ -83,11 +83,11 @@ class Conversation:
             try:
                 return shlex.split(self.headers.get("options", ""))
             except ValueError:
-                raise UsageError("options: a quotation mark is missing") from None
+                raise UsageError("a quotation mark is missing in the options") from None
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Place errors raised in this context at the line of the header, if there is such a header."""
+        """Within a `with` block, give errors the line of this header, if the conversation has the header."""
         if key not in self.headers:
             yield
             return
@@ -96,11 +96,11 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Place errors raised in this context at the line of the act."""
+        """Within a `with` block, give errors the line of this action."""
         try:
             yield
         except (PlacedError, UsageError) as error:
-            raise ProgramError(str(error), file=self.file, line=act.line) from None
+            raise ProgramError(message=str(error), file=self.file, line=act.line) from None
 
 
 def load(path: Path, codec: Codec | None = None) -> Conversation:
@@ -137,7 +137,7 @@ def parse(text: str, file: str = "", codec: Codec | None = None, model: str = ""
 
 
 def named_model(lines: Iterable[str]) -> str:
-    """Return the model named in the first comments, or an empty string."""
+    """Return the model that the first comments name; "" if they name none."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -152,23 +152,23 @@ def _codec(model: str) -> Codec:
 
 
 def write(conversation: Conversation | Iterable[Act], codec: Codec | None = None) -> str:
-    """Return the acts as text, one line each.  `codec` replaces the conversation's own notation."""
+    """Return the text of a conversation.  `codec`: another notation of data than that of the conversation."""
     whole = conversation if isinstance(conversation, Conversation) else Conversation(tuple(conversation))
     return "".join(f"{_written(act, codec or whole.codec)}\n" for act in whole.acts)
 
 
 def seconds(ns: int) -> str:
-    """Return nanoseconds as seconds in exact plain decimals."""
+    """Convert nanoseconds to seconds, as text with exact decimals."""
     return f"{Decimal(ns) / S:f}"
 
 
 def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> Act:
-    """Read one line that is not blank."""
+    """Parse one line of a conversation, which must not be blank."""
     found = _LINE.fullmatch(line.strip())
     indent = len(line) - len(line.lstrip())
     if not found:
         raise ProgramError(
-            "unknown act: expected ; + > < ! or = at the beginning, or after a controller's name and a colon",
+            "unknown kind of line: expected ; + > < ! or = at the beginning, or after a controller's name and a colon",
             file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
     rest = found["rest"].strip()
@@ -176,7 +176,7 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     try:
         return _act(found["mark"], rest, codec, {"line": number, "controller": found["name"] or ""})
     except ProgramError as error:
-        raise error.at(file, number, column + (error.column or 1)) from None
+        raise error.at(file=file, line=number, column=column + (error.column or 1)) from None
 
 
 def _act(mark: str, text: str, codec: Codec, place: dict[str, Any]) -> Act:
@@ -200,24 +200,31 @@ def _time_ns(number: str) -> int:
             raise NumberError(f"{shortened(number)} is not a time")
         ns = round(decimal(number) * S)
     except NumberError as error:
-        message = f"{error}: expected seconds, e.g. +0.25"
-        raise ProgramError(message, code=rules.NO_TIME.code, width=max(1, len(number))) from None
+        raise ProgramError(
+            f"{error}: expected seconds, e.g. +0.25", code=rules.NO_TIME.code, width=max(1, len(number))
+        ) from None
     if ns >= MOST_NS:
-        message = f"{shortened(number)} s is too long: expected less than 9.2e9 s (292 years)"
-        raise ProgramError(message, code=rules.NO_TIME.code, width=len(number))
+        raise ProgramError(
+            f"{shortened(number)} s is too long: expected less than 9.2e9 s (292 years)",
+            code=rules.NO_TIME.code,
+            width=len(number),
+        )
     return ns
 
 
 def _name_and_value(text: str, example: str) -> tuple[str, str]:
     name, _, value = _without_comment(text).partition(" ")
     if not value.strip():
-        message = f"the value is missing: expected a name and a value, e.g. {example!r}"
-        raise ProgramError(message, column=len(name) + 1, code=rules.NO_VALUE.code)
+        raise ProgramError(
+            f"the value is missing: expected a name and a value, e.g. {example!r}",
+            column=len(name) + 1,
+            code=rules.NO_VALUE.code,
+        )
     return name, value.strip()
 
 
 def _without_comment(text: str) -> str:
-    """Return a time, a level or a value without the comment after it.  In data, a semicolon starts no comment."""
+    """Remove the comment after a time, a level or a value; data can contain semicolons and are not changed."""
     return text.partition(";")[0].strip()
 
 
@@ -236,4 +243,4 @@ def _written(act: Act, codec: Codec) -> str:
             return f"{name}! {act.target} {act.value}"
         case Expect():
             return f"{name}= {act.subject} {act.value}"
-    raise AssertionError(act)
+    raise AssertionError(f"unknown kind of line: {act}")

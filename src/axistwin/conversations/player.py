@@ -58,11 +58,11 @@ def open_channels(conversation: Conversation, bench: Bench) -> None:
             try:
                 bench.port(act.controller)
             except UsageError as error:
-                raise ProgramError(str(error), file=conversation.file, line=act.line) from None
+                raise ProgramError(message=str(error), file=conversation.file, line=act.line) from None
 
 
 Played = Callable[[], object]
-"""A prepared act.  Returns a Difference; other results are ignored."""
+"""Function that plays one line; a `Difference` that it returns ends the conversation."""
 
 
 def play(conversation: Conversation, bench: Bench) -> Difference | None:
@@ -81,7 +81,7 @@ def play(conversation: Conversation, bench: Bench) -> Difference | None:
 
 
 class Player:
-    """Plays the acts of a conversation one by one."""
+    """Plays the lines of a conversation one by one."""
 
     def __init__(self, conversation: Conversation, bench: Bench) -> None:
         self.conversation, self.bench, self.codec = conversation, bench, conversation.codec
@@ -96,7 +96,7 @@ class Player:
             self.hosts[name].subscribe_received(received.extend)
 
     def prepare(self, act: Act) -> Played:
-        """Return the act as a callable.  Raises ProgramError for an act that cannot be played."""
+        """Return a function that plays one line.  Raises ProgramError for a line that cannot be played."""
         with self.conversation.placing_errors(act):
             played = self._played(act)
         return partial(self._do, act, played) if isinstance(act, Do) else played
@@ -124,10 +124,10 @@ class Player:
                     read_value = question(self._controller(act), act.subject)
                 agrees(read_value(), act.value)  # raises ProgramError for an impossible expected value
                 return lambda: self._expect(act, read_value())
-        raise AssertionError(act)
+        raise AssertionError(f"unknown kind of line: {act}")
 
     def _controller_name(self, act: Do) -> str:
-        """Return the name of the controller of the action; a fault may name its controller itself."""
+        """Return the name of the controller of an action; a fault may name its controller in its place."""
         if act.controller in self.received or (act.target in FAULT_ACTS and len(self.bench.controllers) != 1):
             return act.controller
         return self._controller(act).name
@@ -139,7 +139,7 @@ class Player:
         raise ProgramError(f"the controller is missing: expected its name and a colon first, one of {names}")
 
     def _endpoint(self, act: Act) -> str:
-        """Return the name of the host's endpoint for this act."""
+        """Return the name of the host's endpoint for this line."""
         if act.controller:
             if act.controller not in self.received:
                 raise ProgramError(
@@ -170,7 +170,7 @@ class Player:
         return self.bench.run_until(lambda: len(received) > before, seconds)
 
     def _wrong_reply(self, act: Hear, name: str, received: bytearray) -> Difference:
-        """Return the difference for a wrong character, together with the rest of its message."""
+        """Return the difference after a wrong character; it shows the complete message."""
         now_ns = self.bench.now
         pause_s = to_seconds(self.hosts[name].pause_ns)
         while len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
@@ -178,7 +178,7 @@ class Player:
         return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
 
     def unclaimed_reply(self) -> Difference | None:
-        """Return a difference if characters were received that belong to no `<` line; otherwise None."""
+        """Return a difference if characters were received that no `<` line expects; otherwise None."""
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
         found = next((bytes(received) for received in self.received.values() if received), None)
         return None if found is None else self._difference(last, "unexpected reply", b"", found)

@@ -36,9 +36,9 @@ from axistwin.units import MS, S
 log = getLogger("axistwin")
 
 LF_NS = 50 * MS
-"""Longest time between a carriage return and a line feed of the same act."""
+"""Longest time between a carriage return and a line feed of the same message."""
 PAUSE_NS = 1 * S
-"""Longest pause within a reply; a longer pause divides the reply into two acts and is recorded between them."""
+"""Longest pause within a reply; after a longer pause, a new line of the conversation begins."""
 
 
 def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
@@ -48,7 +48,7 @@ def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
 
 
 class Recorder:
-    """Converts events on a bench to acts.
+    """Converts events on a bench to lines of a conversation.
 
     `add` receives each act; None: the acts are collected in `acts`, without a limit.  Times are rounded down to
     multiples of `grain_ns`.  `raw`: only characters reach the controller, so other acts of the host become comments.
@@ -71,7 +71,7 @@ class Recorder:
         for key, value in headers.items():
             if value:
                 self._add(Comment(f"{key}: {value}"))
-        self._recorded_ns = 0  # virtual time at the end of the last recorded act
+        self._recorded_ns = 0  # virtual time at the end of the last recorded line
         self._speaker = ""
         self._reply = bytearray()
         self._last_ns = 0
@@ -105,16 +105,16 @@ class Recorder:
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
-        """Record the present value of a subject that is observed from now on, such as a control line."""
+        """Record the present value of a control line or another subject; later changes are recorded, too."""
         self._record_now(self.bench.now, Expect(subject, value, controller=self._name(controller)))
 
     def catch_up(self) -> None:
-        """Record the pending reply if nothing more can belong to it."""
+        """Record the pending reply if it is complete."""
         if self.silent_ns > PAUSE_NS or self.bench.clock.quiet or (self._is_terminated and self.silent_ns > LF_NS):
             self._flush_reply()
 
     def finish(self) -> None:
-        """Record the end: the time, and the positions of the axes that have moved."""
+        """Record the end of the conversation: the time, and the positions of the axes that have moved."""
         self._flush_reply()
         self._wait_until(self.bench.now)
         for name, axis, motor in _axes(self.bench):
@@ -128,7 +128,7 @@ class Recorder:
 
     @property
     def codec(self) -> Codec:
-        """Notation of the data."""
+        """Codec for the notation of data."""
         first = next(iter(self.bench.controllers), None)
         return CHARACTERS if first is None else endpoints.codec_at(self.bench, first)
 
@@ -142,9 +142,9 @@ class Recorder:
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
     def _received(self, event: Received) -> None:
-        """Collect characters into one message, up to its terminator."""
+        """Collect received characters up to the terminator of their message."""
         silent_ns = event.time_ns - self._last_ns
-        ended = event.controller not in self._formats  # on a bus each message is whole
+        ended = event.controller not in self._formats  # on a bus, each event is a complete message
         ended = ended or (self._is_terminated and (event.data != b"\n" or silent_ns > LF_NS))
         if event.controller != self._speaker or ended or silent_ns > PAUSE_NS:
             self._flush_reply()
@@ -154,7 +154,7 @@ class Recorder:
         self._last_ns = event.time_ns
 
     def _record_act(self, time_ns: int, controller: str, act: Act) -> None:
-        """Record an act of the host, and a changed line format before it."""
+        """Record an action of the host, preceded by the line format if the format has changed."""
         self._flush_reply()
         self._wait_until(time_ns)
         if controller in self._formats:
@@ -162,7 +162,7 @@ class Recorder:
         self._add(act)
 
     def _flush_reply(self) -> None:
-        """Record the reply collected so far as an act."""
+        """Record the received characters as one line."""
         if self._reply:
             name, time_ns = self._name(self._speaker), self._round_down(self._last_ns)
             self._add(Hear(bytes(self._reply), controller=name))
@@ -171,7 +171,7 @@ class Recorder:
             self._recorded_ns = max(time_ns, self._recorded_ns)
 
     def _changed(self, event: LevelChanged) -> None:
-        """Record changes of the host's control lines.  Changes by a controller are not acts."""
+        """Record a change of the host's control lines; changes by a controller are ignored."""
         if event.pin.startswith("host."):
             target = event.pin.removeprefix("host.")
             self._record_now(event.time_ns, self._line_act(event.controller, target, level_name(event.level)))
@@ -181,13 +181,13 @@ class Recorder:
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
 
     def _record_now(self, time_ns: int, act: Act) -> None:
-        """Record the pending reply, and then an act."""
+        """Record the pending reply, and then this line."""
         self._flush_reply()
         self._wait_until(time_ns)
         self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
-        """Return the act for a host line event other than data: break, DTR, RTS, format."""
+        """Return the line for an event of the host other than data: break, DTR, RTS, format."""
         if self.raw:
             return Comment(f"{target} {value} by the host did not reach the controller")
         return Do(target, value, controller=self._name(controller))
@@ -204,7 +204,7 @@ class Recorder:
             self._add(self._line_act(name, "line", str(present)))
 
     def _record_silence(self, until_ns: int) -> None:
-        """Record most of a long silence as a `+` line, because a player waits only for a limited time."""
+        """Record a long silence as a `+` line, because a replay waits only for a limited time."""
         whole_ns = (until_ns - self._recorded_ns - PAUSE_NS) // S * S
         if whole_ns > 0:
             self._wait_until(self._recorded_ns + whole_ns)
@@ -225,7 +225,7 @@ class Recorder:
 class TalkFile:
     """A conversation file, written line by line during a run.  Raises UsageError if the file cannot be written.
 
-    If writing fails, a warning is logged once and later acts are lost; `close` raises the error again.
+    If writing fails, a warning is logged once and later lines are lost; `close` raises the error again.
     """
 
     def __init__(self, path: Path) -> None:
@@ -239,10 +239,10 @@ class TalkFile:
         try:
             self._file = path.open("w", encoding="utf-8", buffering=1)
         except OSError as error:
-            raise self._cannot(error) from None
+            raise self._cannot(error=error) from None
 
     def add(self, act: Act) -> None:
-        """Write one act."""
+        """Write one line to the file."""
         if self._problem:
             return
         try:
@@ -252,7 +252,7 @@ class TalkFile:
             log.warning("%s: later acts are not recorded", self._problem)
 
     def close(self) -> None:
-        """Close the file.  Raises UsageError if an act was lost."""
+        """Close the file.  Raises UsageError if a line was lost."""
         try:
             self._file.close()
         except OSError as error:
@@ -266,7 +266,7 @@ class TalkFile:
 
 @contextmanager
 def recording(bench: Bench) -> Iterator[Recorder]:
-    """Record the events on the bench within this context."""
+    """Record the events on a bench within a `with` block."""
     recorder = Recorder(bench, _headers(bench))
     with observing(bench, recorder.record):
         yield recorder
@@ -283,7 +283,7 @@ def recording_to(
     raw: bool = False,
     relayed: bool = False,
 ) -> Iterator[Recorder]:
-    """Record into the file at `path`, act by act.  Raises UsageError if the file cannot be written.
+    """Record a conversation to a file, line by line.  Raises UsageError if the file cannot be written.
 
     A caller that is paced to real time calls the recorder's `catch_up` at intervals, to write the last reply.
     """

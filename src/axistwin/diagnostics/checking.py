@@ -24,13 +24,13 @@ from axistwin.programs.running import check_headers, unknown_kind
 from axistwin.programs.stored_programs import read_source
 
 MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}
-"""Model for a program by its suffix, if neither the user nor the program's header gives a model."""
+"""Default model for a program, by its suffix."""
 PROGRAMS = (".talk", *MODELS)
 SCENE = ".toml"
 
 
 def kind_of(program: Path) -> str:
-    """Return the suffix of a file in lower case; in DOS, suffixes are in capitals."""
+    """Return the suffix of a file in lower case, because DOS writes suffixes in capitals."""
     return program.suffix.lower()
 
 
@@ -53,7 +53,7 @@ def product_for(suffix: str, text: str) -> Product:
 
 
 def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
-    """Return all errors and warnings of a program file.  Raises UsageError or ProgramError if unreadable."""
+    """Return all errors and warnings of a program file.  Raises UsageError or ProgramError if it cannot be read."""
     return _diagnose(load(program), kind_of(program), checker, codec, str(program))
 
 
@@ -67,7 +67,7 @@ def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list
 
 @dataclass(frozen=True)
 class HostProgram:
-    """The data of one program for one endpoint, with the errors and warnings in these data."""
+    """The data that a program sends to one endpoint, with the errors and warnings in these data."""
 
     file: str
     endpoint: str
@@ -77,7 +77,7 @@ class HostProgram:
 
     @property
     def errors(self) -> list[Diagnostic]:
-        """The errors, which are lines that the controller refuses."""
+        """Errors in the data: lines that the controller refuses."""
         return [each for each in self.found if each.severity is Severity.ERROR]
 
 
@@ -129,7 +129,7 @@ def load(program: Path) -> str:
 
 
 def as_diagnostic(error: PlacedError) -> Diagnostic:
-    """Return the diagnostic for a line that cannot be parsed."""
+    """Convert the error of a line that cannot be parsed to a diagnostic."""
     line, column = error.line or 1, error.column or 1
     end = column + error.width
     fix = None
@@ -147,7 +147,7 @@ def _diagnose(text: str, suffix: str, checker: Checker, codec: Codec, file: str)
 
 
 def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -> tuple[list[Act], list[Diagnostic]]:
-    """Return the acts of the readable lines, and the diagnostics of the unreadable lines."""
+    """Parse the lines of a program; return its actions, and diagnostics for invalid lines."""
     acts: list[Act] = []
     unread: list[Diagnostic] = []
     read = _reader(suffix, codec, file, lines)
@@ -162,7 +162,7 @@ def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -
 
 
 def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Callable[[str, int, str], Act | None]:
-    """Return the function that reads a line of this kind of program."""
+    """Return the function that parses a line of a program with this suffix."""
     match suffix:
         case ".talk":
             return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
@@ -172,11 +172,11 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
             return partial(command_line, keyboard=named_keyboard(lines))
         case ".sms":
             return lambda line, number, file: None  # the characters of a source are those of its lines
-    raise unknown_kind(Path(file))
+    raise unknown_kind(path=Path(file))
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the characters sent to each controller."""
+    """Return the characters that a program sends to each controller, divided at each power-off."""
     match suffix:
         case ".talk":
             return _by_controller(acts, lines, codec).values()
@@ -190,7 +190,7 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
 
 @dataclass
 class _SentData:
-    """The characters sent to one controller, divided at each power-off."""
+    """The characters that are sent to one controller, divided at each power-off."""
 
     sessions: list[Session] = field(default_factory=list)
     characters: list[Sent] = field(default_factory=list)
@@ -202,7 +202,7 @@ class _SentData:
 
 
 def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> dict[str, Sequence[Session]]:
-    """Return the characters of a conversation by the controller that its lines name."""
+    """Return the characters of a conversation by the controllers that its lines name."""
     hosts: dict[str, _SentData] = {}
     for act in acts:
         host = hosts.setdefault(act.controller, _SentData())
@@ -218,7 +218,7 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the characters for the only controller; `sent` returns the characters of a line."""
+    """Yield the characters that a program sends to its only controller; `sent`: function for one line."""
     host = _SentData(initialised=True)
     for act in acts:
         if isinstance(act, Say):
@@ -235,17 +235,18 @@ def _stored(lines: Iterable[str]) -> Iterator[Sequence[Session]]:
 
 
 def _sent(act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> Iterator[Sent]:
-    """Return the bytes of a command, each with its column counted from `begin`."""
+    """Yield the bytes of a command, each with its column; the command begins at column `begin`."""
     pairs = zip(act.data, places, strict=True)
     return (Sent(byte, act.line, begin + column + 1, width) for byte, (column, width) in pairs)
 
 
 def _line(act: Say) -> Iterator[Sent]:
+    """Return the characters of a line that a host sends."""
     return _characters(act.data, act.line)
 
 
 def _characters(codes: Iterable[int], line: int) -> Iterator[Sent]:
-    """Yield the characters of a line and its CR, which occupies no column."""
+    """Yield the characters of a line with their columns; the CR at the end has no width."""
     column = 0
     for column, code in enumerate(codes, start=1):
         yield Sent(code, line, column)

@@ -13,19 +13,19 @@ FAMILIES = {
     "Compumotor 1810 and 1811": ("1811", ".181x"),
     "Animatics SmartMotor": ("smartmotor", ".sms"),
 }
-"""For each family: a model that has all of its codes, and the suffix of its examples."""
+"""For each family of controllers, a model that has all codes, and the suffix of the examples."""
 OURS = "Programs, conversations and scenes"
 LONGEST = 200
-"""Longest example that is shown in full, in characters."""
+"""Number of characters above which an example is shortened."""
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
-    """Return the table of codes of each family, and of the codes common to all."""
+    """Return the rules of each family, and the rules that all families share, by title."""
     return {**{title: product(model).rules for title, (model, _) in FAMILIES.items()}, OURS: rules.RULES}
 
 
 def suffix_of(rule: Rule) -> str:
-    """Return the suffix of a rule's example."""
+    """Return the suffix of the file that a rule's example is from."""
     family = next(title for title, table in tables().items() if rule in table)
     return rule.suffix or FAMILIES[family][1]
 
@@ -56,7 +56,7 @@ def as_dict(rule: Rule) -> dict[str, Any]:
 
 
 def explained(rule: Rule) -> Iterator[str]:
-    """Return a rule as lines for a terminal."""
+    """Yield the description of a rule as lines of text."""
     yield f"{rule.code}  {rule.title} ({rule.severity})"
     yield f"  {rule.explanation}"
     yield f"  Manual: {rule.chapter}"

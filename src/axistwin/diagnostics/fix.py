@@ -1,4 +1,4 @@
-"""Apply fixes.  A file is replaced as a whole, or stays unchanged."""
+"""Apply fixes to a program; a file is replaced completely or stays unchanged."""
 
 import os
 import tempfile
@@ -10,7 +10,7 @@ from axistwin.errors import AxistwinError
 from axistwin.storage import encoding_of
 
 MOST_ROUNDS = 10
-"""Limit on repeated fixing: a fix may reveal further errors."""
+"""Largest number of rounds of fixes, because a fix may reveal further errors."""
 
 
 def fix_text(

@@ -35,7 +35,7 @@ class Checked:
 
 
 def as_text(checked: Checked, excerpts: bool) -> Iterator[str]:
-    """Return one line per diagnostic; with `excerpts`, the source line as well."""
+    """Yield one line of text per diagnostic; with `excerpts`, also the wrong line of the source."""
     lines = checked.text.splitlines() if excerpts else []
     for each in checked.found:
         place = click.style(f"{checked.shown}:{each.line}:{each.column}:", bold=True)
@@ -57,7 +57,7 @@ def _excerpt(line: str, diagnostic: Diagnostic) -> Iterator[str]:
 
 
 def as_json(checked: Sequence[Checked], model: str | None) -> str:
-    """Return one JSON object for all files."""
+    """Return the diagnostics of all files as one JSON object."""
     found = [{**_file(each), **_plain(diagnostic)} for each in checked for diagnostic in each.found]
     errors = sum(each["severity"] is Severity.ERROR for each in found)
     files = [str(each.file) for each in checked]
@@ -77,7 +77,7 @@ def _plain(diagnostic: Diagnostic) -> dict[str, Any]:
 
 
 def as_github(checked: Checked) -> Iterator[str]:
-    """Return one workflow command per diagnostic."""
+    """Yield one GitHub workflow command per diagnostic."""
     for each in checked.found:
         end_line, end = each.end
         name = _data(str(checked.file)).replace(":", "%3A").replace(",", "%2C")
@@ -93,7 +93,7 @@ def _data(text: str) -> str:
 
 
 def as_sarif(checked: Sequence[Checked]) -> str:
-    """Return a SARIF log with one run."""
+    """Return the diagnostics of all files as a SARIF log."""
     codes = sorted({diagnostic.code for each in checked for diagnostic in each.found})
     driver = {"name": "axistwin", "semanticVersion": VERSION, "rules": [_rule(code) for code in codes]}
     results = [_result(each.file, diagnostic, codes) for each in checked for diagnostic in each.found]
@@ -113,7 +113,7 @@ def _rule(code: str) -> dict[str, Any]:
 
 
 def _result(file: Path, diagnostic: Diagnostic, codes: Sequence[str]) -> dict[str, Any]:
-    # a relative path stays relative to the working directory of the check
+    # relative paths refer to the working directory
     artifact = {"uri": file.as_uri() if file.is_absolute() else quote(file.as_posix())}
     line, column = diagnostic.end
     region = _region(diagnostic.line, diagnostic.column, line, column)

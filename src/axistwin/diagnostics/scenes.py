@@ -16,7 +16,7 @@ _SPAN = re.compile(r"""\[\[[^\]\n]*\]\]|\[[^\]\n]*\]|"[^"\n]*"|'[^'\n]*'|[\w-]+"
 
 _KEY = re.compile(r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')(?:\.(?:[\w-]+|"[^"\n]*"|'[^'\n]*'))*[ \t]*=[ \t]*(?=[^\s#])""")
 KEYS = (rules.UNKNOWN_KEY.code, rules.MISSING_KEY.code)
-"""Codes of errors in keys; all other errors are in values."""
+"""Codes of errors in a key; all other codes are for errors in a value."""
 
 
 def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
@@ -45,7 +45,7 @@ def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Produc
 
 
 def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
-    """True if a scene's diagnostic only repeats the first error in this program."""
+    """True if a diagnostic of a scene repeats an error that is in this program."""
     return diagnostic.message.startswith(f"{file}:")
 
 
@@ -66,7 +66,7 @@ def _build_errors(source: Source) -> list[SceneError]:
 
 
 def _as_diagnostic(error: SceneError, text: str) -> Diagnostic:
-    """Return the diagnostic of an error, which always has a code.
+    """Convert the error of a scene to a diagnostic.
 
     It covers the word at the error's place; for a wrong value, the value instead of its key.
     """

@@ -8,7 +8,8 @@
         x.wait(timeout=30)
         assert x.position() == 4000
 
-`connect_async` returns the same controller for asyncio.  This package imports nothing else of axistwin.  The protocol
+`connect_async` returns the same controller for asyncio.  This package imports no other package of axistwin.  The
+protocol
 cores (`if1`, `board`, `smartmotor`) do no input and output: each function is a generator of `steps`.
 """
 

@@ -1,4 +1,4 @@
-"""The asyncio shell: TCP by asyncio itself, other ports by pyserial in a thread of their own."""
+"""Drivers for asyncio: TCP ports are read by asyncio, all other ports by pyserial in a separate thread."""
 
 import asyncio
 import time
@@ -16,7 +16,7 @@ from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
 
 async def connect_async(url: str, model: str, *, baud: int | None = None, **options: Any) -> "AsyncController":
-    """Open a port and find the controller at it; see `connect`."""
+    """Open a port, find the controller, and return it; the arguments are those of `connect`."""
     controller = AsyncController(url, make(model, options), baud)
     try:
         await controller.run(nothing())
@@ -27,7 +27,7 @@ async def connect_async(url: str, model: str, *, baud: int | None = None, **opti
 
 
 class Port(Protocol):
-    """A port of the asyncio shell."""
+    """Interface of a port for asyncio."""
 
     async def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -51,7 +51,7 @@ class TcpPort:
             self._writer.write(data)
             await self._writer.drain()
         except OSError as error:
-            raise self._lost(error) from None
+            raise self._lost(why=error) from None
 
     async def read(self, timeout: float) -> bytes:
         """Receive at least one byte, or b"" after `timeout` seconds."""
@@ -61,9 +61,9 @@ class TcpPort:
         except TimeoutError:
             return b""
         except OSError as error:
-            raise self._lost(error) from None
+            raise self._lost(why=error) from None
         if not data:
-            raise self._lost("closed by the other side")
+            raise self._lost("the other side has closed the connection")
         return data
 
     def _lost(self, why: object) -> PortError:
@@ -72,12 +72,12 @@ class TcpPort:
     async def close(self) -> None:
         """Close the connection."""
         self._writer.close()
-        with suppress(OSError):  # the connection was already broken
+        with suppress(OSError):  # the connection may be broken already
             await self._writer.wait_closed()
 
 
 class ThreadPort:
-    """A port of pyserial in a thread."""
+    """A pyserial port whose blocking calls run in a separate thread."""
 
     def __init__(self, port: SerialPort, thread: ThreadPoolExecutor) -> None:
         self._port, self._thread = port, thread
@@ -115,7 +115,7 @@ async def open_port(url: str, core: Core, baud: int | None) -> Port:
 
 
 class AsyncController:
-    """A controller at a port, for asyncio.  A public function of the core is also a coroutine of this object."""
+    """A controller at a port, for asyncio.  Public functions of the protocol core are coroutines of this object."""
 
     def __init__(self, url: str, core: Core, baud: int | None = None) -> None:
         self.url, self.core, self._baud = url, core, baud
@@ -134,7 +134,7 @@ class AsyncController:
         return lambda *arguments, **keywords: self.run(function(*arguments, **keywords))
 
     async def close(self) -> None:
-        """Close the port.  A motion continues."""
+        """Close the port.  A motion in progress continues."""
         async with self._lock:
             await self._close()
 
@@ -145,7 +145,7 @@ class AsyncController:
             await port.close()
 
     async def run(self, procedure: Procedure[T]) -> T:
-        """Execute a request of the protocol core at the port.  Raises DriverError if the request fails."""
+        """Execute a function of the protocol core at the port.  Raises DriverError if the function fails."""
         async with self._lock:
             if self._port is None:
                 self._port = await open_port(self.url, self.core, self._baud)
@@ -184,7 +184,7 @@ class AsyncAxis:
 
     @property
     def scale(self) -> Scale:
-        """Units of the axis."""
+        """Unit of the axis, as a number of counts."""
         return self.core.scale
 
     @scale.setter
@@ -240,6 +240,6 @@ class AsyncAxis:
         end = time.monotonic() + timeout
         while (status := await self.status()).moving:
             if time.monotonic() > end:
-                raise still_moving(self.name, timeout)
+                raise still_moving(name=self.name, timeout=timeout)
             await asyncio.sleep(poll)
         return status

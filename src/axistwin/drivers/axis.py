@@ -1,4 +1,4 @@
-"""What all axes have: one status, one set of functions."""
+"""The status and the functions that the axes of all controllers have."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -22,11 +22,11 @@ class Status:
     """State of an axis at one moment.  Positions and velocity are in counts, or in units (`Axis.status`)."""
 
     position: float
-    """Position; of no meaning if `lost`."""
+    """Position; meaningless if `lost` is not empty."""
     setpoint: float
     """Target of the last move."""
     velocity: float
-    """Signed velocity per second."""
+    """Signed velocity in counts or units per second."""
     moving: bool
     """True until the motion has ended and the exact position has been read."""
     estimated: bool = False
@@ -38,9 +38,9 @@ class Status:
     at_home: bool = False
     """True while the home input is active."""
     faults: tuple[Fault, ...] = ()
-    """Faults, until `clear_faults`."""
+    """Faults since the last `clear_faults`."""
     lost: str = ""
-    """Why the position is not known; "" if the position is known."""
+    """Reason why the position is not known; "" if the position is known."""
 
     def known_position(self) -> float:
         """Return the position.  Raises PositionLostError if the position is not known."""
@@ -51,22 +51,22 @@ class Status:
 
 @dataclass
 class Scale:
-    """Units of an axis."""
+    """Unit of an axis, as a number of counts."""
 
     counts_per_unit: float = 1.0
     """Counts per unit; negative if the unit's positive direction is the negative direction of the counts."""
     unit: str = "counts"
 
     def counts(self, units: float) -> int:
-        """Return the nearest count."""
+        """Convert a position from units to the nearest count."""
         return round(units * self.counts_per_unit)
 
     def rate(self, units: float) -> float:
-        """Return a velocity or an acceleration in counts."""
+        """Convert a velocity or an acceleration from units to counts."""
         return abs(units * self.counts_per_unit)
 
     def status(self, raw: Status) -> Status:
-        """Return a status in units."""
+        """Convert a status from counts to units."""
         k = self.counts_per_unit
         reversed_ = k < 0
         return Status(

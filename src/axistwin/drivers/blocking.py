@@ -1,4 +1,4 @@
-"""The synchronous shell: cores on the URLs of pyserial."""
+"""Drivers for synchronous programs, on the ports that pyserial can open."""
 
 import threading
 import time
@@ -15,7 +15,7 @@ POLL_S = 0.02
 
 
 def connect(url: str, model: str, *, baud: int | None = None, **options: Any) -> "Controller":
-    """Open a port and find the controller at it.
+    """Open a port, find the controller, and return it.
 
     `url`: a URL of pyserial (`socket://`, `rfc2217://`), `COM3`, a device, or the `tcp://` and `bus://` that
     `axistwin serve` prints.  `baud`: the baud rate, if not the model's.  `options`: options of the
@@ -31,7 +31,7 @@ def connect(url: str, model: str, *, baud: int | None = None, **options: Any) ->
 
 
 class SerialPort:
-    """A port of pyserial."""
+    """A port that pyserial can open."""
 
     def __init__(self, url: str, core: Core, baud: int | None) -> None:
         import serial  # lazy import: asyncio on TCP needs no pyserial
@@ -66,7 +66,7 @@ class SerialPort:
     def _guard(self, act: Callable[[], T]) -> T:
         try:
             return act()
-        except (OSError, ValueError, TypeError) as error:  # pyserial raises the latter if a closed port is used
+        except (OSError, ValueError, TypeError) as error:  # pyserial raises TypeError if a closed port is used
             raise PortError(f"{self._url} was disconnected: {error}; the next call opens it again") from None
 
     def close(self) -> None:
@@ -75,7 +75,7 @@ class SerialPort:
 
 
 class Controller:
-    """A controller at a port.  A public function of the core, such as `outputs`, is also a function of this object."""
+    """A controller at a port.  Public functions of the protocol core, e.g. `outputs`, are functions of this object."""
 
     def __init__(self, url: str, core: Core, baud: int | None = None) -> None:
         self.url, self.core, self._baud = url, core, baud
@@ -94,7 +94,7 @@ class Controller:
         return lambda *arguments, **keywords: self.run(function(*arguments, **keywords))
 
     def close(self) -> None:
-        """Close the port.  A motion continues."""
+        """Close the port.  A motion in progress continues."""
         with self._lock:
             self._close()
 
@@ -105,7 +105,7 @@ class Controller:
         self.core.close()
 
     def run(self, procedure: Procedure[T]) -> T:
-        """Execute a request of the protocol core at the port.  Raises DriverError if the request fails."""
+        """Execute a function of the protocol core at the port.  Raises DriverError if the function fails."""
         with self._lock:
             if self._port is None:
                 self._port = SerialPort(self.url, self.core, self._baud)
@@ -137,14 +137,14 @@ def _drive(steps: Procedure[T], port: SerialPort) -> T:
 
 
 class BlockingAxis:
-    """An axis for synchronous programs (`Axis`)."""
+    """An axis whose functions block until the controller has answered."""
 
     def __init__(self, controller: Controller, core: AxisCore) -> None:
         self._controller, self.core, self.name = controller, core, core.name
 
     @property
     def scale(self) -> Scale:
-        """Units of the axis."""
+        """Unit of the axis, as a number of counts."""
         return self.core.scale
 
     @scale.setter
@@ -200,7 +200,7 @@ class BlockingAxis:
         end = time.monotonic() + timeout
         while (status := self.status()).moving:
             if time.monotonic() > end:
-                raise still_moving(self.name, timeout)
+                raise still_moving(name=self.name, timeout=timeout)
             time.sleep(poll)
         return status
 
@@ -214,10 +214,10 @@ def set_profile(core: AxisCore, velocity: float | None, acceleration: float | No
 
 
 def still_moving(name: str, timeout: float) -> SilentError:
-    """Return the error of a motion that does not end."""
+    """Return the error for a motion that has not ended within the timeout."""
     return SilentError(f"axis {name} is still moving after {timeout:g} s: stop it, or wait longer")
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Do nothing, after the synchronisation that precedes each function."""
+    """Do nothing; used to synchronise with the controller only."""
     yield from ()

@@ -1,6 +1,7 @@
 """Protocol core of the Compumotor 1810 and 1811, on the text lines of a bus socket.
 
-A line per access: `r OFFSET [COUNT]`, `w OFFSET HH …`, `s 1` for reports of the interrupt line as `! 1`.  Offset 0: the
+Each access to the board is one line: `r OFFSET [COUNT]`, `w OFFSET HH …`, `s 1` for reports of the interrupt line as `!
+1`.  Offset 0: the
 data buffers, 1: control and status.
 """
 
@@ -19,7 +20,7 @@ STARTUP_S = 0.1
 MOVE_ID = 50
 """Number of the predefined move that `move_at` uses."""
 BEGIN_S = 0.1
-"""Time after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
+"""Seconds after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
 MOST_VELOCITIES = 280
 """Velocities that the empty streaming buffer of about 600 bytes holds."""
 RANGES = (1.0, 0.1, 0.01, 0.001)
@@ -28,7 +29,7 @@ FAIL = Fault("board failure", "call reset; the position is then lost")
 
 
 class FailedError(RefusedError):
-    """The board has failed."""
+    """Raised if the board reports that it has failed."""
 
 
 def signed(value: bytes) -> int:
@@ -37,7 +38,7 @@ def signed(value: bytes) -> int:
 
 
 def four(value: int) -> bytes:
-    """Return four bytes of a signed number."""
+    """Return a signed number as four bytes, most significant byte first."""
     return value.to_bytes(4, "big", signed=True)
 
 
@@ -45,7 +46,7 @@ class Board(Core):
     """An 1810 or 1811 with its axis `motor`.
 
     `interrupts`: wait for messages by the interrupt line instead of polling the status byte.  `marker_bit`: the user
-    bit, 0 to 2, that is set to detect a reset of the board by somebody else; None: no detection.  `home_active_high`,
+    bit, 0 to 2, that is set to detect a reset of the board by another program; None: no detection.  `home_active_high`,
     `home_edge_ccw`, `home_percent`: the definition of HOME (38h).
     """
 
@@ -67,7 +68,7 @@ class Board(Core):
         self.interrupts, self.marker_bit = interrupts, marker_bit
         self.home_definition = bytes([home_active_high, home_edge_ccw, home_percent, 0])
         self.messages: deque[bytes] = deque(maxlen=256)
-        """Messages that no request of the core has asked for, oldest first: events, alarms, markers."""
+        """Messages of the board that are not answers to requests, oldest first: events, alarms, markers."""
         self._known = False
         self._lost = ""
         self.motor = Motor(self)
@@ -76,14 +77,14 @@ class Board(Core):
     # Bus lines
 
     def _ask(self, line: str) -> Procedure[str]:
-        """Send a line; return its answer."""
+        """Send a line to the bus socket; return the answer."""
         yield Write(f"{line}\n".encode())
         while True:
             answer = (yield from self._until(b"\n", f"'{line}'")).decode("ascii", "replace").strip()
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"{answer}, as the answer to '{line}'")
+            raise WrongAnswerError(f"the bus socket answered {answer} to '{line}'")
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:
@@ -107,7 +108,7 @@ class Board(Core):
         yield from self._write(1, [bits | (INTERRUPTS if self.interrupts else 0)])
 
     def _status_byte(self) -> Procedure[int]:
-        """Read the status byte, and notice a reset and a failure."""
+        """Read the status byte; detect a reset and a failure of the board."""
         status = self._bytes((yield from self._ask("r 1")), 1)[0]
         if status & FAILED:
             raise FailedError(f"the 1811 has stopped: {FAIL}")
@@ -120,9 +121,9 @@ class Board(Core):
     # Synchronisation
 
     def synchronise(self) -> Procedure[None]:
-        """Find the board; discard a message that nobody has read."""
+        """Find the board; discard a message that has not been read yet."""
         yield from self._discard(0.0)
-        yield Write(b"\n")  # ends a request that was cut off
+        yield Write(b"\n")  # ends an incomplete request
         yield from self._discard(0.02)
         if self.interrupts:
             yield from self._ask("s 1")
@@ -133,13 +134,13 @@ class Board(Core):
             yield from self._prepare()
 
     def _prepare(self) -> Procedure[None]:
-        """Set what a reset has cleared."""
+        """Repeat the settings that a reset of the board has cleared."""
         self.motor.forget()
         if self.marker_bit is not None:
             yield from self._status_until(READY)
             yield from self._send_command(0x09, self.marker_bit)
             yield from self._status_until(READY)
-            yield from self._request(0x8C)  # its answer proves that the marker is set
+            yield from self._request(0x8C)  # an answer to 8Ch proves that the board has set the marker bit
         self._known = True
 
     def _status_until(self, bit: int, poll: float = POLL_S) -> Procedure[None]:
@@ -184,7 +185,7 @@ class Board(Core):
         if not self.interrupts:
             yield Pause(POLL_S)
         elif (yield from self._ask("i")) != "1":
-            data: bytes = yield Read(min(self.timeout, 0.05))  # the report of the interrupt, or nothing
+            data: bytes = yield Read(min(self.timeout, 0.05))  # the report of an interrupt, or no data
             self._received += data
 
     def _message(self) -> Procedure[bytes]:
@@ -193,7 +194,7 @@ class Board(Core):
         return message
 
     def take_messages(self) -> Procedure[list[bytes]]:
-        """Return the messages of the board that answer no request, e.g. of A5h or an alarm."""
+        """Return the messages of the board that are not answers to requests, e.g. alarms, and clear the list."""
         while (yield from self._status_byte()) & MESSAGE:
             self.messages.append((yield from self._message()))
         found = list(self.messages)
@@ -208,7 +209,7 @@ class Board(Core):
         yield from self._status_until(READY, STARTUP_S)
         yield from self._prepare()
 
-    # What an 1810 or 1811 alone has
+    # Functions that only an 1810 or 1811 has
 
     def outputs(self, first: bool, second: bool) -> Procedure[None]:
         """Write both programmable outputs."""
@@ -239,7 +240,7 @@ class Board(Core):
         return signed((yield from self.request(0x9A))[:4])
 
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
-        """Stream velocities (52h, E1h), one per update; negative ones are CCW.  At most 280, and the last must be 0."""
+        """Stream up to 280 velocities (52h, E1h), one per update; a negative velocity is CCW.  The last must be 0."""
         values = list(velocities)
         if len(values) > MOST_VELOCITIES or values[-1:] != [0]:
             raise RefusedError(f"{len(values)} velocities: expected 1 to {MOST_VELOCITIES}, the last 0")
@@ -266,11 +267,11 @@ class Motor(AxisCore):
         self._has_moved = False
 
     def forget(self) -> None:
-        """Forget what a reset has cleared."""
+        """Discard the stored state that a reset of the board has made invalid."""
         self._profile, self._target, self._homing = None, None, False
 
     def _numbers(self, velocity: float) -> tuple[int, bytes]:
-        """Return range and parameters of a velocity: the finest range that has the velocity."""
+        """Return the finest range that contains a velocity, and the parameters of the velocity in this range."""
         if not 0 < velocity <= self.max_velocity:
             raise RefusedError(f"velocity {velocity:g} pulses/s: expected more than 0, at most {self.max_velocity:g}")
         if not 1 <= self.acceleration < 2**31:
@@ -327,12 +328,12 @@ class Motor(AxisCore):
         self._homing = False
 
     def abort(self) -> Procedure[None]:
-        """End the pulses at once."""
+        """Stop the pulses at once, without deceleration."""
         yield from self._board.command(0x78)
         self._homing = False
 
     def home(self, direction: int) -> Procedure[None]:
-        """Search for HOME; this position is then 0."""
+        """Begin a search for HOME, whose position becomes 0."""
         yield from self._set_profile()
         yield from self._board.command(0x38, *self._board.home_definition)
         yield from self._board.command(0x39, 0 if direction > 0 else 1)
@@ -346,7 +347,7 @@ class Motor(AxisCore):
             bits = yield from self._bits()
             position = yield from self._position()
             moving = bool(bits & 0x10)
-            if not moving:  # the position is exact if the motor was still at rest after it was read
+            if not moving:  # the position is exact only if the motor was at rest before and after the reading
                 again = yield from self._bits()
                 moving = bool(again & 0x10)
             velocity = (yield from self._velocity()) if moving else 0.0
@@ -378,7 +379,8 @@ class Motor(AxisCore):
         """Return True while a motion is in progress or has not begun yet."""
         if moving:
             self._has_moved = True
-            self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None  # a search for HOME pauses
+            # a search for HOME has pauses without motion
+            self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
             return True
@@ -387,7 +389,7 @@ class Motor(AxisCore):
         return moving
 
     def _homed(self) -> Procedure[None]:
-        """Make HOME the position 0, if it has been found."""
+        """Set the position to 0 if the search has found HOME."""
         self._homing = False
         if signed((yield from self._board.request(0x82))[:6]) == 0 and self._has_moved:
             yield from self._define(0)
@@ -402,7 +404,7 @@ class Motor(AxisCore):
     def set_position(self, position: int) -> Procedure[None]:
         """Define the present position, at rest."""
         if (yield from self._bits()) & 0x10:
-            raise BusyError("the motor is moving: the position can be set at rest")
+            raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)
         self.setpoint = position
 

@@ -1,4 +1,4 @@
-"""Bases of the protocol cores."""
+"""Base classes of the protocol cores."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -8,21 +8,21 @@ from axistwin.drivers.errors import DriverError, SilentError, WrongAnswerError
 from axistwin.drivers.steps import Procedure, Read, T, Write
 
 GAP_S = 0.1
-"""Longest gap within an answer: a character at 110 baud."""
+"""Longest gap in seconds within an answer: one character at 110 baud."""
 MOST_BYTES = 4096
-"""Longest answer; more bytes without its end come from another device."""
+"""Largest number of bytes in an answer; more bytes without an end come from another kind of device."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """Line format of a serial device at its delivery."""
+    """Factory setting of a serial line: baud rate and frame."""
 
     baud: int
     stop_bits: int = 1
 
 
 class Core(ABC):
-    """Protocol core of a controller."""
+    """Protocol of a controller, as generators that do no input or output."""
 
     line = Line(9600)
 
@@ -34,7 +34,7 @@ class Core(ABC):
         self._in_step = False
 
     def converse(self, procedure: Procedure[T]) -> Procedure[T]:
-        """Execute a procedure; re-synchronise before it if the one before did not end properly."""
+        """Execute a procedure; first synchronise with the controller again if the last procedure failed."""
         if not self._in_step:
             yield from self.synchronise()
         self._in_step = False
@@ -47,13 +47,13 @@ class Core(ABC):
         return result
 
     def close(self) -> None:
-        """Forget what was received, because the port was closed."""
+        """Discard the received bytes after the port has been closed."""
         self._received.clear()
         self._in_step = False
 
     @abstractmethod
     def synchronise(self) -> Procedure[None]:
-        """Find the controller and prepare it, whatever was sent before."""
+        """Find the controller and prepare it; earlier bytes do not matter."""
 
     # Bytes
 
@@ -88,7 +88,7 @@ class Core(ABC):
             raise WrongAnswerError(f"no end in the answer to {what}: {shown(self._received)}: is it the right port?")
 
     def _discard(self, first: float) -> Procedure[bytes]:
-        """Wait up to `first` seconds for bytes, then receive until a gap of 0.1 s; return what was received."""
+        """Wait up to `first` seconds for bytes, receive until a gap of 0.1 s, and return all received bytes."""
         found = bytes(self._received)
         self._received.clear()
         wait = first
@@ -99,7 +99,7 @@ class Core(ABC):
 
 
 class AxisCore(ABC):
-    """An axis of a core, in counts."""
+    """An axis of a protocol core; positions and velocities are in counts."""
 
     def __init__(self, name: str, velocity: float, acceleration: float, *, exact: bool = True) -> None:
         self.name, self.velocity, self.acceleration = name, velocity, acceleration
@@ -147,6 +147,6 @@ class AxisCore(ABC):
 
 
 def shown(data: bytes | bytearray) -> str:
-    """Return received bytes for a message, shortened."""
+    """Return received bytes as short text for an error message."""
     text = repr(bytes(data[:40]))[1:]
     return f"{text}…" if len(data) > 40 else text

@@ -1,8 +1,8 @@
-"""Errors of a driver: each message is one line that says what is wrong and what to do."""
+"""Errors of a driver: each message is one line with the fault and its remedy."""
 
 
 class DriverError(Exception):
-    """An operation that failed.
+    """Base class of all errors of a driver.
 
     `in_step`: True if no part of an answer can still arrive, so that the next operation needs no re-synchronisation.
     """
@@ -11,30 +11,30 @@ class DriverError(Exception):
 
 
 class PortError(DriverError):
-    """A port that cannot be opened, or that was closed during an operation."""
+    """Raised if a port cannot be opened, or is closed during an operation."""
 
     in_step = False
 
 
 class SilentError(DriverError):
-    """No answer, or half an answer, within the timeout."""
+    """Raised if the controller has sent no answer or only a part of an answer within the timeout."""
 
     in_step = False
 
 
 class WrongAnswerError(DriverError):
-    """An answer that this controller cannot give: a disturbed line, or another controller at the port."""
+    """Raised for an answer that this controller cannot give: a disturbed line, or another controller at the port."""
 
     in_step = False
 
 
 class RefusedError(DriverError):
-    """A command that the controller has refused, or that it would refuse in its present state."""
+    """Raised for a command that the controller has refused, or would refuse in its present state."""
 
 
 class BusyError(RefusedError):
-    """A command that has to wait for the end of a motion."""
+    """Raised for a command that is possible only after the end of the present motion."""
 
 
 class PositionLostError(DriverError):
-    """The position is not known: the power was cut, or another host has moved the axis."""
+    """Raised if the position is not known: the power was cut, or another host has moved the axis."""

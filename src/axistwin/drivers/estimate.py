@@ -1,4 +1,4 @@
-"""The commanded move as a function of time: an estimate of the position between two exact readings."""
+"""Estimate the position between two exact readings, from the commanded move."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -13,7 +13,7 @@ class Trapezoid:
     distance: float | None = None
 
     def position(self, seconds: float) -> float:
-        """Return the distance after a time."""
+        """Return the distance moved after this time."""
         speed, rate = self.velocity, self.acceleration
         if self.distance is not None:
             speed = min(speed, sqrt(self.distance * rate))

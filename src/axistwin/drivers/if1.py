@@ -1,7 +1,7 @@
 """Protocol core of the Digiplan IF1 and IF2.
 
-The controller has no position: it counts the steps of the last index or run (`N`).  The core adds these counts.  It
-knows the position as long as nobody else moves an axis and the power stays on.
+The controller has no position: it counts the steps of the last index or run (`N`).  The core adds these counts.  The
+position is known as long as no other host moves an axis and the power stays on.
 """
 
 import re
@@ -18,9 +18,9 @@ MOVING, AT_SPEED, DRIVE, ESTOP, LIMIT, COMMUNICATION = 1, 2, 16, 32, 64, 128
 I_ESTOP, I_X_FAULT, I_Y_FAULT, I_INPUT_1, I_PLUS, I_MINUS, I_INPUT_2, I_INPUT_3 = 1, 2, 4, 8, 16, 32, 64, 128
 I_INPUTS = {1: I_INPUT_1, 2: I_INPUT_2, 3: I_INPUT_3}
 READING_ERROR = 256
-"""Error of the step count in motion, in steps."""
+"""Largest error, in steps, of a step count that is read during motion."""
 CHUNK = 32
-"""Characters sent at once; the input buffer of the controller has 64."""
+"""Number of characters sent at once; the input buffer of the controller holds 64."""
 START_POLLS = 5
 STARTUP_TRIES, STARTUP_S = 6, 0.5
 MAX_SPEED = {1: 25_000, 2: 50_000, 3: 100_000, 4: 4_000}
@@ -47,13 +47,13 @@ class Move:
     signs: dict[str, int]
     """The direction of each axis."""
     distance: int | None
-    """Steps; None for a run until stopped."""
+    """Number of steps; None for a run that lasts until `stop`."""
     profile: Trapezoid
     begun: float
     counted: int
     """The step count (N) before the move."""
     seen: int = 0
-    """Polls before the motion has begun; `START_POLLS` after its beginning."""
+    """Number of polls before the motion began; `START_POLLS` after the motion has begun."""
     made: float = 0.0
     """Largest estimate so far."""
     homing: bool = False
@@ -103,10 +103,10 @@ class IF1(Core):
         self.axes = {name: IF1Axis(self, name) for name in "XYZ"}
         self._state = _State(dict.fromkeys("XYZ", 0))
 
-    # Synchronisation
+    # Synchronisation with the controller
 
     def synchronise(self) -> Procedure[None]:
-        """Find the controller: running, or waiting for its initialisation."""
+        """Find the controller; initialise it if its power has been switched on."""
         yield from self._discard(0.0)
         if (yield from self._probe()):
             yield from self._adopt()
@@ -125,7 +125,7 @@ class IF1(Core):
 
     def _probe(self) -> Procedure[bool]:
         """Return True if the controller is initialised; find its echo and terminator."""
-        for _ in range(2):  # the first may end a message that was cut off
+        for _ in range(2):  # the first request may only end an incomplete message
             yield Write(b"I\r\n")
             answer = yield from self._discard(min(0.25, self.timeout))
             if found := _ANSWER.search(answer):
@@ -135,7 +135,7 @@ class IF1(Core):
         return False
 
     def _initialise(self) -> Procedure[None]:
-        """Agree on the format after a power-up."""
+        """Set the data format after a power-up of the controller."""
         self._linefeed = False
         if self._known:
             self._lose("XYZ", "the power of the IF1 was cut")
@@ -148,8 +148,8 @@ class IF1(Core):
         self._known = True
 
     def _adopt(self) -> Procedure[None]:
-        """Continue with a controller that is initialised."""
-        yield from self._number("F")  # a message that was cut off is a data fault
+        """Read the state of a controller that is already initialised."""
+        yield from self._number("F")  # clears the data fault of an incomplete message
         if self._known:
             yield from self._poll()
             return
@@ -166,7 +166,7 @@ class IF1(Core):
         yield from self._set_ramp(acceleration)
 
     def _set_ramp(self, acceleration: float) -> Procedure[None]:
-        """Set range, start/stop speed and acceleration, if the acceleration is new."""
+        """Set range, start/stop speed and acceleration if the acceleration has changed."""
         thousands = min(max(round(acceleration / 1000), 1), 500)
         if self._ramp != thousands:
             hundreds = min(max(round(self.start_stop / 100), 1), 40)
@@ -174,7 +174,7 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        self._state.lost = dict.fromkeys(axes, why) | self._state.lost  # the first reason stays
+        self._state.lost = dict.fromkeys(axes, why) | self._state.lost  # keeps the first reason of each axis
 
     # Messages
 
@@ -197,7 +197,7 @@ class IF1(Core):
             raise WrongAnswerError(f"echo {shown(echo)} of the end of {text}: the line is disturbed")
 
     def _number(self, request: str) -> Procedure[int]:
-        """Return the number that answers a status request."""
+        """Send a status request; return the number in the answer."""
         yield from self.message(request)
         answer = (yield from self._until(b"\r", request)).strip()
         if self._linefeed:
@@ -207,7 +207,7 @@ class IF1(Core):
         return int(answer)
 
     def _motion(self) -> Procedure[int]:
-        """Read the motion status.  The controller clears faults that are read, so the core keeps them."""
+        """Read the motion status, and store its faults, because the controller clears them after the reading."""
         bits = yield from self._number("K")
         self._state.latched |= bits & (DRIVE | ESTOP | LIMIT | COMMUNICATION)
         if bits & COMMUNICATION:
@@ -217,7 +217,7 @@ class IF1(Core):
     # Motion
 
     def _poll(self) -> Procedure[bool]:
-        """Read the state.  Returns True while the controller moves."""
+        """Read the state of the controller; return True while a motion is in progress."""
         bits = yield from self._motion()
         steps = yield from self._number("N")
         move = self._move
@@ -236,7 +236,7 @@ class IF1(Core):
         return False
 
     def _estimate(self, move: Move, steps: int) -> Procedure[None]:
-        """Interpolate: near the step count, never backwards, never beyond the target."""
+        """Update the estimated position: near the step count, never backwards, never beyond the target."""
         now: float = yield Clock()
         expected = steps if move.stopped or move.homing else move.profile.position(now - move.begun)
         near = min(max(expected, steps - READING_ERROR), steps + READING_ERROR)
@@ -244,7 +244,7 @@ class IF1(Core):
         move.made = max(move.made, min(near, most))
 
     def _settle(self, steps: int, bits: int) -> None:
-        """Add the steps of a move that has ended."""
+        """Add the steps of a completed move to the positions."""
         state, move = self._state, self._move
         if move is None:
             if steps != state.counted:
@@ -343,7 +343,7 @@ class IF1(Core):
     def set_position(self, name: str, position: int) -> Procedure[None]:
         """Define the position of an axis at rest."""
         if (yield from self._poll()):
-            raise BusyError("the IF1 is moving: the position can be set at rest")
+            raise BusyError("the IF1 is moving: the position can only be set at rest")
         self._state.positions[name] = self.axes[name].setpoint = position
         self._state.lost.pop(name, None)
 
@@ -353,16 +353,16 @@ class IF1(Core):
             Status(self._state.positions[name], 0, 0, False, lost=self._state.lost.get(name, "")).known_position()
         )
 
-    # What an IF1 alone has
+    # Functions that only an IF1 or IF2 has
 
     def move_together(self, targets: Mapping[str, int]) -> Procedure[None]:
-        """Move two or three axes by one pulse train to positions at equal distances from here, e.g. X=100, Y=-100."""
+        """Move two or three axes together; all must move the same number of steps, e.g. X=100, Y=-100."""
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait, or stop it")
         by = {name: target - self.position_of(name) for name, target in targets.items()}
         distances = {abs(distance) for distance in by.values()}
         if len(distances) != 1:
-            raise RefusedError(f"distances {by}: expected equal distances; move the axes one after the other")
+            raise RefusedError(f"distances {by}: expected equal distances; otherwise move the axes one after the other")
         signs = {name: 1 if distance >= 0 else -1 for name, distance in by.items()}
         axis = self.axes[next(iter(targets))]
         yield from self._set_ramp(axis.acceleration)
@@ -441,7 +441,7 @@ class IF1Axis(AxisCore):
         yield from self.move_to(core.position_of(self.name) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run at a signed velocity until stopped."""
+        """Run at a signed velocity until `stop`."""
         if not velocity:
             yield from self.stop()
             return
@@ -452,15 +452,15 @@ class IF1Axis(AxisCore):
         yield from core.begin({self.name: 1 if velocity > 0 else -1}, None, speed, f"{self.name}{sign}@{speed}G$")
 
     def stop(self) -> Procedure[None]:
-        """Decelerate to a standstill, all axes."""
+        """Decelerate all axes to a standstill."""
         yield from self._if1.stop()
 
     def abort(self) -> Procedure[None]:
-        """Decelerate as `stop`: an IF1 has no faster command."""
+        """Decelerate as `stop` does, because an IF1 has no faster command."""
         yield from self._if1.stop()
 
     def home(self, direction: int) -> Procedure[None]:
-        """Run at the start/stop speed until the home input is high; this position is then 0."""
+        """Run at the start/stop speed until the home input is high; the position at this point becomes 0."""
         core = self._if1
         if core.home_input is None:
             raise RefusedError("no home switch: name its input, e.g. home_input=1")

@@ -22,7 +22,7 @@ FAULTS = {
 }
 ACKNOWLEDGE, END = b"\x06", b"\xff\xff"
 ALL = 0
-"""The address of all motors of a line."""
+"""Address byte that selects all motors of a line."""
 
 
 class SmartMotors(Core):
@@ -53,7 +53,7 @@ class SmartMotors(Core):
                 return shaft
         raise RefusedError(f"no axis {name!r}: expected {', '.join(self.axes)}")
 
-    # Synchronisation
+    # Synchronisation with the motors
 
     def synchronise(self) -> Procedure[None]:
         """Find each motor and prepare it if its power has been cut."""
@@ -66,13 +66,13 @@ class SmartMotors(Core):
         for shaft in self._shafts:
             if not (found if shaft is first else (yield from self._find(shaft))):
                 raise SilentError(
-                    f"no answer of {shaft.name} to RSP: check the power, the cable, the baud rate and the address"
+                    f"no answer from {shaft.name} to RSP: check the power, the cable, the baud rate and the address"
                 )
             yield from shaft.prepare()
 
     def _find(self, shaft: "Shaft") -> Procedure[bool]:
-        """Return True if a motor answers; find out whether it echoes."""
-        for _ in range(2):  # the first may end a command that was cut off
+        """Return True if a motor answers; detect if the motor echoes characters."""
+        for _ in range(2):  # the first request may only end an incomplete command
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
             answer = yield from self._discard(min(self.timeout, 0.3))
             *before, last = answer.rstrip(b"\r").split(b"\r")
@@ -85,7 +85,7 @@ class SmartMotors(Core):
         return False
 
     def _address_chain(self) -> Procedure[None]:
-        """Give the motors of a daisy chain, just switched on, their addresses."""
+        """Set the addresses of the motors of a daisy chain after a power-up."""
         everybody = bytes([0x80 + ALL])
         for address in self.addresses:
             mine = bytes([0x80 + address])
@@ -105,7 +105,7 @@ class SmartMotors(Core):
             raise WrongAnswerError(f"echo {shown(echo)} of {text}: the line is disturbed, or another host uses it")
 
     def ask(self, prefix: bytes, *reports: str) -> Procedure[list[str]]:
-        """Return the answers to reports.  A motor with echo would mix its answers with the echo of the next report."""
+        """Send reports one by one and return their answers; an answer could otherwise mix with an echo."""
         found = b""
         for lines in [[report] for report in reports] if self._echo else [reports]:
             yield from self.send(prefix, " ".join(lines))
@@ -126,7 +126,7 @@ class SmartMotors(Core):
         (answer,) = yield from self.ask(self.shaft(axis).prefix, text)
         return whole(answer, text)
 
-    # What a SmartMotor alone has
+    # Functions that only a SmartMotor has
 
     def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
         """Make pins outputs with a level, e.g. `outputs(A=True)`."""
@@ -173,7 +173,7 @@ class SmartMotors(Core):
         while not text.endswith(b"\xff"):
             part = yield from self._discard(0.1)
             if not part:
-                raise SilentError("no end of the program: does the motor allow UPLOAD?")
+                raise SilentError("the end of the program was not received: does the motor allow UPLOAD?")
             text += part
             if not text.endswith(b"\xff"):
                 yield Write(ACKNOWLEDGE)
@@ -204,7 +204,7 @@ class Shaft(AxisCore):
         self._lost = ""
 
     def prepare(self) -> Procedure[None]:
-        """Set what a power-up has cleared, if the power has been cut."""
+        """Repeat the settings of the motor if a power cut has cleared them."""
         _, _, acceleration = yield from self._read()
         if self._set_acceleration and acceleration:
             return
@@ -230,7 +230,7 @@ class Shaft(AxisCore):
         return whole(position, "RPW"), whole(word, "RPW"), whole(second, "RA")
 
     def _state(self) -> Procedure[tuple[int, int]]:
-        """Return position and status word; notice a power cut."""
+        """Return position and status word; detect a power cut."""
         position, word, acceleration = yield from self._read()
         if not acceleration:
             yield from self.prepare()
@@ -249,7 +249,7 @@ class Shaft(AxisCore):
             raise RefusedError(f"{self.name} does not move: {'; '.join(map(str, faults))}")
 
     def move_to(self, target: int) -> Procedure[None]:
-        """Begin a move to a position; also while moving."""
+        """Begin a move to a position, even during a motion."""
         if not -(2**31) <= target < 2**31:
             raise RefusedError(f"position {target}: expected -2147483648 to 2147483647 counts")
         yield from self._go(f"MP V={abs(self._speed(self.velocity))} P={target}", target)
@@ -262,7 +262,7 @@ class Shaft(AxisCore):
         yield from self.move_to(base + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run at a signed velocity until stopped; also while moving."""
+        """Run at a signed velocity until `stop`, even if a motion is in progress."""
         yield from self._go(f"MV V={self._speed(velocity)}", None)
 
     def stop(self) -> Procedure[None]:
@@ -276,8 +276,8 @@ class Shaft(AxisCore):
         yield from self._line.send(self.prefix, "S")
 
     def home(self, direction: int) -> Procedure[None]:
-        """Run until the index pulse of the encoder; the index is then 0, and the shaft stops behind it."""
-        yield from self._line.ask(self.prefix, "RI")  # the next pulse is captured
+        """Search for the index pulse of the encoder, which becomes position 0; the shaft stops beyond it."""
+        yield from self._line.ask(self.prefix, "RI")  # reading RI enables the capture of the next index pulse
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
         self._homing = direction
 
@@ -304,7 +304,7 @@ class Shaft(AxisCore):
         )
 
     def _home_further(self, position: int, word: int) -> Procedure[tuple[int, int]]:
-        """Stop after the index; at rest, make the index 0."""
+        """Continue a search for the index: stop after the index pulse, then set its position to 0."""
         if not word & TRAJECTORY and not word & INDEX:
             self._homing = 0  # a limit or a fault has ended the search
         elif word & INDEX and word & TRAJECTORY:
@@ -332,7 +332,7 @@ class Shaft(AxisCore):
 
 
 def whole(text: str, what: str) -> int:
-    """Return the number of an answer.  Raises WrongAnswerError."""
+    """Return the number in an answer.  Raises WrongAnswerError."""
     try:
         return int(text)
     except ValueError:

@@ -1,7 +1,7 @@
-"""Steps of a protocol core: the requests of a core to its shell.
+"""Steps of a protocol core: requests to send, to receive, or to wait.
 
-A function of a core is a generator: it yields steps, receives their results, and returns its own result.  A shell
-executes the steps: `blocking` on pyserial, `asynchronous` on asyncio.
+A function of a core is a generator: it yields steps, receives their results, and returns its own result.  The modules
+`blocking` (pyserial) and `asynchronous` (asyncio) execute the steps.
 """
 
 from collections.abc import Generator
@@ -13,30 +13,30 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Write:
-    """Send bytes."""
+    """A request to send bytes."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Read:
-    """Receive at least one byte, or b"" after `timeout` seconds."""
+    """A request for at least one byte, or b"" after `timeout` seconds."""
 
     timeout: float
 
 
 @dataclass(frozen=True)
 class Pause:
-    """Wait."""
+    """A request to wait."""
 
     seconds: float
 
 
 @dataclass(frozen=True)
 class Clock:
-    """Return the time in seconds, from an arbitrary origin."""
+    """A request for the time in seconds, from an arbitrary origin."""
 
 
 Step = Write | Read | Pause | Clock
 Procedure = Generator[Step, Any, T]
-"""A function of a core that returns a T."""
+"""A generator of steps that returns a T: a function of a protocol core."""

@@ -12,7 +12,7 @@ from axistwin.controllers.commandset import Command, Field
 
 @dataclass(frozen=True)
 class Hover:
-    """Meaning of a word, in Markdown, and the word's place in its line."""
+    """Answer to a hover request: the meaning of a word in Markdown, and its place in the line."""
 
     text: str
     begin: int
@@ -21,7 +21,7 @@ class Hover:
 
 @dataclass(frozen=True)
 class Item:
-    """A completion.  `insert`: text to insert, if different from the label."""
+    """A completion for an editor.  `insert`: the text to insert, if it differs from the label."""
 
     label: str
     kind: str = "command"
@@ -34,7 +34,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Symbol:
-    """A named part of a text, e.g. a label or a sequence; `begin` and `end`: line and column."""
+    """A named part of a program, e.g. a label or a sequence; `begin` and `end`: line and column."""
 
     name: str
     kind: str
@@ -46,7 +46,7 @@ class Symbol:
 
 
 class Editing(Protocol):
-    """Interface for queries about one kind of text.  `line`: from 1; `at`: index of the character after the cursor."""
+    """Interface for questions about one kind of program.  `line`: from 1; `at`: index of the character."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the word at this place."""
@@ -55,7 +55,7 @@ class Editing(Protocol):
         """Return the completions at this place."""
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the structure of the text."""
+        """Return the named parts of the text, e.g. labels and sequences."""
 
 
 def explain(command: Command, marked: Field | None = None) -> str:

@@ -20,7 +20,7 @@ RANGES = [f"{velocity}{acceleration}" for velocity in range(6) for acceleration 
 
 
 class Commands:
-    """`.181x` files, and the `>` lines of a conversation."""
+    """Language support for `.181x` files, and for the `>` lines of a conversation."""
 
     def __init__(self, made: Product, suffix: str = ".181x") -> None:
         self.made, self.suffix = made, suffix
@@ -81,7 +81,7 @@ class Commands:
         return found
 
     def _first_command(self, text: str) -> Opcode | None:
-        """Return the first command of a text."""
+        """Return the command at the beginning of a text; None if there is none."""
         first = (text.split() or [""])[0]
         if first in self.names:
             return self.names[first]
@@ -89,7 +89,7 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter in the word with index `here`; hex words contain any number of parameters."""
+        """Return the parameter that the word with index `here` contains; a hex word can contain several."""
         given = text.split()
         if given[0] in self.names:
             fields = _written(command)
@@ -102,7 +102,7 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return the commands in these lines."""
+        """Parse these lines; return the session of commands."""
         codec = codec_of(self.made)
         acts, _ = read_acts(lines, self.suffix, codec)
         listed = [session for host in sessions(acts, lines, self.suffix, codec) for session in host]
@@ -115,12 +115,12 @@ def _command(line: str) -> str:
 
 
 def _written(command: Opcode) -> list[Number]:
-    """Return the parameters that follow a command's name; bytes without meaning are not written."""
+    """Return the parameters that the user writes after a command's name; fixed bytes are left out."""
     return [each for each in command.fields if not isinstance(each, DontCare)]
 
 
 def _values(parameter: Number) -> list[Item]:
-    """Return all values of a parameter; none for a parameter with many values."""
+    """Return all values of a parameter as completions; [] for a parameter with many values."""
     if isinstance(parameter, Switch):
         listed = list(SWITCHES)
     elif isinstance(parameter, Ranges):

@@ -10,13 +10,13 @@ from axistwin.editor.answers import Hover, Item, Symbol, explain, item
 NUMBER_CHARACTERS = frozenset("0123456789+-, ")
 MISPLACED = (rules.UNKNOWN, rules.LOST_NUMBER, rules.ALONE, rules.SETUP, rules.MISPLACED, rules.NOT_IN_THIS_KIND,
              rules.ORDER, rules.TWICE)  # fmt: skip
-"""Rules that a character at a wrong place violates."""
+"""Codes of errors for a character at a wrong place."""
 OPERANDS = ("", "1", "+1", "1,1")
-"""Operands that may make a command valid."""
+"""Operands that are tried after a command to find out if it can be valid."""
 
 
 class CommandLines:
-    """`.if1` files: each line is a message, except `+` and `!` lines and comments after `;`."""
+    """Language support for `.if1` files, in which each line is a message, a `+` line, a `!` line or a comment."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the command at this place."""
@@ -71,7 +71,7 @@ def _is_valid_after(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """Yield the sequence with its steps, if the message is a sequence."""
+    """Yield the sequence of a message with its steps; nothing if the message is not a sequence."""
     if not text.lstrip().startswith(":"):
         return
     message = parse(text.rstrip(), COMMANDS)

@@ -29,7 +29,7 @@ TERMINAL_KEYS = ("from", "to")
 
 
 class Scenes:
-    """`.toml` files."""
+    """Language support for scenes (`.toml` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of a key or a table."""
@@ -47,7 +47,7 @@ class Scenes:
         return Hover(f"**{path[-1]}** {_description(found)}", word.start(), until)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the possible tables, keys, or values of a key."""
+        """Return the completions at a place: tables, keys, or values of a key."""
         text = lines[line - 1][:at]
         if "#" in text:
             return []
@@ -119,7 +119,7 @@ def _model(lines: list[str], line: int) -> str:
 
 
 def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
-    """Return the allowed keys of the table at this path, each with its schema."""
+    """Return the keys that the table at this path allows, each with its schema."""
     schema = scene_schema()
     if path[:2] == ["controller", "options"] and len(path) == 2 and model:
         return _options(model)
@@ -158,7 +158,7 @@ def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str,
 
 
 def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition that a node refers to; if a node has alternatives, return the first table."""
+    """Return the schema that a node refers to; of several alternatives, return the first table."""
     if "$ref" in node:
         return dict(schema["$defs"][node["$ref"].rpartition("/")[2]])
     choices = node.get("anyOf") or node.get("oneOf") or []
@@ -180,7 +180,7 @@ def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: 
 
 
 def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Iterator[str]:
-    """Yield the possible texts of a key."""
+    """Yield the texts that are possible as the value of a key."""
     if key == "model" and "enum" not in node:
         yield from FAMILIES
     elif key in TERMINAL_KEYS:
@@ -197,7 +197,7 @@ def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Itera
 
 
 def _spots(lines: list[str], line: int) -> Iterator[str]:
-    """Yield the places of a fault; if its kind is known, only those on which this kind acts."""
+    """Yield the places that a fault can affect; only the possible places if the kind of fault is known."""
     kind = KINDS.get(_value_in_table(lines, line, _KIND))
     for name, model in _controllers(lines):
         named = {

@@ -25,9 +25,9 @@ from axistwin.errors import UsageError
 from axistwin.version import VERSION
 
 LIMIT = 1 << 17
-"""Longest text that is checked while the user types, in characters; such a check takes one or two seconds."""
+"""Largest number of characters of a text that is checked while the user types."""
 PAUSE_S = 0.2
-"""Pause in typing before diagnostics are published."""
+"""Pause in typing, in seconds, after which diagnostics are sent to the editor."""
 _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", " "))
 """Characters that end a line in Python but not in the protocol."""
 SEVERITIES = {Severity.ERROR: lsp.DiagnosticSeverity.Error, Severity.WARNING: lsp.DiagnosticSeverity.Warning}
@@ -56,7 +56,7 @@ class Text:
         self.path = Path(document.path or document.uri)
         try:
             self.text = document.source.translate(_ODD_ENDS)
-        except (OSError, UnicodeDecodeError):  # the document is closed, and its file cannot be read
+        except (OSError, UnicodeDecodeError):  # the document has been closed, and its file cannot be read
             self.text = ""
         self.lines = self.text.splitlines() or [""]
         if self.text.endswith(("\n", "\r")):
@@ -104,7 +104,7 @@ class Text:
         """Convert a line and a column, both from 1, to a position of the protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # the codec is slow for long lines
+            return here  # for ASCII lines this is exact, and the codec is slow for long lines
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:
@@ -147,7 +147,7 @@ class Server(LanguageServer):
         self.text_document_publish_diagnostics(params)
 
     def publish_soon(self, uri: str) -> None:
-        """Publish the diagnostics after a pause in typing."""
+        """Send the diagnostics of a document after a pause in typing."""
         self._cancel(uri)
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE_S, self.publish, uri)
 
@@ -172,7 +172,7 @@ class Server(LanguageServer):
 
 
 def make() -> Server:
-    """Return a server with all features."""
+    """Create a language server with all its features."""
     server = Server()
     for feature, answer in FEATURES.items():
         server.feature(feature)(answer)
@@ -225,7 +225,7 @@ def _diagnostic(text: Text, found: Diagnostic) -> lsp.Diagnostic:
 
 
 def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
-    """Return the meaning of a word."""
+    """Return the meaning of the word at the cursor."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     found = text.editing.hover(text.lines, line, at) if text.editing is not None else None
@@ -236,7 +236,7 @@ def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
 
 
 def complete(server: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
-    """Return the completions."""
+    """Return the completions at the cursor."""
     with undisturbed():
         text = server.text(params.text_document.uri)
         line, at = text.at(params.position)
@@ -258,7 +258,7 @@ def _item(item: Item, number: int) -> lsp.CompletionItem:
 
 
 def symbols(server: Server, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-    """Return the structure of the document."""
+    """Return the named parts of a document, e.g. its labels and sequences."""
     text = server.text(params.text_document.uri)
     found = text.editing.symbols(text.lines) if text.editing is not None else []
     return [_symbol(text, each) for each in found]
@@ -334,4 +334,4 @@ FEATURES: dict[str, Callable[..., object]] = {
     lsp.TEXT_DOCUMENT_DEFINITION: definition,
     lsp.TEXT_DOCUMENT_REFERENCES: references,
 }
-"""Features without options."""
+"""Handlers of protocol features that have no options."""

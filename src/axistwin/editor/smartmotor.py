@@ -25,7 +25,7 @@ CALLS = ("GOTO", "GOSUB")
 LABELLED = ("Cn", "GOTOn", "GOSUBn")
 """Codes of the commands that define or call a label."""
 Span = tuple[int, int, int]
-"""Line and column from 1, and length."""
+"""A place in a program: line and column from 1, and length."""
 ARRAYS = ("ab", "aw", "al")
 
 
@@ -57,7 +57,7 @@ def parsed(line: str) -> Line:
 
 @dataclass(frozen=True)
 class Source:
-    """The lines of a program as read by the motor, with the place of each statement."""
+    """A SmartMotor program and the place of each of its statements."""
 
     lines: tuple[str, ...]
 
@@ -95,7 +95,7 @@ class Source:
 
 
 class SourceEditing:
-    """`.sms` files."""
+    """Language support for SmartMotor programs (`.sms` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the command, the value or the label at this place."""
@@ -131,7 +131,7 @@ class SourceEditing:
         ]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the labels; each part ends at the next label."""
+        """Return the labels of a program as named parts; each part ends at the next label."""
         source = Source(tuple(lines))
         listed = sorted((place, label) for label, place in source.labels.items())
         last = (len(lines), len(lines[-1]) + 1), -1
@@ -141,7 +141,7 @@ class SourceEditing:
         ]
 
     def _detail(self, source: Source, place: tuple[int, int]) -> str:
-        """Return the comment after a label."""
+        """Return the comment that follows a label, as a description of the label."""
         _, apostrophe, comment = source.lines[place[0] - 1][place[1] - 1 :].partition("'")
         return comment.strip() if apostrophe else ""
 
@@ -172,7 +172,7 @@ def _where(text: str, source: Source) -> str:
 
 
 def _keyword(command: Instruction) -> str:
-    """Return the beginning of a command's code, without its operands."""
+    """Return the letters of a command's code, without the operands."""
     if command.form is Form.VARIABLE:
         return ""
     return re.split(r"[\[(…]|(?<=.)n\Z|pc?\Z", str(command.code))[0]

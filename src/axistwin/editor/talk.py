@@ -29,7 +29,7 @@ MARKS = {
 
 
 class Conversations:
-    """`.talk` files."""
+    """Language support for conversations (`.talk` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of data, of a pin or axis, or of the character at the beginning of the line."""
@@ -45,7 +45,7 @@ class Conversations:
         return _data_hover(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the characters that may begin a line, commands, pins and axes, or levels."""
+        """Return the completions at a place: first characters of a line, commands, pins and axes, or levels."""
         text = lines[line - 1][:at]
         found = _LINE.match(text)
         if found is None:
@@ -76,7 +76,7 @@ def _product(lines: list[str]) -> Product | None:
 
 
 def _masked(text: str) -> str:
-    """Replace escapes by blanks, so that columns are kept."""
+    """Replace escape sequences by blanks of the same length, so that columns do not change."""
     return _ESCAPE.sub(lambda found: " " * len(found[0]), text)
 
 
@@ -135,7 +135,7 @@ def terminals(model: str) -> dict[str, tuple[str, ...]]:
 
 
 def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
-    """Return the names; a name that contains AXIS is returned once for each axis."""
+    """Return the names; replace a name that contains AXIS by one name for each axis."""
     listed = list(axes)
     return tuple(
         each

@@ -11,7 +11,7 @@ class Chance:
         self._state = seed & _MASK
 
     def bits(self) -> int:
-        """Return the next 64 bits."""
+        """Return the next 64 random bits."""
         self._state = (self._state + _STEP) & _MASK
         mixed = self._state
         mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9 & _MASK
@@ -19,9 +19,9 @@ class Chance:
         return mixed ^ (mixed >> 31)
 
     def unit(self) -> float:
-        """Return the next number from 0 to below 1."""
+        """Return the next random number from 0 to below 1."""
         return (self.bits() >> 11) / (1 << 53)
 
     def below(self, most: int) -> int:
-        """Return the next whole number from 0 to below `most`."""
+        """Return the next random whole number from 0 to below `most`."""
         return self.bits() % most

@@ -24,7 +24,7 @@ from axistwin.sim.signal import Signal
 from axistwin.units import to_ns, to_seconds
 
 Listener = Callable[["Fault", str], None]
-"""Callback with a fault and "begins" or "ends"."""
+"""Function that is called with a fault, and with "begins" or "ends"."""
 
 
 class State(Enum):
@@ -37,7 +37,7 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class Terms:
-    """Properties common to all faults: name, begin and end, seed; see `Faults.add`."""
+    """Properties that all faults have: name, begin, end and seed."""
 
     name: str | None = None
     at: float | None = None
@@ -66,7 +66,7 @@ class Fault:
         self.name, self.kind, self.spot, self.values, self.seed = name, kind, spot, values, seed
         self.state = State.WAITING
         self.began_ns: int | None = None
-        """Time at which the fault began; None before the begin."""
+        """Time at which the fault began; None if it has not begun."""
         self._faults = faults
         self._mend: Mend | None = None
         self._unsubscribe: Callable[[], object] | None = None
@@ -83,7 +83,7 @@ class Fault:
         """End the fault.  A waiting fault is cancelled; a finished fault stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # a subscriber ends the fault while it begins
+            if self._mend is None:  # a subscriber has ended the fault during its beginning
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -91,7 +91,7 @@ class Fault:
             self._faults.changes.emit(self, "ends")
         self.state = State.OVER
 
-    # Called by `Faults`
+    # Functions that `Faults` calls
 
     def _begin(self, duration_ns: int | None) -> None:
         if self.state is not State.WAITING:
@@ -110,7 +110,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return kind and values of the other active faults on the same spot."""
+        """Return kind and values of all other active faults on the same part."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -119,7 +119,7 @@ class Fault:
             self.mend()
 
     def _over(self) -> None:
-        """Set the state of a fault that has ended without `mend`."""
+        """Handle the end of a fault that has ended without `mend`."""
         if self.on:
             self.state = State.OVER
             self._faults.changes.emit(self, "ends")
@@ -137,7 +137,7 @@ class Faults:
         self.world = world
         self._those: dict[str, Fault] = {}
         self.announced: tuple[str, ...] = ()
-        """Names of faults to be added later; triggers may contain these names."""
+        """Names of faults that will be added later; triggers may already contain these names."""
         self.changes: Signal[Fault, str] = Signal()
 
     def __iter__(self) -> Iterator[Fault]:
@@ -198,11 +198,11 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Return the trigger of the event `when`; None without an event.  Raises UsageError for an invalid event."""
+        """Parse the event `when`; return its trigger, or None without an event.  Raises UsageError."""
         return None if when is None else triggers.read(when, self.world, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
-        """Return the spot for a fault of this kind.  Raises UsageError if the bench has no spot of this name."""
+        """Return the part of the bench (spot) that a fault of this kind shall affect.  Raises UsageError."""
         found = self.spots(kind.on, here)
         if not on and here in found:
             on = here
@@ -214,7 +214,7 @@ class Faults:
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return all spots of this type; each spot is listed under each of its valid names."""
+        """Return all parts of the bench (spots) of this type, each under all of its valid names."""
         return places.names(PLACES[on](self.world), here)
 
     def mend(self, name: str) -> None:
@@ -245,7 +245,7 @@ class Faults:
                 return
             if arm is None:
                 begin()
-            else:  # begin after all other events of this time
+            else:  # the fault begins after all other events of the same time
                 times = count(1)
                 fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 
@@ -256,11 +256,11 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a run may end before this event
+            clock.background += 1  # a run does not wait for this event
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End an earlier fault of the same kind on the same spot; only a line can have several."""
+        """End an earlier fault of the same kind on the same part, except on a line, which can have several."""
         if fault.kind.on is On.LINE or fault.state is not State.WAITING:
             return
         for other in self:
@@ -292,7 +292,7 @@ def _check_seconds(what: str, given: float) -> None:
 
 
 def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:
-    """Raise UsageError if a random effect has no seed: a run must be repeatable."""
+    """Raise UsageError if a random effect has no seed, because a run must be repeatable."""
     chances: dict[str, Callable[[Any], bool]]
     chances = {"probability": lambda p: p < 1, "jitter": lambda s: s > 0, "mask": lambda bits: bits == 0}
     by_chance = (name for name, is_so in chances.items() if name in values and is_so(values[name]))

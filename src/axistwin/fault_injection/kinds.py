@@ -40,7 +40,7 @@ KINDS = {
         Kind("handshake", On.LINE, "a control line is stuck", lines.handshake, (
             Parameter("line", Sort.WORD, "a control line of the device", words=CONTROL_LINES),
             Parameter("level", Sort.LEVEL, "the level", default=False)), check=lines.check_handshake),
-        # On terminals
+        # Faults of terminals
         Kind("stuck", On.PIN, "a switch or a pin stays at a level", machines.stuck, (
             Parameter("level", Sort.LEVEL, "the level", optional=False),)),
         Kind("bounce", On.PIN, "a switch bounces whenever it changes", machines.bounce, (
@@ -71,7 +71,7 @@ KINDS = {
             check=machines.check_push),
         Kind("drive_fault", On.AXIS, "the drive switches off and signals a fault", machines.drive_fault,
              check=machines.check_drive),
-        # On controllers
+        # Faults of controllers
         Kind("overheat", On.CONTROLLER, "a SmartMotor's surroundings are hot", machines.overheat, (
             Parameter("celsius", Sort.NUMBER, "ambient temperature", "°C", 90.0, low=-40, high=150),),
             check=machines.check_motor),
@@ -84,13 +84,13 @@ KINDS = {
 """All kinds by name."""
 
 PLACES = {On.LINE: places.lines, On.PIN: places.pins, On.AXIS: places.axes, On.CONTROLLER: places.controllers}
-"""Functions that yield the possible spots of a fault, for each type of thing."""
+"""For each type of part, the function that yields all parts of this type on a bench."""
 THINGS = {On.LINE: "serial line", On.PIN: "pin", On.AXIS: "axis", On.CONTROLLER: "controller"}
-"""The name of the thing that a fault acts on."""
+"""For each type of part, its name in messages."""
 
 
 def kind_of(name: str) -> Kind:
-    """Return the kind of this name.  Raises UsageError if there is none."""
+    """Return the kind of fault with this name.  Raises UsageError for an unknown name."""
     if name in KINDS:
         return KINDS[name]
     close = get_close_matches(name, KINDS, n=1)

@@ -16,17 +16,17 @@ WAYS = "to", "from", "both"
 
 
 def lose(case: Case) -> Mend:
-    """Lose characters."""
+    """Fault: characters are lost."""
     return _some(case, disturbance.lose)
 
 
 def double(case: Case) -> Mend:
-    """Deliver characters twice."""
+    """Fault: characters are received twice."""
     return _some(case, disturbance.double)
 
 
 def flip(case: Case) -> Mend:
-    """Invert the data bits in `mask`; if `mask` is 0, invert a random bit of the eight."""
+    """Fault: the data bits in `mask` are inverted; if `mask` is 0, a random bit is inverted."""
     mask = case.values["mask"]
     if mask:
         return _some(case, disturbance.flip(mask))
@@ -35,7 +35,7 @@ def flip(case: Case) -> Mend:
 
 
 def late(case: Case) -> Mend:
-    """Delay all characters without changing their order."""
+    """Fault: all characters arrive later, in the same order."""
     delay, jitter = to_ns(case.values["seconds"]), to_ns(case.values["jitter"])
     if not jitter:
         return _all(case, disturbance.delay(lambda: delay))
@@ -44,25 +44,25 @@ def late(case: Case) -> Mend:
 
 
 def drift(case: Case) -> Mend:
-    """Run the sender's clock faster or slower."""
+    """Fault: the sender's clock is too fast or too slow."""
     faster = 1 + case.values["percent"] / 100
     return _all(case, disturbance.at_rate(lambda baudrate: min(max(1, round(baudrate * faster)), FASTEST_BAUD)))
 
 
 def baud(case: Case) -> Mend:
-    """Set the host's end to another baud rate."""
+    """Fault: the host uses a wrong baud rate."""
     host = _port(case).host
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        if host.baudrate == case.values["baudrate"]:  # the host has not changed the rate
+        if host.baudrate == case.values["baudrate"]:  # restores the rate unless the host has changed it
             host.baudrate = before
 
     return mend
 
 
 def line_break(case: Case) -> Mend:
-    """Hold the line at space for some time, even while characters are sent."""
+    """Fault: the line is at space for some time, even while characters are sent."""
     duration_ns = to_ns(case.values["seconds"])
     for line in _lines(case):
         line.short(duration_ns)
@@ -70,7 +70,7 @@ def line_break(case: Case) -> Mend:
 
 
 def cut(case: Case) -> Mend:
-    """Open the wires.  If both directions are open, the control lines are off too."""
+    """Fault: the wires are open; if both directions are open, the control lines are off, too."""
     mends = [line.sever() for line in _lines(case)]
     if case.values["way"] == "both":
         mends += [pin.hold(False) for pin in _port(case).control_lines.values()]
@@ -78,18 +78,18 @@ def cut(case: Case) -> Mend:
 
 
 def handshake(case: Case) -> Mend:
-    """Hold one control line at a level."""
+    """Fault: hold one control line at a level."""
     return _port(case).control_lines[case.values["line"]].hold(case.values["level"])
 
 
 def check_handshake(spot: Spot) -> None:
-    """Raise UsageError if there are no control lines."""
+    """Raise UsageError if the line has no control lines."""
     if spot.port is None or not spot.port.handshake:
         raise UsageError(f"{spot.name} has no control lines")
 
 
 def _some(case: Case, effect: Effect) -> Mend:
-    """Apply `effect` to the next characters, to all characters, or to random characters."""
+    """Apply `effect` to a number of characters, to all characters, or to random characters."""
     probability, count = case.values["probability"], case.values["count"]
     if count is None and probability == 1 and not case.lasts:
         count = 1

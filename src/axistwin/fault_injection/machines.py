@@ -18,12 +18,12 @@ from axistwin.units import MS
 
 
 def stuck(case: Case) -> Mend:
-    """Hold the terminal at a level, even if another level is applied."""
+    """Fault: the terminal is held at a level, even if another level is applied."""
     return _pin(case).hold(case.values["level"])
 
 
 class Bounce:
-    """A contact that opens and closes again a few times after every change.
+    """Fault: a contact opens and closes again a few times after every change.
 
     While the contact bounces, the terminal ignores its source.  If the source has changed by the end, the contact
     bounces again.
@@ -36,7 +36,7 @@ class Bounce:
         self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
-        """End the fault."""
+        """End the fault; the contact has the level of its source again."""
         self._unsubscribe()
         self._bouncing = False
         self._release()
@@ -50,7 +50,7 @@ class Bounce:
         self._case.clock.call_later(self._pause_ns(), lambda: self._swing(not level, left))
 
     def _swing(self, level: bool, left: int) -> None:
-        """Set the contact to `level`, and schedule the remaining changes; `left` includes this change."""
+        """Set the contact to `level`, and schedule the next of the `left` remaining changes."""
         if not self._bouncing:
             return
         before, self._let_go = self._let_go, self._pin.hold(level)
@@ -72,12 +72,12 @@ class Bounce:
 
 
 def bounce(case: Case) -> Mend:
-    """Make the contact bounce at each change of its level."""
+    """Fault: the contact bounces at each change of its level."""
     return Bounce(case).end
 
 
 def open_limit(case: Case) -> Mend:
-    """Open the circuit of a limit switch."""
+    """Fault: the circuit of a limit switch is open."""
     product, pins = case.spot.machine.product, case.spot.machine.pins
     assert product.limit_pins is not None, "check_limits was called"
     sides = {"minus": product.limit_pins[:1], "plus": product.limit_pins[1:], "both": product.limit_pins}
@@ -85,7 +85,7 @@ def open_limit(case: Case) -> Mend:
 
 
 def check_limits(spot: Spot) -> None:
-    """Raise UsageError if there are no limit switches."""
+    """Raise UsageError if the axis has no limit switches."""
     if spot.machine.product.limit_pins is None:
         raise UsageError(f"{spot.name} has no limit inputs")
 
@@ -94,23 +94,23 @@ def check_limits(spot: Spot) -> None:
 
 
 def encoder_slips(case: Case) -> Mend:
-    """Turn the encoder relative to its shaft, once."""
+    """Fault: the encoder turns on its shaft, once."""
     _axis(case).encoder.slip(case.values["counts"])
     return ended
 
 
 def encoder_loses(case: Case) -> Mend:
-    """Lose each n-th count of the encoder."""
+    """Fault: every n-th count of the encoder is lost."""
     return _miscount(case, "encoder_loses")
 
 
 def encoder_reversed(case: Case) -> Mend:
-    """Reverse the direction of counting, as two exchanged wires do."""
+    """Fault: the encoder counts backwards, as if two wires were exchanged."""
     return _miscount(case, "encoder_reversed")
 
 
 def encoder_dead(case: Case) -> Mend:
-    """Stop counting."""
+    """Fault: the encoder stops counting."""
     return _miscount(case, "encoder_dead")
 
 
@@ -119,11 +119,11 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
     "encoder_reversed": lambda _: Fraction(-1),
     "encoder_dead": lambda _: Fraction(0),
 }
-"""Ratio of the encoder's counts to the correct counts, by kind of fault."""
+"""By kind of fault, the ratio of the encoder's counts to the correct counts."""
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Apply the product of the ratios of all active encoder faults."""
+    """Combine all active encoder faults: multiply their ratios."""
     encoder = _axis(case).encoder
 
     def count(*own: Fraction) -> None:
@@ -140,7 +140,7 @@ def check_encoder(spot: Spot) -> None:
     if isinstance(spot.axis, ServoAxis):
         check_data_sheet(spot)
     elif spot.axis is not None:
-        _ = spot.axis.encoder  # raises the error
+        _ = spot.axis.encoder  # raises the error for a missing encoder
 
 
 def check_data_sheet(spot: Spot) -> None:
@@ -156,22 +156,22 @@ def check_data_sheet(spot: Spot) -> None:
 
 
 def stall(case: Case) -> Mend:
-    """Reduce the motor's torque to a fraction, or to zero."""
+    """Fault: the motor has only a fraction of its torque, or no torque."""
     return _axis(case).weaken(case.values["left"])
 
 
 def jam(case: Case) -> Mend:
-    """Block the shaft."""
+    """Fault: the shaft is blocked."""
     return _axis(case).seize()
 
 
 def load(case: Case) -> Mend:
-    """Add a torque to the shaft."""
+    """Fault: an additional torque acts on the shaft."""
     return _axis(case).burden(case.values["torque"])
 
 
 def push(case: Case) -> Mend:
-    """Displace the load."""
+    """Fault: the load is displaced, once."""
     _axis(case).encoder.displace(case.values["counts"])
     return ended
 
@@ -183,7 +183,7 @@ def check_push(spot: Spot) -> None:
 
 
 def drive_fault(case: Case) -> Mend:
-    """Switch the drive off and signal the fault: the motor has no torque."""
+    """Fault: the drive switches off and signals the fault, so that the motor has no torque."""
     let_go = case.spot.machine.pins[_fault_pin(case.spot)].hold(False)
     return all_of([_axis(case).weaken(0.0), let_go])
 
@@ -204,22 +204,22 @@ def _fault_pin(spot: Spot) -> str:
     return pins[name]
 
 
-# Controllers
+# Faults of controllers
 
 
 def overheat(case: Case) -> Mend:
-    """Raise the temperature around the motor."""
+    """Fault: the temperature around the motor rises."""
     return _servo(case.spot).heat(case.values["celsius"])
 
 
 def supply_dip(case: Case) -> Mend:
-    """Lower the supply.  A SmartMotor resets if the voltage is too low; other controllers reset in any case."""
+    """Fault: the supply voltage drops; a SmartMotor resets below a limit, other controllers always reset."""
     axis = next((axis for axis in case.spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     return power_cut(case) if axis is None else axis.sag(case.values["left"])
 
 
 def power_cut(case: Case) -> Mend:
-    """Switch the power off until the fault ends."""
+    """Fault: the power is off until the fault ends."""
     machine = case.spot.machine
     machine.power(False)
     servo = any(isinstance(axis, ServoAxis) for axis in machine.axes.values())

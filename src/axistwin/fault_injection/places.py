@@ -23,7 +23,7 @@ from axistwin.sim.serial_port import SerialPort
 
 
 class Machine(Protocol):
-    """Interface of a controller for faults."""
+    """Interface of a controller, as used by faults."""
 
     name: str
     product: Product
@@ -54,7 +54,7 @@ class Machine(Protocol):
 
 
 class World(Protocol):
-    """Interface of a bench for faults."""
+    """Interface of a bench, as used by faults."""
 
     clock: Clock
 
@@ -76,7 +76,7 @@ class World(Protocol):
 
 @dataclass(frozen=True)
 class Spot:
-    """A named place on the bench.  Fields that do not apply to this place are None."""
+    """A part of the bench that a fault can affect; fields that do not apply to this part are None."""
 
     name: str
     controller: Machine | None = None
@@ -86,7 +86,7 @@ class Spot:
 
     @property
     def machine(self) -> Machine:
-        """The controller of the spot."""
+        """The controller to which the part belongs."""
         assert self.controller is not None
         return self.controller
 
@@ -95,7 +95,7 @@ Find = Callable[[], Spot]
 
 
 def lines(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield serial lines: `if1.serial`, `chain`, and `motor.rs485` if this channel is in use."""
+    """Yield the serial lines of a bench by name: `if1.serial`, `chain`, and `motor.rs485` if it is in use."""
     for name, controller in world.controllers.items():
         for port in controller.ports:
             called = port if port != name else f"{name}.serial"
@@ -105,27 +105,27 @@ def lines(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def pins(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield terminals: `if1.input1`."""
+    """Yield the terminals of a bench by name, e.g. `if1.input1`."""
     for name, controller in world.controllers.items():
         for pin in controller.pins:
             yield f"{name}.{pin}", partial(Spot, f"{name}.{pin}", controller, pin=controller.pins[pin])
 
 
 def axes(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield axes: `if1.X`."""
+    """Yield the axes of a bench by name, e.g. `if1.X`."""
     for name, controller in world.controllers.items():
         for axis in controller.axes:
             yield f"{name}.{axis}", partial(Spot, f"{name}.{axis}", controller, axis=controller.axes[axis])
 
 
 def controllers(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield controllers: `if1`."""
+    """Yield the controllers of a bench by name, e.g. `if1`."""
     for name, controller in world.controllers.items():
         yield name, partial(Spot, name, controller)
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return the spots by all of their names.
+    """Return the parts of a bench by all of their names.
 
     Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
     its serial port, or of its only part of this type.
@@ -143,7 +143,7 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
 
 
 def find(found: Mapping[str, Find], text: str, what: str) -> Spot:
-    """Return the spot of this name.  Raises UsageError if there is none."""
+    """Return the part with this name.  Raises UsageError for an unknown name."""
     if text in found:
         return found[text]()
     close = get_close_matches(text, found, n=1)

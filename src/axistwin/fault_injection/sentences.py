@@ -25,7 +25,7 @@ TERMS: dict[str, Callable[[str], Any]] = {
 
 
 def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
-    """Return a function that adds the fault in this text; `here`: the default controller.  Raises UsageError."""
+    """Parse the text of a fault; return a function that adds it.  `here`: the default controller."""
     words = _split(text)
     if not words:
         raise UsageError("the fault is missing: expected a kind of fault, e.g. lose 3")
@@ -52,7 +52,7 @@ def name_in(text: str) -> str | None:
 
 
 def write(fault: Fault) -> str:
-    """Return the text that adds an equal fault, to begin at once."""
+    """Return the text with which a conversation adds an equal fault that begins at once."""
     words = [fault.kind.name, fault.spot.name]
     words += [f"{name}={_shown(value)}" for name, value in fault.values.items() if value is not None]
     words += [f"seed={fault.seed}"] if fault.seed is not None else []
@@ -69,7 +69,7 @@ def _split(text: str) -> list[str]:
 
 
 def _sorted(words: list[str]) -> tuple[dict[str, Any], list[str]]:
-    """Split words into NAME=VALUE pairs and bare values."""
+    """Split words into NAME=VALUE pairs and values without a name."""
     named: dict[str, Any] = {}
     bare: list[str] = []
     for word in words:
@@ -93,7 +93,7 @@ def _value(name: str, text: str) -> Any:
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:
-    """Assign bare values, in order, to the parameters that have no value yet."""
+    """Assign values without a name, in order, to the parameters that have no value yet."""
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
         raise UsageError(f"fault {kind.name}: {bare[len(free)]!r} is not a place or a value of this fault")

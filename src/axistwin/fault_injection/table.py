@@ -1,4 +1,4 @@
-"""Types for the table of faults: kinds, the things they act on, and parameters with units and ranges."""
+"""Types for the table of faults: kinds, affected parts, and parameters with units and ranges."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ LEVELS = {"high": True, "on": True, "low": False, "off": False}
 
 
 class On(Enum):
-    """The thing that a fault acts on; the value has examples of names."""
+    """The type of part that a fault affects; the value of each member has examples of names."""
 
     LINE = "if1.serial, motor.rs485, chain"
     PIN = "if1.input1"
@@ -101,7 +101,7 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """A fault that begins: its spot and its values; the fault calls `over` if it ends without `mend`."""
+    """Data of a fault that begins: its part, its values, and a function `over` to report its end."""
 
     clock: Clock
     spot: Spot
@@ -111,10 +111,10 @@ class Case:
     """True if the fault has a duration."""
     over: Callable[[], None]
     others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
-    """Kinds and values of the other active faults on the same spot."""
+    """Kinds and values of all other active faults on the same part."""
 
     def luck(self, what: str) -> Chance:
-        """Return the source of random numbers.  Raises UsageError if the fault has no seed."""
+        """Return the source of random numbers for a random effect.  Raises UsageError if the fault has no seed."""
         if self.chance is None:
             raise UsageError(f"{what} is random: expected a seed, e.g. seed=1")
         return self.chance
@@ -125,11 +125,11 @@ Mend = Callable[[], None]
 
 
 def ended() -> None:
-    """Do nothing: a fault that ends at once needs no mending."""
+    """Do nothing, because a fault that ends at once needs no `mend`."""
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:
-    """Return a function that calls all of these."""
+    """Combine several functions into one that calls all of them."""
 
     def mend() -> None:
         for end in ends:
@@ -149,7 +149,7 @@ class Kind:
     parameters: tuple[Parameter, ...] = ()
     at_once: bool = False
     check: Callable[[Spot], None] = lambda spot: None
-    """Raises UsageError if the fault cannot act on a spot."""
+    """Function that raises UsageError if the fault cannot affect a part."""
 
     def read(self, given: Mapping[str, object]) -> dict[str, Any]:
         """Return the values of all parameters.  Raises UsageError for an unknown parameter or an invalid value."""

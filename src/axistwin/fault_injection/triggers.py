@@ -31,7 +31,7 @@ from axistwin.sim.signal import Signal
 
 Unsubscribe = Callable[[], object]
 Arm = Callable[[Callable[[], None]], Unsubscribe]
-"""Calls a function each time the event occurs; returns an unsubscribe function."""
+"""Function that subscribes another function to an event, and returns an unsubscribe function."""
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
 _POSITION = re.compile(r"(?P<position>-?[0-9.]+(?: ?(?!(?:up|down)\b)[^\W\d_]+| ?°)?)(?: (?P<way>up|down))?")
@@ -76,7 +76,7 @@ def _passes(wish: _Wish) -> Arm:
     assert axis is not None, "an axis was found"
     found = _POSITION.fullmatch(wish.what)
     if found is None:
-        raise wish.wrong("X passes 1000")
+        raise wish.wrong(example="X passes 1000")
     ways = {"up": (1,), "down": (-1,), None: (1, -1)}[found["way"]]
     try:
         position = machine_units.position(found["position"], axis.units)
@@ -107,13 +107,13 @@ def _edge(wish: _Wish) -> Arm:
     pin = wish.spot(places.pins(wish.world), "pin").pin
     assert pin is not None, "a terminal was found"
     if wish.what:
-        raise wish.wrong("input1 rises")
+        raise wish.wrong(example="input1 rises")
     wanted = {"rises": (True,), "falls": (False,), "changes": (True, False)}[wish.verb]
     return lambda happens: pin.subscribe_edges(lambda pin: happens() if pin.level in wanted else None)
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Read "hears" (the device receives characters or a command) or "says" (the host receives them)."""
+    """Return the trigger for "hears" (the device has received characters) or "says" (the host has received them)."""
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
@@ -155,7 +155,7 @@ def _written(wish: _Wish) -> bytes:
     except UnicodeEncodeError:
         pattern = b""
     if not pattern:
-        raise wish.wrong(r"if1 hears X1000\r")
+        raise wish.wrong(example=r"if1 hears X1000\r")
     return pattern
 
 
@@ -165,7 +165,7 @@ def _hexadecimal(wish: _Wish) -> bytes:
     except ValueError:
         pattern = b""
     if not pattern:
-        raise wish.wrong("1811 hears 33 00")
+        raise wish.wrong(example="1811 hears 33 00")
     return pattern
 
 
@@ -185,7 +185,7 @@ def _runs(wish: _Wish) -> Arm:
         raise UsageError(f"{machine.name} runs no programs: the model {machine.product.model} stores none")
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
-        raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
+        raise wish.wrong(example=f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
     name, line = _program(machine, found["program"]), whole(found["line"])
     _check_line(machine, name, line)
     return lambda happens: machine.subscribe_lines(lambda program, index: happens(), (name, line - 1))
@@ -201,7 +201,7 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError for a line that cannot run.  Lines that are stored later are accepted."""
+    """Raise UsageError for a line that can never run; a line that may be stored later is accepted."""
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
         raise UsageError(f"{machine.name} runs no line {line}: lines count from 1" + (f" to {most}" if most else ""))
@@ -211,7 +211,7 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
 
 
 def _silence(listing: Listing, line: int) -> str:
-    """Return the reason why a line never runs, and the next line that can run."""
+    """Return the reason why a line of a program never runs, and the next line that can run."""
     after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
     remedy = "" if after is None else f"; name line {after + 1}, {listing.lines[after]}"
     return f"{listing.lines[line - 1]} takes no time{remedy}"

@@ -1,1 +1,1 @@
-"""The way in: the examples and pages that come with axistwin, and new scenes."""
+"""Help for new users: the examples and pages that come with axistwin, and a generator of new scenes."""

@@ -13,27 +13,27 @@ DIGIPLAN_AXES = "XYZ"
 SUFFIXES = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}
 LEAST_TRAVEL, MOST_TRAVEL = 100, 100_000_000
 INSIDE, OUTSIDE, BOTH = HOSTS = ("scene", "outside", "both")
-"""The host: simulated by the scene, an outside program at a port, or both (`run` simulates, `serve` opens ports)."""
+"""Choices for the host: simulated by the scene, an external program at a port, or both."""
 BUS_PORT = 1811
 FIRST = {"digiplan": "127.0.0.1:5001", "smartmotor": "127.0.0.1:5001", "compumotor": f"127.0.0.1:{BUS_PORT}"}
 
 
 @dataclass(frozen=True)
 class Answers:
-    """The user's answers: the contents of the new scene."""
+    """The user's answers, which determine the new scene."""
 
     models: tuple[str, ...]
     axes: int
-    """Number of axes of each IF1 and IF2; other models have one."""
+    """Number of axes of each IF1 and IF2; other models have one axis."""
     travel: int
     """Distance between the limit switches, in motor pulses or encoder counts."""
     host: str
     port: PortUrl
-    """Port of the first controller on a serial line; the others use the next numbers."""
+    """Port of the first serial controller; the ports of further controllers have the next numbers."""
 
 
 def read_models(text: str) -> tuple[str, ...]:
-    """Return the models of a list such as `if1, smartmotor`.  Raises UsageError."""
+    """Parse a list of models such as `if1, smartmotor`.  Raises UsageError."""
     models = tuple(word.lower() for word in text.replace(",", " ").split())
     if wrong := [model for model in models if model not in FAMILIES]:
         raise UsageError(f"no model {wrong[0]!r}: expected one or more of {', '.join(FAMILIES)}")
@@ -43,7 +43,7 @@ def read_models(text: str) -> tuple[str, ...]:
 
 
 def read_port(text: str) -> PortUrl:
-    """Return a port that a scene can have: on TCP, because the ports of several controllers are numbered."""
+    """Parse a TCP port; other kinds of ports cannot be numbered for several controllers.  Raises UsageError."""
     port = parse(text)
     if port.scheme not in ("tcp", "rfc2217"):
         raise UsageError(f"invalid first port {text!r}: expected tcp or rfc2217, e.g. tcp://127.0.0.1:5001")
@@ -51,7 +51,7 @@ def read_port(text: str) -> PortUrl:
 
 
 def files(answers: Answers) -> dict[str, str]:
-    """Return the text of each file by its name; the scene is first."""
+    """Return the texts of the new files by name; the scene is the first."""
     names = _names(answers.models)
     programs = {} if answers.host == OUTSIDE else dict(_programs(answers, names))
     return {"scene.toml": "\n".join(_scene(answers, names, list(programs))) + "\n", **programs}
@@ -95,7 +95,7 @@ def _program_line(family: str, program: str) -> str:
 
 
 def _ports(answers: Answers) -> list[PortUrl]:
-    """Return one port per controller, with ascending numbers; 0, which means any free port, stays 0."""
+    """Return one port for each controller, with ascending numbers; the number 0 means any free port."""
     serial, bus = count(answers.port.port), count(BUS_PORT)
     found = []
     for model in answers.models:

@@ -18,7 +18,7 @@ from axistwin.version import VERSION
 
 START = "index"
 SITE_ONLY = ("changelog", "contributing", "reference/api")
-"""Pages that only include other files; they are left out."""
+"""Pages that are left out because they only include other files."""
 GENERATED_EXAMPLE = "generated/examples/"
 _directive = re.compile(r"^```\{(?P<kind>[\w-]+)\}(?P<argument>[^\n]*)\n(?P<body>.*?)^```\n", re.DOTALL | re.MULTILINE)
 _link = re.compile(r"^(?P<path>(?![a-z]+:)[^#]+)\.md(?P<anchor>#.*)?$")
@@ -38,7 +38,7 @@ td, th { border: 1px solid var(--edge); padding: .3rem .6rem; text-align: left; 
 
 
 def names() -> dict[str, str]:
-    """Return the title of each page by its name, such as `ports` or `tutorials/pyserial`; the first is `index`."""
+    """Return the titles of all pages by name, such as `ports` or `tutorials/pyserial`; the first is `index`."""
     root = folder("docs")
     found = {path.relative_to(root).with_suffix("").as_posix(): path for path in sorted(root.rglob("*.md"))}
     kept = {name: path for name, path in found.items() if name not in SITE_ONLY and not name.startswith("generated")}
@@ -47,12 +47,12 @@ def names() -> dict[str, str]:
 
 
 def text(name: str) -> str:
-    """Return the Markdown text of a page, without directives of the documentation site."""
+    """Return the Markdown text of a page, without the directives for the documentation site."""
     return _directive.sub(_as_text, (folder("docs") / f"{name}.md").read_text(encoding="utf-8"))
 
 
 def build(target: Path) -> Path:
-    """Write all pages, pictures and examples below `target`; return the folder with `index.html`.  Raises OSError."""
+    """Write all pages, pictures and examples below `target`; return the folder of `index.html`.  Raises OSError."""
     source, out = folder("docs"), target / "docs"
     listed = names()
     for name in listed:
@@ -75,7 +75,7 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the Markdown that replaces a directive: a hint for the table of codes, otherwise nothing."""
+    """Return the Markdown text that replaces a directive of the site; it is empty for most directives."""
     if directive["kind"] == "include" and "codes" in directive["argument"]:
         return "`axistwin check --codes` lists the codes.\n"
     return ""
@@ -125,5 +125,5 @@ def _link_pages(tokens: list[Token]) -> None:
 
 
 def _slug(heading: str) -> str:
-    """Return the anchor of a heading, in the form that GitHub uses."""
+    """Return the anchor of a heading, in the same form as on GitHub."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")

@@ -1,4 +1,4 @@
-"""The files that come with axistwin: examples and pages, in the installed package or in a clone."""
+"""The files that come with axistwin (examples and pages), from the installed package or from a clone."""
 
 import shutil
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from axistwin.storage import reason
 PACKAGE = Path(__file__).parents[1]
 CLONE = PACKAGE.parents[1]
 LOOSE = ".toml"
-"""Suffix of the scene that lies directly in the folder of examples; other files there belong to this scene."""
+"""Suffix of a scene in the folder of examples; the files beside this scene belong to it."""
 
 
 def folder(name: str) -> Path:
@@ -75,5 +75,5 @@ def _examples(root: Path) -> Iterator[Example]:
 
 
 def _title(path: Path) -> str:
-    """Return the first line of a page or a scene, without the `#`."""
+    """Return the title of a page or a scene: its first line without the `#`."""
     return path.read_text(encoding="utf-8").partition("\n")[0].strip("# .")

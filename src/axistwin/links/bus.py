@@ -53,7 +53,7 @@ class Registers(Protocol):
 
 
 class Slot(SingleClient["Master"]):
-    """A board's slot on the bus.  `reset` is called for each new client."""
+    """The slot of a board on the bus, for one client.  `reset` is called for each new client."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class Slot(SingleClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """True while no requests are read from the client, because the gate is closed or the client does not read."""
+        """True while no requests are read from the client: the gate is closed, or the client does not read answers."""
         return self.gate.closed or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:
@@ -83,7 +83,7 @@ class Slot(SingleClient["Master"]):
 
 
 class Master(Connection):
-    """A client of the bus socket: the bus master."""
+    """A client of the bus socket, which is the bus master."""
 
     answers = True
 
@@ -97,7 +97,7 @@ class Master(Connection):
         self._last_reported = False
 
     def received(self, data: bytes) -> None:
-        """Execute requests; `data` may end within a request."""
+        """Execute the requests in received data, which may end in the middle of a request."""
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
@@ -143,7 +143,7 @@ class Master(Connection):
             self.slot.bus.write(offset, value)
         return "ok"
 
-    # Interrupt line
+    # Reports of the interrupt line
 
     def _subscribe(self, on: bool) -> None:
         self._end_subscription()
@@ -173,7 +173,7 @@ class Master(Connection):
         self._last_reported = level
         self._write(f"! {level:d}")
 
-    # Slow and closed clients
+    # Clients that are slow or have disconnected
 
     def resume_writing(self) -> None:
         """Continue after the client has read its answers."""
@@ -188,7 +188,7 @@ class Master(Connection):
 
     def _write(self, line: str) -> None:
         if not self._transport.is_closing():
-            self._transport.write(line.encode() + b"\n")
+            self.transmit(line.encode() + b"\n")
 
 
 def _offset(text: str) -> int:

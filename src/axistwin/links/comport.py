@@ -18,11 +18,11 @@ from axistwin.sim.frames import BITS, FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import SetFormat
 
 SERVER = 100
-"""Offset of an answer's code from the code of its command."""
+"""Number that is added to the code of a command to get the code of its answer."""
 
 
 class Code(IntEnum):
-    """Commands of the client."""
+    """Codes of the client's commands."""
 
     SIGNATURE = 0
     SET_BAUDRATE = 1
@@ -86,7 +86,7 @@ class LineState(IntFlag):
 
 @dataclass(frozen=True)
 class SetLines:
-    """Request of control line levels."""
+    """Request to set levels of control lines."""
 
     dtr: bool
     rts: bool
@@ -94,14 +94,14 @@ class SetLines:
 
 @dataclass(frozen=True)
 class SetBreak:
-    """Begin or end of a break."""
+    """Request to begin or end a break."""
 
     on: bool
 
 
 @dataclass(frozen=True)
 class SetFlow:
-    """Request of flow control for characters to the device: FLOW_NONE, FLOW_X_ON_X_OFF, FLOW_HARDWARE or FLOW_DSR."""
+    """Request to set the flow control of characters to the device, e.g. FLOW_NONE or FLOW_HARDWARE."""
 
     outbound: Control
 
@@ -132,13 +132,13 @@ PARTS: dict[Code, tuple[str, dict[int, Any]]] = {
     Code.SET_PARITY: ("parity", {1: "N", 2: "O", 3: "E", 4: "M", 5: "S"}),
     Code.SET_STOPSIZE: ("stopbits", {1: 1, 2: 2, 3: 1.5}),
 }
-"""Parts of the line format, each with its values by their numbers in RFC 2217."""
+"""Parts of a line format by command; each maps the numbers of RFC 2217 to values."""
 INBOUND = {
     Control.FLOW_NONE: Control.INBOUND_NONE,
     Control.FLOW_X_ON_X_OFF: Control.INBOUND_X_ON_X_OFF,
     Control.FLOW_HARDWARE: Control.INBOUND_HARDWARE,
 }
-"""Inbound setting that follows from each setting for "outbound or both"."""
+"""Inbound setting that each setting for "outbound or both" implies."""
 
 
 class ComPort:
@@ -158,7 +158,7 @@ class ComPort:
         self._line_state, self._line_mask = LineState.EMPTY, 0
         self._parser = Parser()
 
-    # Bytes in, events out
+    # Conversion of received bytes to events
 
     def receive(self, data: bytes) -> list[Event]:
         """Process bytes from the client and return its requests."""
@@ -185,7 +185,7 @@ class ComPort:
                 pass
         return None
 
-    # Options: only a change is answered; otherwise both sides would answer each other for ever
+    # Options: only changes are answered, because otherwise both sides would answer each other for ever
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
@@ -203,10 +203,10 @@ class ComPort:
     def _answer(self, code: Code, value: bytes) -> None:
         self.replies += bytes(Subnegotiation(Option.COM_PORT, bytes((SERVER + code,)) + value))
 
-    # Commands.  An invalid value changes nothing; the answer gives the setting in force.
+    # Commands: an invalid value changes nothing, and the answer gives the actual setting
 
     def _report_signature(self, value: bytes) -> None:
-        if not value:  # with a value: the client's own signature
+        if not value:  # a value would be the client's own signature
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:
@@ -233,7 +233,7 @@ class ComPort:
             return None
         event: Event | None = None
         match control := Control(value[0]):
-            case Control.ASK_FLOW | Control.FLOW_DCD:  # there is no DCD
+            case Control.ASK_FLOW | Control.FLOW_DCD:  # the port has no DCD line
                 control = self.outbound
             case Control.FLOW_NONE | Control.FLOW_X_ON_X_OFF | Control.FLOW_HARDWARE | Control.FLOW_DSR:
                 self.outbound, self.inbound = control, INBOUND.get(control, self.inbound)
@@ -278,7 +278,7 @@ class ComPort:
     # Notifications
 
     def set_modem_state(self, *, dsr: bool, cts: bool, moved: ModemState = ModemState.NONE) -> None:
-        """Report the client's input lines; `moved`: lines that have changed, even if back at their old level."""
+        """Report the client's input lines; `moved`: lines that have changed, even if they have changed back."""
         now = (ModemState.DSR if dsr else ModemState.NONE) | (ModemState.CTS if cts else ModemState.NONE)
         changed = self._modem_state ^ now
         moved |= ModemState.DSR_CHANGED if changed & ModemState.DSR else ModemState.NONE
@@ -289,7 +289,8 @@ class ComPort:
 
     def set_line_state(self, errors: LineError) -> None:
         """Report line errors of characters received from the device."""
-        state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)  # both use the same order of bits
+        # the bits have the same order in both types
+        state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()
 

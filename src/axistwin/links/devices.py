@@ -30,7 +30,7 @@ log = getLogger("axistwin.links")
 DEVICE_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, *TERMIOS_ERRORS)
 """Exceptions of pyserial for a device that does not exist, is lost, or does not support a setting."""
 READ_S = 0.02
-"""Timeout of a read in a thread, in seconds; after each read the thread checks if the device is to be closed."""
+"""Timeout in seconds of a read in a thread; after each read, the thread checks if it must close the device."""
 WRITE_S = 1.0
 """Timeout of a write in seconds; characters that the device has not accepted by then are lost."""
 
@@ -46,11 +46,11 @@ class Lines(Protocol):
 
     @property
     def dsr(self) -> bool:
-        """Data set ready."""
+        """Level of the input DSR (data set ready)."""
 
     @property
     def cts(self) -> bool:
-        """Clear to send."""
+        """Level of the input CTS (clear to send)."""
 
 
 class Stream(Protocol):
@@ -176,16 +176,16 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # the reader detects a lost device; a slow device loses characters
+        except DEVICE_ERRORS:  # the reading thread detects a lost device; a slow device only loses characters
             lost = len(data)
         self._call(self._count, len(data), lost)
 
     def _call(self, callback: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the event loop, unless the stream is closed by then."""
+        """Call a function in the event loop, unless the stream has been closed before."""
         if not self._closing:
             self._loop.call_soon_threadsafe(lambda: None if self._closing else callback(*arguments))
 
-    # In the event loop
+    # Functions that run in the event loop
 
     def _take(self, data: bytes) -> None:
         if self._paused:
@@ -224,7 +224,7 @@ def control_lines(device: "serial.Serial") -> Lines | None:
 
 @contextmanager
 def opening(url: object) -> Iterator[None]:
-    """Turn the errors of pyserial in this context into LinkError."""
+    """Within a `with` block, convert the errors of pyserial to LinkError."""
     try:
         yield
     except DEVICE_ERRORS as error:

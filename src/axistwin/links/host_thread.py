@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 POLLS, POLL_S = 3, 0.0003
-"""Number of polls, and seconds between them, in which the thread must be sleeping."""
+"""Number of polls in which a blocked thread must be sleeping, and seconds between two polls."""
 REACTION_S = 0.02
 """Seconds without activity after which a host counts as blocked, on systems that do not report thread states."""
 
@@ -32,7 +32,7 @@ class HostThread:
 
     @property
     def done(self) -> bool:
-        """True after the function has returned or raised."""
+        """True if the host's function has returned or raised an exception."""
         return self._thread.ident is not None and not self._thread.is_alive()
 
     @property
@@ -55,11 +55,11 @@ class HostThread:
         """True if the thread is blocked at this moment, or has ended."""
         if self.done:
             return True
-        if self._thread.native_id is None:  # the thread is just starting
+        if self._thread.native_id is None:  # the thread has not started completely
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # the thread has just ended, or the system is not Linux
+        except FileNotFoundError:  # the thread has ended, or the system is not Linux
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"

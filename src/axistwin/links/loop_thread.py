@@ -8,8 +8,6 @@ from typing import Any, TypeVar
 from axistwin.errors import UsageError
 
 T = TypeVar("T")
-IN_LOOP = "cannot advance virtual time inside `do`, a condition or a callback: call it from the test's own thread"
-CLOSED = "this twin is closed: its `with` block has ended"
 
 
 class LoopThread:
@@ -29,14 +27,17 @@ class LoopThread:
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
-            coroutine.close()  # waiting in the loop's own thread would never end
-            raise UsageError(IN_LOOP if inside else CLOSED)
+            coroutine.close()  # a wait in the thread of the loop would never end
+            self.check_outside()
+            raise UsageError("this twin is closed: its `with` block has ended")
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def check_outside(self) -> None:
         """Raise UsageError if called from the thread itself, where waiting would block for ever."""
         if threading.current_thread() is self._thread:
-            raise UsageError(IN_LOOP)
+            raise UsageError(
+                "cannot advance virtual time inside `do`, a condition or a callback: call it from the test's own thread"
+            )
 
     def do(self, action: Callable[[], T]) -> T:
         """Call a function in the thread and return its result."""
@@ -50,7 +51,7 @@ class LoopThread:
 
     def stop(self) -> None:
         """End the thread after its present callbacks."""
-        self.do(lambda: None)  # asyncio closes connections in the next turn of the loop
+        self.do(lambda: None)  # runs the loop once more, in which asyncio closes connections
         self.run(self._loop.shutdown_default_executor())  # ends the threads that resolve addresses
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()

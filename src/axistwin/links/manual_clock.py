@@ -19,7 +19,7 @@ from axistwin.links.pacing import Pacer
 from axistwin.units import to_ns, to_seconds
 
 IDLE_S = 10.0
-"""Real time in seconds after which a silent host, for which no data are pending, counts as blocked for ever."""
+"""Seconds of real time after which a silent host without pending data counts as blocked for ever."""
 POLL_S = 0.01
 HOST_CANNOT_ADVANCE = "a host cannot advance virtual time: time passes while the host waits for an answer or sleeps"
 

@@ -26,15 +26,15 @@ class ManualPacer(Pacer):
         super().__init__(bench.clock, None)
         self.bench = bench
         self.arrivals = 0
-        """Number of inputs from hosts."""
+        """Number of inputs that hosts have sent up to now."""
         self.deliveries = 0
         """Number of times that output was sent to hosts."""
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Do nothing: virtual time stays stopped."""
+        """Do nothing, because virtual time passes only in `advance`."""
 
     def sync(self) -> None:
-        """Count an input."""
+        """Count an input from a host."""
         self.arrivals += 1
 
     def work(self) -> None:

@@ -27,7 +27,7 @@ FEW = 64
 
 
 class HostEnd(Protocol):
-    """The host's end of a line, as a client sets it."""
+    """Settings of the host's end of a line that a client can change."""
 
     format: UartFormat
     dtr: bool
@@ -132,7 +132,7 @@ class Plug(SingleClient[SerialClient]):
         self.apply_flow()
         self._end_pause()
 
-    # From the client
+    # Data and settings from the client
 
     @property
     def full(self) -> bool:
@@ -191,7 +191,7 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing()
             self._stop_observing = None
 
-    # From the controller
+    # Data from the controller
 
     def request_flush(self) -> None:
         """Request a flush after the bench has been advanced."""

@@ -26,7 +26,7 @@ from axistwin.links.writer import Writer
 from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
-EXTPROC = 0o200000  # report every change of settings to this end; missing in Python's termios
+EXTPROC = 0o200000  # reports every change of settings to this end; Python's termios lacks the constant
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
@@ -63,7 +63,7 @@ class PtyPort:
             return
         try:
             if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
-                self._link.unlink()  # left by a killed server; the device may have the same number again
+                self._link.unlink()  # a killed server has left the link; the device may have the same number again
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()
@@ -87,11 +87,11 @@ class PtyPort:
         os.close(self._master)
         self._let_go()
 
-    # From the client
+    # Data from the client
 
     def _readable(self) -> None:
         try:
-            packet = os.read(self._master, 1 + self.plug.chunk)  # the first byte is the type of the packet
+            packet = os.read(self._master, 1 + self.plug.chunk)  # the first byte gives the type of the packet
         except BlockingIOError:
             return
         except OSError as error:
@@ -101,12 +101,12 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # caused by `_hold`, not by a client
+            return  # this packet was caused by `_hold`, not by a client
         if self._connect():
             self._take(packet[0], packet[1:])
 
     def _take(self, happened: int, data: bytes) -> None:
-        """Process a packet: characters, or a change of the device by the client."""
+        """Process a packet of the pty: characters, or a change of settings by the client."""
         if happened & TIOCPKT_IOCTL:
             self.plug.change(self._take_over_settings)
         if happened & termios.TIOCPKT_FLUSHREAD:
@@ -136,7 +136,7 @@ class PtyPort:
             self._slave = None
 
     def _hold(self) -> None:
-        """Hold the device open and empty for the next client."""
+        """Keep the device open and empty until the next client opens it."""
         if self._slave is None:
             self._slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY)
         termios.tcflush(self._slave, termios.TCIOFLUSH)
@@ -154,7 +154,7 @@ class PtyPort:
             2 if flags & termios.CSTOPB else 1,
         )
 
-    # To the client
+    # Data to the client
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
         """Send characters to the client."""

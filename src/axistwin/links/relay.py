@@ -44,13 +44,13 @@ log = getLogger("axistwin.links")
 POLL_S = 0.01
 """Interval in seconds between two polls of the control lines, whose changes cause no event."""
 MAX_QUEUED = 1000
-"""Number of queued acts above which a device counts as lost."""
+"""Number of queued actions above which a device counts as lost."""
 LINGER_S = 1.0
-"""Longest time that `close` waits for queued acts."""
+"""Longest time in seconds for which `close` waits for queued actions."""
 
 
 class PassThrough(Uart):
-    """The device's end of the simulated line; accepts characters in any format."""
+    """The device's end of the simulated line, which accepts characters in any format."""
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
         """Return True: the relay accepts characters in any format."""
@@ -101,16 +101,16 @@ class Relay:
         """Close the device."""
         self._closing = True
         if self._thread is not None:
-            self._thread.join()  # `_listen` polls `_closing`
+            self._thread.join()  # the thread ends soon, because it polls `_closing`
         if self._latest is not None:
             wait([self._latest], LINGER_S)
         self._worker.shutdown(wait=False, cancel_futures=True)
         self._device.close()
 
-    # From the host
+    # Data and settings from the host
 
     def _to_device(self, byte: int, errors: LineError) -> None:
-        if not errors:  # `_break` forwards a break
+        if not errors:  # a character with errors is a break, which `_break` forwards
             self._outgoing.append(byte)
 
     def _forward(self) -> None:
@@ -141,7 +141,7 @@ class Relay:
             self._queue(partial(self._apply, what, do))
 
     def _queue(self, do: Callable[[], None]) -> None:
-        """Queue an act for the device thread."""
+        """Queue an action for the thread that writes to the device."""
         self._asked += 1
         if self._asked - self._done > MAX_QUEUED:
             self._lose(TimeoutError("it does not answer"))
@@ -149,7 +149,7 @@ class Relay:
             self._latest = self._worker.submit(self._counted, do)
             asyncio.wrap_future(self._latest)  # reports unexpected exceptions
 
-    # In the device thread
+    # Functions that run in the device thread
 
     def _counted(self, do: Callable[[], None]) -> None:
         try:
@@ -165,7 +165,7 @@ class Relay:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
     def _apply(self, what: str, do: Callable[[], object]) -> None:
-        """Log an act that the device cannot do.  `_listen` detects a lost device."""
+        """Perform an action at the device; log an error of the device."""
         try:
             do()
         except DEVICE_ERRORS as error:
@@ -177,7 +177,7 @@ class Relay:
             self._warned.add(words)
             log.warning("%s %s", self.url, words)
 
-    # From the device; `_listen` runs in the reading thread
+    # Data from the device; `_listen` runs in the reading thread
 
     def _listen(self) -> None:
         loop = self._loop

@@ -37,7 +37,7 @@ FLOWS = {
 class ComPortClient(TcpClient):
     """A client that speaks RFC 2217."""
 
-    linger_s = 0  # the control lines end with the connection
+    linger_s = 0  # the control lines are released when the connection ends
     answers = True
 
     def __init__(self, plug: Plug, cts: str = "rts") -> None:
@@ -123,7 +123,7 @@ class ComPortClient(TcpClient):
     def _reply(self) -> None:
         replies = self._port.take_replies()
         if replies and not self._transport.is_closing():
-            self._transport.write(replies)
+            self.transmit(replies)
 
     def _line_moved(self, moved: ModemState) -> None:
         self._moved |= moved

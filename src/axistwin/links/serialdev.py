@@ -35,7 +35,7 @@ class SerialDevice:
     """A serial device that is permanently connected to a controller."""
 
     flow: Flow | None = Flow.NONE
-    """The real host at the other end handles the controller's DTR."""
+    """Flow control is not simulated, because the real host handles the controller's DTR."""
 
     def __init__(self, plug: Plug, url: PortUrl) -> None:
         self.plug, self.name = plug, str(url)
@@ -112,14 +112,14 @@ class SerialDevice:
         except DEVICE_ERRORS as error:
             log.warning("%s: %s does not support %s: %s", self.plug.name, self.name, wanted, error)
 
-    # Called by the plug
+    # Functions that the plug calls
 
     def hung_up(self) -> bool:
-        """False: a cable stays connected."""
+        """Return False, because a real cable stays connected."""
         return False
 
     def drop(self) -> None:
-        """Do nothing: a cable stays connected."""
+        """Do nothing, because a real cable stays connected."""
 
     def pause(self) -> None:
         """Stop reading from the device."""
@@ -131,7 +131,7 @@ class SerialDevice:
 
 
 def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
-    import serial  # lazy import: most ports do not need it
+    import serial  # lazy import: needed only for serial devices
 
     with opening(url):
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))

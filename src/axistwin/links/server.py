@@ -34,7 +34,7 @@ class OpenPort(Protocol):
 
 
 class Ports(Protocol):
-    """Returns the ports that clients use, by the name of the endpoint.  Raises UsageError for an unknown name."""
+    """Interface that provides the ports for clients, by endpoint.  Raises UsageError for an unknown name."""
 
     def serial(self, name: str) -> HostPort:
         """Return the serial port of an endpoint."""

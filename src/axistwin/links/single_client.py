@@ -34,15 +34,15 @@ class Client(Protocol):
 
 
 class Gate:
-    """Admission of clients to one endpoint or several: open, or closed for a reason."""
+    """Access of clients to endpoints: the gate is open, or closed for a reason."""
 
     def __init__(self) -> None:
         self.reason = ""
-        """Why the gate is closed; "" while it is open."""
+        """Reason why the gate is closed; "" while it is open."""
         self.changes: Signal[[]] = Signal()
-        """Emitted after the gate has been opened or closed."""
+        """Event: the gate has been opened or closed."""
         self.admitted: Signal[[]] = Signal()
-        """Emitted after a client has been connected."""
+        """Event: a client has been connected."""
 
     @property
     def closed(self) -> bool:
@@ -70,7 +70,7 @@ class SingleClient(Generic[G]):
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._has_disconnected = False  # true if the client has disconnected while the gate was closed
+        self._has_disconnected = False  # True if the client has disconnected while the gate was closed
         self.gate.changes.subscribe(self._gate_changed)
 
     @property
@@ -126,7 +126,7 @@ class SingleClient(Generic[G]):
         """Flush pending output to the client."""
 
     def _warn_refused(self, client: G, why: str) -> None:
-        """Log a refusal, once per connected client: a refused client may try again and again."""
+        """Log that a client was refused, once per connected client, because a client may try many times."""
         if not self._has_refused:
             log.warning("%s: refused %s, as %s", self.name, client.name, why)
         self._has_refused = True

@@ -28,10 +28,9 @@ log = getLogger("axistwin.links")
 RECEIVE_BUFFER = 16 * 1024
 """Size of the system's receive buffer; a client that sends too fast is soon blocked, as on a real line."""
 STALLED = 64 * 1024
-"""Bytes buffered for a client that does not read."""
+"""Largest number of bytes that are buffered for a client that does not read."""
 LINGER_S = 1.0
-"""Seconds for which a client that has closed its side still receives answers, e.g. `printf '(' | nc -N 127.0.0.1 5001`.
-"""
+"""Seconds for which answers are still sent to a client that has closed its side, such as `nc -N`."""
 IDLE_S = 60
 """Seconds of silence after which the system checks the connection (TCP keep-alive)."""
 
@@ -50,9 +49,9 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._view = memoryview(self._buffer)
         self._transport: asyncio.Transport
         self._socket: socket.socket
-        self._leaving = False
+        self._leaving = self._has_sent = False
 
-    # Called by asyncio
+    # Functions that asyncio calls
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Connect a client, or refuse it."""
@@ -72,16 +71,18 @@ class Connection(asyncio.BufferedProtocol, ABC):
 
     def buffer_updated(self, nbytes: int) -> None:
         """Process received characters."""
-        _acknowledge(self._socket)
+        self._has_sent = False
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
+        if not self._has_sent:  # otherwise the answer has acknowledged the characters
+            _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
         """Keep the connection for late answers after the client has closed its side."""
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)
-        return bool(self.linger_s)  # False: asyncio closes the connection
+        return bool(self.linger_s)  # asyncio closes the connection if this is False
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
         """Disconnect the client."""
@@ -99,7 +100,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.answers and not self.plug.full:
             self.resume()
 
-    # Called by the plug
+    # Functions that the plug calls
 
     def hung_up(self) -> bool:
         """True if the client has disconnected, or is not being read from, so that a disconnection would not be
@@ -122,7 +123,12 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if not (self.answers and self.stalled):
             self._transport.resume_reading()
 
-    # Defined by each subclass
+    def transmit(self, data: bytes) -> None:
+        """Send bytes to the client."""
+        self._has_sent = True
+        self._transport.write(data)
+
+    # Functions that each subclass defines
 
     @abstractmethod
     def received(self, data: bytes) -> None:
@@ -159,7 +165,7 @@ class TcpClient(Connection):
         if self.stalled:
             self.dropped += len(data)
         elif not self._transport.is_closing():
-            self._transport.write(data)
+            self.transmit(data)
 
 
 class TcpPort:
@@ -191,11 +197,13 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)  # asyncio disables Nagle only for IPPROTO_TCP
+    # asyncio disables Nagle's algorithm only with IPPROTO_TCP
+    sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
-        # On Windows SO_REUSEADDR would let a second server take over the address.
+        # on Windows, SO_REUSEADDR would let a second server use the same address
         sock.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR), 1)
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)  # before listening: connections inherit it
+        # set before listening, because connections inherit it
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         sock.bind(address)
     except OSError:
         sock.close()

@@ -124,6 +124,6 @@ def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:
             at += 2
         elif data[at + 1] == SE and payload:
             return Subnegotiation(payload[0], bytes(payload[1:])), at + 2
-        else:  # another command inside the subnegotiation: discard the incomplete subnegotiation
+        else:  # a new command has begun: discard the incomplete subnegotiation
             return Command(SB), at
     return None if at < begin + LONGEST else (Command(SB), at)

@@ -7,7 +7,7 @@ from logging import getLogger
 log = getLogger("axistwin.links")
 
 STALLED = 64 * 1024
-"""Bytes buffered for a reader that does not read, in addition to the system's own buffer."""
+"""Largest number of bytes that are buffered for a slow reader, in addition to the system's buffer."""
 
 
 class Writer:
@@ -48,5 +48,5 @@ class Writer:
             return os.write(self.descriptor, data)
         except BlockingIOError:
             return 0
-        except OSError:  # the other end is closed; the reader callback handles that
+        except OSError:  # the other end is closed, which the read callback handles
             return len(data)

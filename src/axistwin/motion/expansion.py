@@ -7,7 +7,6 @@ multiple of 1/b: a float with an error below 1/(2b), plus 1/(2b), has the same f
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, groupby
-from struct import pack
 from typing import TYPE_CHECKING, NamedTuple
 
 from axistwin.motion.profile import Profile
@@ -22,23 +21,23 @@ Timed = tuple[int, Profile]
 SEGMENTS = 1 << 14
 """Number of segments that are calculated together, to limit memory use."""
 PIECE = 1 << 13
-"""Number of pulses whose times are calculated together; the arrays stay in the processor's cache."""
+"""Number of pulses whose times are calculated together; the arrays then fit into the processor's cache."""
 EXACT = (1 << 53) // (6 * S)
 """Limit of pulses * per_rate: the float error, below 3 * 2**-53 * pulses * p / b, is then below 1/(2b)."""
 LONG = 1 << 10
-"""Mean number of pulses of long segments: `Profile.fill_pulse_times` is faster, because it repeats a pattern."""
+"""Mean number of pulses per segment above which `Profile.fill_pulse_times` is faster."""
 BITS = 1 << 62
-"""Limit of the intermediate integers."""
+"""Upper limit for integers in NumPy arrays."""
 
 
 class _Segments(NamedTuple):
-    """All segments of some moves."""
+    """The segments of several moves as arrays."""
 
     pulses: "NDArray[np.int64]"
     base_ns: "NDArray[np.int64]"
-    """Time of the first pulse, rounded down."""
+    """Time of the first pulse of each segment in ns, rounded down."""
     rest_ns: "NDArray[np.float64]"
-    """The rest of this time, plus 1/(2b)."""
+    """Fraction of a nanosecond that the rounding has removed, plus 1/(2b)."""
     period_ns: "NDArray[np.float64]"
 
 
@@ -48,7 +47,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    patterns: dict[int, NDArray[np.int64]] = {}  # in all, at most half as long as `out`
+    patterns: dict[int, NDArray[np.int64]] = {}  # all patterns together are at most half as long as `out`
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
         if not repeated:
@@ -64,7 +63,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _shared(moves: Sequence[Timed]) -> list[Timed]:
-    """Return the moves with one object for equal profiles."""
+    """Return the moves; equal profiles are replaced by one shared object."""
     known: dict[tuple[int, ...], Profile] = {}
     found = []
     for start_ns, profile in moves:
@@ -80,7 +79,7 @@ def _pulses(profile: Profile) -> int:
 
 
 def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) -> int:
-    """Fill `out` from index `at` on with moves of different profiles; return the index after the last pulse."""
+    """Fill `out` from index `at` with the pulse times of these moves; return the index after the last pulse."""
     for method, group in groupby(moves, lambda move: _method(move[1])):
         for batch in _batches(group):
             end = at + sum(_pulses(profile) for _, profile in batch)
@@ -103,7 +102,7 @@ def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
 
 
 def _method(profile: Profile) -> Callable[[Sequence[Timed], "NDArray[np.int64]"], None]:
-    """Return the fastest exact method for this profile."""
+    """Return the fastest method that computes the pulse times of this profile exactly."""
     pulses = _pulses(profile)
     if pulses * profile.per_rate > EXACT or pulses > LONG * len(profile.starts):
         return _one_by_one
@@ -120,24 +119,26 @@ def _one_by_one(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Fill `out`, with all numbers of the segments below 63 bits."""
+    """Fill `out` with pulse times by NumPy; all numbers must have less than 63 bits."""
     import numpy as np
 
     def flat(tables: Iterable[Iterable[int]]) -> "NDArray[np.int64]":
-        numbers = tuple(chain.from_iterable(tables))
-        return np.frombuffer(pack(f"{len(numbers)}q", *numbers), np.int64)  # the fastest conversion
+        return np.array(list(chain.from_iterable(tables)), np.int64)
 
     profiles = [profile for _, profile in moves]
-    lengths = flat([[len(profile.starts) for profile in profiles]])  # the last start is the end of the move
+    lengths = flat([[len(profile.starts) for profile in profiles]])  # the last of the starts is the end of the move
     origins, ticks, parts, per_rate = (
         np.repeat(flat([numbers]), lengths)
         for numbers in zip(*((at, p.ticks, p.parts, p.per_rate) for at, p in moves), strict=True)
     )
-    rates = np.maximum(flat((*profile.rates, 1) for profile in profiles), 1)  # a rate of 0 has no pulses
     starts, phases = (flat(profile.starts for profile in profiles), flat(profile.phases for profile in profiles))
+    ends = np.cumsum(lengths) - 1
+    durations = np.diff(starts, append=0)
+    durations[ends] = 1
+    rates = np.maximum(np.diff(phases, append=0) // durations, 1)  # a rate of 0 has no pulses, as the end of a move
     done = phases // parts
     pulses = np.diff(done, append=0)
-    pulses[np.cumsum(lengths) - 1] = 0
+    pulses[ends] = 0
     start_ns, start_rest = np.divmod(starts * S, ticks)
     first_ns, first_rest = np.divmod(((done + 1) * parts - phases) * S, rates * ticks)
     late_ns, rest = np.divmod(start_rest * rates + first_rest, rates * ticks)
@@ -146,7 +147,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Fill `out`, with segments in Python's integers."""
+    """Fill `out` with pulse times by Python's integers, which have no limit."""
     import numpy as np
 
     rows = []
@@ -177,6 +178,6 @@ def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
         times -= np.repeat(firsts[piece].astype(np.float64), pulses)
         times *= np.repeat(segments.period_ns[piece], pulses)
         times += np.repeat(segments.rest_ns[piece], pulses)
-        out[at:end] = times  # rounded down
+        out[at:end] = times  # the conversion to integers rounds down
         out[at:end] += np.repeat(segments.base_ns[piece], pulses)
         j, at = following, end

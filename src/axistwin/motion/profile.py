@@ -12,7 +12,6 @@ the start, with fraction) is therefore exact at any time, and the n-th pulse tim
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
-from copy import copy
 from fractions import Fraction
 from math import gcd, lcm
 from typing import TYPE_CHECKING, NamedTuple
@@ -23,8 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-BLOCK = 1 << 12  # minimum number of pulses calculated one by one before the pattern is repeated
-MOST_BLOCK = 1 << 16  # maximum number of pulses calculated one by one
+BLOCK = 1 << 12  # smallest number of pulses that are calculated one by one before the pattern is repeated
+MOST_BLOCK = 1 << 16  # largest number of pulses that are calculated one by one
 
 
 class Segment(NamedTuple):
@@ -35,7 +34,7 @@ class Segment(NamedTuple):
 
 
 class Profile:
-    """Segments of constant rate, one after the other, from time 0.
+    """A velocity profile: segments of constant rate, one after the other, from time 0.
 
     Internal times are in units of 1/`ticks` s, phases in units of 1/`parts` pulse; both are exact.
     """
@@ -49,7 +48,7 @@ class Profile:
         self.ticks = lcm(*(s.seconds.denominator for s in self.segments if s.seconds is not None))
         self.per_rate = lcm(phase.denominator, *(s.rate.denominator for s in self.segments))
         self.parts = self.per_rate * self.ticks
-        self.rates: list[int] = []  # parts per tick
+        self.rates: list[int] = []  # pulse rates in parts per tick
         self.starts, self.phases = [0], [int(phase * self.parts)]
         self._lay_out(self.segments)
 
@@ -65,16 +64,16 @@ class Profile:
             self.phases.append(self.phases[-1] + number * ticks)
         self.endless = len(self.starts) == len(self.segments)
         self.pulses: int | None = None if self.endless else self.phases[-1] // self.parts
-        """Total number of pulses; None: endless."""
+        """Total number of pulses; None for an endless motion."""
         self.end_ns: int | None = None if self.endless else self.starts[-1] * S // self.ticks
-        """Time of the end of the last segment, from the start; None: endless."""
+        """Time in ns from the start to the end of the last segment; None for an endless motion."""
 
     def _segment_at(self, ticks_s: int) -> int:
         """Return the index of the segment at a time given in ticks * S."""
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the phase, in parts * S, at a time not after the end."""
+        """Return the phase (pulses since the start), in parts * S; the time must not be after the end."""
         ticks_s = elapsed_ns * self.ticks
         j = min(self._segment_at(ticks_s), len(self.rates) - 1)
         return self.phases[j] * S + self.rates[j] * (ticks_s - self.starts[j] * S)
@@ -89,7 +88,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # A pulse happens in the nanosecond that contains its exact time: count the pulses before the next nanosecond.
+        # a pulse belongs to the nanosecond that contains its exact time, so pulses before the next one are counted
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
@@ -104,11 +103,11 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def fraction_at(self, elapsed_ns: int) -> Fraction:
-        """Return the phase modulo one pulse, at a time not after the end."""
+        """Return the fraction of a pulse at this time, which must not be after the end."""
         return Fraction(self._phase_s(elapsed_ns), self.parts * S) % 1
 
     def trend(self, elapsed_ns: int) -> int:
-        """Return +1 while the rate rises, -1 while it falls, 0 at constant rate and at rest."""
+        """Return +1 while the pulse rate rises, -1 while it falls, 0 at constant rate and at rest."""
         if elapsed_ns < 0 or self.over(elapsed_ns) or not self.segments:
             return 0
         j = self._segment_at(elapsed_ns * self.ticks)
@@ -123,18 +122,21 @@ class Profile:
         """Return this profile up to a time, followed by the segments `then`; the phase is continuous."""
         if self.over(elapsed_ns):
             return self
-        j = self._segment_at(elapsed_ns * self.ticks)
-        so_far = Fraction(elapsed_ns * self.ticks - self.starts[j] * S, S * self.ticks)
-        added = tuple(segment for segment in (Segment(self.segments[j].rate, so_far), *then) if segment.seconds != 0)
+        ticks_s = elapsed_ns * self.ticks
+        j = self._segment_at(ticks_s)
+        since_s = ticks_s - self.starts[j] * S
+        added = tuple(segment for segment in then if segment.seconds is None or segment.seconds)
+        if since_s:
+            added = (Segment(self.segments[j].rate, Fraction(since_s, S * self.ticks)), *added)
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
         """Return the first `kept` segments followed by `added`; None if the common denominators do not fit."""
-        if any(self.per_rate % rate.denominator for rate, _ in added) or any(
-            seconds is not None and self.ticks % seconds.denominator for _, seconds in added
-        ):
-            return None
-        profile = copy(self)
+        for rate, seconds in added:
+            if self.per_rate % rate.denominator or (seconds is not None and self.ticks % seconds.denominator):
+                return None
+        profile = Profile.__new__(Profile)
+        profile.__dict__.update(self.__dict__)
         profile.segments = (*self.segments[:kept], *added)
         profile.rates = self.rates[:kept]
         profile.starts, profile.phases = self.starts[: kept + 1], self.phases[: kept + 1]
@@ -155,7 +157,7 @@ class Profile:
                 n = segment_last + 1
 
     def _fill(self, j: int, n: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Fill `out` with the times of consecutive pulses from number n, which are all in segment j.
+        """Fill `out` with the times of consecutive pulses from number n, all of segment j.
 
         The period is a fraction of b nanoseconds, so after b pulses the pattern repeats a whole number of nanoseconds
         later.  One block is calculated, and the others are shifted copies of it.

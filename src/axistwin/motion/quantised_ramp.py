@@ -33,12 +33,12 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield (level, number of intervals) of a ramp whose level changes at each increment."""
+    """Yield the levels of a ramp whose level changes at each increment, each with its number of intervals."""
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield (level, number of intervals) of a ramp whose levels last for several increments."""
+    """Yield the levels of a ramp whose levels last for several increments, each with its number of intervals."""
     if steps < 1:
         return
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
@@ -78,7 +78,7 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Total pulses of the first k levels, for k = 0, 1, ..."""
+        """Number of pulses in the first k levels of the acceleration, for k = 0, 1 and so on."""
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:

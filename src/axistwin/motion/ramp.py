@@ -26,7 +26,7 @@ class Ramp:
         steps = max(0, -((start - top) // increment))
         self.levels = [start + k * increment for k in range(steps)]
         self.pulses = [Fraction(0), *accumulate(level * interval for level in self.levels)]
-        """Total pulses of the first k levels, for k = 0, 1, ..."""
+        """Number of pulses in the first k levels, for k = 0, 1 and so on."""
         self.index = lru_cache(maxsize=64)(self._index)
 
     def run(self) -> Profile:

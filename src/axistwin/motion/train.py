@@ -1,4 +1,4 @@
-"""A pulse train: the moves of one step output in order, each a profile in one direction."""
+"""A pulse train: all moves of one step output, in order of time."""
 
 from bisect import bisect_right
 from collections import deque
@@ -47,7 +47,7 @@ class Move:
 
 
 class Train:
-    """All moves of a step output.  Its net count starts at 0 and is never redefined."""
+    """All moves of a step output; the net pulse count begins at 0 and is never set to another value."""
 
     def __init__(self, history: int = HISTORY) -> None:
         self.moves: deque[Move] = deque([Move(0, +1, Profile(()), 0)], maxlen=history)
@@ -56,7 +56,7 @@ class Train:
 
     @property
     def move(self) -> Move:
-        """The latest move; it may be finished."""
+        """The latest move, which may be finished."""
         return self.moves[-1]
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Move:
@@ -93,9 +93,7 @@ class Train:
 
         earliest = self.move_at(start_ns).start_ns
         spans = [
-            (move, self._pulses_before(move, start_ns), self._pulses_before(move, stop_ns))
-            for move in self.moves
-            if earliest <= move.start_ns < stop_ns
+            (move, *self._span(move, start_ns, stop_ns)) for move in self.moves if earliest <= move.start_ns < stop_ns
         ]
         times = np.empty(sum(upto - before for _, before, upto in spans), np.int64)
         filled = 0
@@ -115,7 +113,8 @@ class Train:
         """Yield direction and pulse times of each move with pulses at start_ns <= time < stop_ns, in order."""
         import numpy as np
 
-        earliest = self.move_at(max(start_ns - 1, 0)).start_ns  # the last pulse of an earlier move may be at start_ns
+        # includes an earlier move whose last pulse is at start_ns
+        earliest = self.move_at(max(start_ns - 1, 0)).start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
                 before = self._pulses_before(move, start_ns)
@@ -123,6 +122,13 @@ class Train:
                 move.profile.fill_pulse_times(before + 1, move.start_ns, times)
                 if len(times):
                     yield move.direction, times
+
+    def _span(self, move: Move, start_ns: int, stop_ns: int) -> tuple[int, int]:
+        """Return the numbers of pulses of a move before these two times."""
+        profile = move.profile
+        if profile.pulses is not None and start_ns <= move.start_ns and profile.over(stop_ns - 1 - move.start_ns):
+            return 0, profile.pulses
+        return self._pulses_before(move, start_ns), self._pulses_before(move, stop_ns)
 
     @staticmethod
     def _pulses_before(move: Move, time_ns: int) -> int:

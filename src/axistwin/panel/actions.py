@@ -1,4 +1,4 @@
-"""Queue of the actions of all users on one session: during a step or a `go_to`, later actions wait for its end."""
+"""Queue of all users' actions on one session: during a step or a `go_to`, later actions wait until it has ended."""
 
 import asyncio
 from collections import deque
@@ -22,12 +22,12 @@ class State(StrEnum):
 
 
 class ActionQueue:
-    """The queue of actions on one session.  A *move* here is a `step` or a `go_to`."""
+    """The queue of actions on one session.  In this class, a *move* is a `step` or a `go_to`."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._waiting: deque[Callable[[bool], object]] = deque()
-        """Functions that perform an action if called with True, and drop the action if called with False."""
+        """Waiting actions as functions: True performs the action, False discards it."""
         self._moving = False
         self._quiet: Signal[[]] = Signal()
         self._last = State.QUIET
@@ -35,33 +35,33 @@ class ActionQueue:
 
     @property
     def busy(self) -> bool:
-        """True during a move."""
+        """True during a `step` or a `go_to`."""
         return self._moving or self._session.busy
 
     @property
     def state(self) -> State:
-        """The state of the session."""
+        """State of the session: busy, running or quiet."""
         if self.busy or self._waiting:
             return State.BUSY
         return State.RUNNING if self._session.running and not self._idle else State.QUIET
 
     @property
     def _idle(self) -> bool:
-        """True if the bench runs at full speed and has no further events."""
+        """True if the bench runs at full speed and no event is due."""
         session, clock = self._session, self._session.bench.clock
         if session.speed is not None:
             return False
         return (clock.quiet and clock.now >= session.pacer.agenda_ns) or clock.next_event_ns() is None
 
     def do(self, act: Callable[[], object]) -> None:
-        """Perform an action: after the present move if there is one, else at once."""
+        """Perform an action at once, or after the present step or `go_to`."""
         if self.busy:
             self._waiting.append(lambda perform: act() if perform else None)
         else:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Begin a move with `begin()`, after the present move if there is one.
+        """Begin a step or `go_to` by `begin()`, after the present one if necessary.
 
         Returns the result of the move; None if `stop` has dropped the move.
         """
@@ -73,13 +73,13 @@ class ActionQueue:
         return self._move(begin, turn)
 
     def stop(self) -> None:
-        """Abort the present move, and drop all actions in the queue."""
+        """Abort the present step or `go_to`, and discard all waiting actions."""
         self._session.give_up()
         while self._waiting:
             self._waiting.popleft()(False)
 
     def subscribe(self, observer: Callable[[], None]) -> Callable[[], None]:
-        """Call `observer` when the state changes to `QUIET`, and after each move.  Returns an unsubscribe function."""
+        """Call `observer` at the state `QUIET`, and after each step or `go_to`.  Returns an unsubscribe function."""
         return self._quiet.subscribe(observer)
 
     def _grant(self, turn: asyncio.Future[bool], perform: bool) -> None:

@@ -19,7 +19,7 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return a view that catches and logs exceptions of `view`, so that the other views of the page are updated.
+    """Return `view` with a guard that logs its exceptions, so that the other views of the page are still updated.
 
     Only the first of several consecutive exceptions is logged.
     """
@@ -40,7 +40,7 @@ def careful(view: Refresh) -> Refresh:
 
 
 def together(*views: Refresh) -> Refresh:
-    """Return one view that updates all these views."""
+    """Combine several views into one view that updates all of them."""
 
     def refresh() -> None:
         for each in views:
@@ -70,7 +70,7 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return `make(session)`, created at the first call."""
+        """Return the object that `make(session)` creates; all calls return the same object."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])
@@ -82,7 +82,7 @@ class Context:
     def __init__(self, common: Common, people: People, person: Person) -> None:
         self.session, self.common, self.people, self.person = common.session, common, people, person
         self.unbuilt: list[Refresh] = []
-        """Functions, each called once before the next frame, that build tabs which the user has opened."""
+        """Functions that build newly opened tabs; each is called once, before the next frame."""
         self.actions = common(ActionQueue)
 
     @property
@@ -143,5 +143,5 @@ class Context:
 
 
 def complain(error: AxistwinError) -> None:
-    """Show an error on the page as a notification."""
+    """Show an error on the user's page as a notification."""
     ui.notify(str(error), type="negative", multi_line=True)

@@ -22,12 +22,12 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
     "Content-Security-Policy": "frame-ancestors 'none'",
 }
-"""Headers of every answer: other web sites cannot embed the page, and do not receive its URL as a referrer."""
+"""Headers of every answer; with them, other web sites cannot embed the page or receive its URL as a referrer."""
 COOKIE_MAX_AGE_S = 30 * 24 * 3600
 
 
 def is_loopback(host: str) -> bool:
-    """Return True if a host, given by name or IP address, is a loopback host."""
+    """True if a host, given by name or IP address, is a loopback host."""
     if host == "localhost" or host.endswith(".localhost"):
         return True
     try:
@@ -57,7 +57,7 @@ class Gate:
             await self._pass(cookies.get(PERSON), scope, receive, send)
 
     async def _pass(self, person: str | None, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request to the application with the user's key; a browser without a key receives one as a cookie."""
+        """Pass a request with its user's key to the application; a new user receives a key as a cookie."""
         scope["person"] = person or secrets.token_urlsafe(12)
 
         async def answer(message: Message) -> None:
@@ -82,7 +82,7 @@ class Gate:
             return "invalid Sec-Fetch-Site: expected a request from the panel's own page"
         return ""
 
-    # With a token
+    # Access with a token
 
     def _unknown(self, scope: Scope, cookies: dict[str, str]) -> str:
         if self._token is None:
@@ -93,7 +93,7 @@ class Gate:
         return "the panel requires a token: open the address that axistwin serve has printed"
 
     def _shown(self, scope: Scope) -> str | None:
-        """Return the token in the URL, if any."""
+        """Return the token in the URL of a request; None without a token."""
         if self._token is None or scope["type"] != "http":
             return None
         return dict(parse_qsl(scope["query_string"].decode("latin-1"))).get("token")
@@ -112,7 +112,7 @@ def _name(host: str) -> str:
 
 
 def _cookie(scope: Scope) -> str:
-    """Return the name of the token's cookie; it contains the port, because cookies apply to all ports of a host."""
+    """Return the name of the token's cookie; the name contains the port, as all ports of a host share cookies."""
     server = scope.get("server") or ("", 0)
     return f"axistwin-token-{server[1]}"
 

@@ -34,12 +34,12 @@ class Memory:
             gc.unfreeze()
             gc.collect()
             self._kept = weakref.ref(bench)
-        gc.collect(1)  # young objects only
+        gc.collect(1)  # collects only objects that were created recently
         gc.freeze()
 
 
 async def release(elements: Iterable[ui.element]) -> None:
-    """Free elements that have been removed from a page, `AT_A_TIME` in each pass of the event loop."""
+    """Free elements that have been removed from a page, a few in each pass of the event loop."""
     left = list(elements)
     while left:
         for element in left[-AT_A_TIME:]:

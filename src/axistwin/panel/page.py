@@ -1,7 +1,8 @@
-"""The page: the arrangement of its views, and the frames in which they are updated."""
+"""The panel's page: the layout of its views, and the frames in which the views are updated."""
 
 import asyncio
 import json
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
@@ -12,9 +13,11 @@ from fastapi import Request
 from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
+from axistwin.panel import layout
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful
 from axistwin.panel.memory import Memory, release
+from axistwin.panel.outbound import Outbound
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
 from axistwin.panel.views.driving import driving
@@ -32,14 +35,14 @@ from axistwin.sessions.session import Session
 FRAME_S = 0.05
 """Shortest time between two frames of a page."""
 PATIENCE_S = 30.0
-"""Longest time that a browser may take to draw a frame; then the next frame is sent."""
+"""Longest time to wait until a browser has drawn a frame; the next frame is then sent."""
 KEPT = 3
-"""Largest number of disconnected pages that are kept; beyond that, the oldest is emptied."""
+"""Largest number of disconnected pages that are kept; the oldest page is emptied if there are more."""
 SCRIPTS = "keys.js", "scope.js", "state.js"
-"""Scripts of views, sent with the page, because a browser does not execute scripts that are added later."""
+"""Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
 BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
-"""JavaScript that shows the page; the page is hidden while it is being built (`BEGIN`)."""
+"""JavaScript that shows the page after it has been built."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 
 
@@ -56,29 +59,31 @@ async def page(enter: Callable[[], Context]) -> None:
     ui.add_css(_text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # also returns if the browser does not connect
+    await client.connected()  # this call also returns if the browser does not connect
     if client.is_deleted:
         return
     context = enter()
     visits = context.common(Visits)
     visits.begin(client, context.person)
     async with visits.building:
-        made = await in_turns(partial(_built, client, context))
-        context.common(Memory).keep()
+        with Outbound(client) as outbound:
+            made = await in_turns(partial(_built, client, context))
+            context.common(Memory).keep()
+        await outbound.send()
     client.run_javascript(BUILT)
     visits.shown(client, background_tasks.create(_Frames(client, context, made).show(), name="panel"))
     context.session.welcome()
 
 
 class Visits:
-    """All pages of a session.  A page that has lost its connection is kept for a while."""
+    """All open pages of a session; a disconnected page is kept for some time."""
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()
-        """Lock that is held while a page is being built."""
+        """Lock that prevents two pages from being built at the same time."""
         self._left: dict[Client, None] = {}
         self._frames: dict[Client, asyncio.Task[None] | None] = {}
-        """Task that updates each page; None while the page is being built."""
+        """Update task of each page; None while the page is being built."""
 
     def begin(self, client: Client, person: Person) -> None:
         """Add a page whose browser has connected."""
@@ -89,7 +94,7 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the task that updates a page; cancel the task if the page was removed while it was being built."""
+        """Store the update task of a page; cancel the task if the page has been removed in the meantime."""
         if client in self._frames:
             self._frames[client] = frames
         else:
@@ -109,7 +114,7 @@ class Visits:
             self._forget(oldest)
             elements = list(oldest.layout.descendants())
             oldest.layout.clear()
-            oldest.outbox.message_history.clear()  # `_back` reloads the page
+            oldest.outbox.message_history.clear()  # a browser that returns to this page reloads it
             _released(elements)
 
     def _forget(self, client: Client) -> None:
@@ -125,9 +130,14 @@ def _released(elements: list[ui.element]) -> None:
 
 
 def rehearse(context: Context, request: Request) -> None:
-    """Build a page without a browser, so that reading files and importing modules does not delay hosts later."""
+    """Build a page without a browser; files and modules are then loaded before a host could be delayed."""
     client = Client(ui.page(""), request=request)
-    _built(client, context)
+    made = _built(client, context)
+    with client:
+        for view in made:
+            view()
+        while context.unbuilt:
+            context.unbuilt.pop()()
     client.build_response(request)
     client.delete()
 
@@ -183,12 +193,13 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
         ui.label(name).classes("machine-name")
         ui.label(context.bench[name].product.title).classes("quiet")
         yield power(context, name)
-    kinds: Kinds = {"Pins": partial(pins, context, name)}
-    if context.bench[name].product.programs:
-        kinds["Program"] = partial(program, context, name)
+    kinds: Kinds = {}
     for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
         if endpoint in endpoints.names(context.bench):
             kinds[title] = partial(terminal, context, endpoint)
+    if context.bench[name].product.programs:
+        kinds["Program"] = partial(program, context, name)
+    kinds["Pins"] = partial(pins, context, name)
     with ui.element("div").classes("work"):
         yield machines(context, name)
         with ui.element("div").classes("side"):
@@ -197,14 +208,15 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
 
 
 class _Frames:
-    """The frames of one page.  A frame is sent when the browser has drawn the previous frame."""
+    """Sends frames to one page; the next frame is sent when the browser has drawn the previous one."""
 
     def __init__(self, client: Client, context: Context, made: list[Refresh]) -> None:
         self._client, self._context, self._made = client, context, made
         self._handled = 0
         """Number of messages from the browser that have been handled."""
         self._news = asyncio.Event()
-        """Set if the next frame is to follow at once."""
+        """Event that ends the wait before the next frame."""
+        self._layout = layout.written(context.person)
         with client:
             ui.on("sent", self._on_sent)
 
@@ -214,7 +226,7 @@ class _Frames:
         ends = self._context.people.subscribe(partial(_notify, client)), self._context.actions.subscribe(self._news.set)
         try:
             with client:
-                await self._drawn(State.BUSY)  # in this frame the browser sets the sizes of terminals
+                await self._drawn(State.BUSY)  # the browser sets the sizes of terminals in the first frame
             while not client.is_deleted:
                 began_s = loop.time()
                 with client:
@@ -231,23 +243,27 @@ class _Frames:
         if self._context.unbuilt:
             self._news.set()
             await self._complete()
+        self._keep_layout()
         now = self._handled, self._context.actions.state
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:
-        """Update all views; after every `TURN_S`, other tasks of the event loop run."""
-        session, began_s = self._context.session, perf_counter()
-        for view in self._made:
-            if perf_counter() - began_s > TURN_S:
+        """Update all views of the page; let other tasks of the event loop run after every `TURN_S` seconds."""
+        left = deque(self._made)
+        while left:
+            self._context.session.inspect(partial(_refresh_some, left))
+            if left:
                 await asyncio.sleep(0)
-                began_s = perf_counter()
-            if session.running:
-                session.pacer.inspect(view)
-            else:
-                view()
+
+    def _keep_layout(self) -> None:
+        """Store the layout in the browser if it has changed."""
+        text = layout.written(self._context.person)
+        if text != self._layout:
+            self._layout = text
+            self._client.run_javascript(layout.KEEP.format(text=json.dumps(text)))
 
     async def _complete(self) -> None:
-        """Build the tabs that the user has opened, in pieces."""
+        """Build the tabs that the user has opened, with pauses for other work."""
         context = self._context
         while context.unbuilt:
             build = careful(context.unbuilt.pop())
@@ -264,7 +280,7 @@ class _Frames:
             return
 
     async def _rest(self, seconds: float) -> None:
-        """Wait before the next frame; while the bench is paused, a message from the browser ends the wait."""
+        """Wait before the next frame; a message from the browser ends this wait while the bench is paused."""
         if self._context.session.running:
             await asyncio.sleep(max(0.0, seconds))
             return
@@ -277,6 +293,13 @@ class _Frames:
         if type(sent) is int:
             self._handled = sent
             self._news.set()
+
+
+def _refresh_some(left: deque[Refresh]) -> None:
+    """Update views at the same virtual time for `TURN_S`, and remove them from `left`."""
+    until_s = perf_counter() + TURN_S
+    while left and perf_counter() < until_s:
+        left.popleft()()
 
 
 def _notify(client: Client, words: str) -> None:

@@ -7,9 +7,9 @@ from time import monotonic
 from axistwin.sim.signal import Signal
 
 GONE_S = 10.0
-"""If the driver has been absent for this time, the next user that opens a page becomes the driver."""
+"""Seconds of absence after which the driver can be replaced by the next user who opens a page."""
 FORGOTTEN_S, REMEMBERED = 600.0, 100
-"""Absent users are deleted after this time, and if there are more than this number of them."""
+"""Seconds after which absent users are deleted, and largest number of absent users."""
 LONGEST_NAME = 30
 
 
@@ -24,17 +24,17 @@ class Person:
     left_s: float = field(default_factory=monotonic)
     """Time at which a page was last disconnected."""
     lines: dict[str, list[str]] = field(default_factory=dict)
-    """Lines typed at each terminal, by endpoint."""
+    """Lines that the user has typed at each terminal, by endpoint."""
     ending: str = "CR"
     """Terminator of typed lines."""
     settings: dict[str, object] = field(default_factory=dict)
 
     def came(self) -> None:
-        """Count a page that has connected."""
+        """Count a newly connected page of this user."""
         self.pages += 1
 
     def left(self) -> None:
-        """Count a page that has disconnected."""
+        """Count a disconnected page of this user."""
         self.pages -= 1
         self.left_s = monotonic()
 
@@ -45,7 +45,7 @@ class Person:
 
 
 class People:
-    """All users; the first is the driver until another user takes over."""
+    """All users of a panel; the first user is the driver until another user becomes the driver."""
 
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
@@ -54,7 +54,7 @@ class People:
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
-        """Return the user with this key, created if new; the user becomes the driver if the driver is gone."""
+        """Return the user with this key, or a new user; the user becomes the driver if the driver is absent."""
         self._forget()
         if key not in self._all:
             self._came += 1

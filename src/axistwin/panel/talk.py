@@ -1,4 +1,4 @@
-"""Recent messages of hosts and controllers, stored as events for all pages, and converted to text by each page."""
+"""Recent messages of hosts and controllers, stored once for all pages; each page converts them to text."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -17,7 +17,7 @@ KEPT = 20_000
 SHOWN = 4_000
 """Largest number of stored events that a newly opened terminal shows."""
 PAUSE_NS = 50 * MS
-"""Longest pause between two characters on one line of a terminal; after a longer pause, a new line begins."""
+"""Longest pause within one line of a terminal; after a longer pause, a new line begins."""
 CR, LF = b"\r", b"\n"
 
 Utterance = Sent | Received | LineBreak
@@ -26,7 +26,7 @@ DIM, HOST, DEVICE, WRONG, NORMAL = "\x1b[2m", "\x1b[36m", "\x1b[32m", "\x1b[31m"
 
 
 class Talk:
-    """Messages on the present bench of a session.  `generation`: number of benches that the session has had."""
+    """Messages on the present bench of a session.  `generation`: number of benches that the session has used."""
 
     def __init__(self, session: Session) -> None:
         self.generation = 0
@@ -44,7 +44,7 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the total number of events at an endpoint, and those after the first `count` events."""
+        """Return the total number of events at an endpoint, and the events after the first `count`."""
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)
         return total, list(islice(said, len(said) - new, None))
@@ -66,11 +66,11 @@ class Printer:
         self._ended = False
 
     def end_line(self) -> None:
-        """Begin a new line with the next event."""
+        """End the present line; the next event begins a new line."""
         self._by_host = None
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Return the text of further events."""
+        """Convert the next events to text."""
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:

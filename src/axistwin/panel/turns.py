@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 TURN_S = 0.0015
-"""Least duration of a piece; the piece ends at the next call of `breathe`."""
+"""Smallest duration of a piece in seconds; the piece ends at the next call of `breathe`."""
 _here = threading.local()
 
 
@@ -34,7 +34,7 @@ async def in_turns(compute: Callable[[], T]) -> T:
 
 
 def breathe() -> None:
-    """End the present piece if it has lasted for `TURN_S`.  Does nothing outside `in_turns`."""
+    """Let other tasks run if the present piece of a computation has lasted for `TURN_S` seconds."""
     work: _Work[object] | None = getattr(_here, "work", None)
     if work is not None:
         work.breathe()
@@ -51,13 +51,13 @@ class _Work(Generic[T]):
         threading.Thread(target=self._run, name="panel", daemon=True).start()
 
     def go_on(self) -> bool:
-        """Execute one piece.  Returns True if it was the last."""
+        """Execute one piece of the computation; return True after the last piece."""
         self._go.release()
         self._stop.acquire()
         return self._over
 
     def abandon(self) -> None:
-        """Cancel the computation, and execute its `finally` clauses."""
+        """Cancel the computation; its `finally` clauses are executed."""
         self._abandoned = True
         while not self._over:
             self.go_on()
@@ -69,7 +69,7 @@ class _Work(Generic[T]):
         return self._found[0]
 
     def breathe(self) -> None:
-        """End the present piece if it has lasted for `TURN_S`.  Called in the computation's thread."""
+        """End the present piece if it has lasted for `TURN_S` seconds; called in the thread of the computation."""
         if perf_counter() - self._began_s < TURN_S or self._over:
             return
         self._stop.release()
@@ -80,7 +80,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        asyncio._set_running_loop(self._loop)  # safe: the loop waits for each piece
+        asyncio._set_running_loop(self._loop)  # safe, because the event loop waits during each piece
         _here.work = self
         self._began_s = perf_counter()
         try:

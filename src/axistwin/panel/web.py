@@ -14,6 +14,7 @@ from nicegui import app, ui
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.urls import LOOPBACK
 from axistwin.numbers import NumberError, shortened, whole
+from axistwin.panel import layout
 from axistwin.panel.context import Common, Context
 from axistwin.panel.gate import Gate, is_loopback
 from axistwin.panel.memory import Memory
@@ -23,7 +24,7 @@ from axistwin.panel.talk import Talk
 from axistwin.sessions.session import Session
 
 RECONNECT_S = 30.0
-"""A page that has lost its connection is deleted after this time."""
+"""Seconds after which a disconnected page is deleted."""
 GOODBYE_S = 1
 POLL_S = 0.01
 NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
@@ -47,8 +48,9 @@ class Address:
         try:
             port = whole(number, 0, 0xFFFF)
         except NumberError:
-            message = f"invalid panel address {shortened(text)}: expected PORT or HOST:PORT, e.g. 8080"
-            raise UsageError(message) from None
+            raise UsageError(
+                f"invalid panel address {shortened(text)}: expected PORT or HOST:PORT, e.g. 8080"
+            ) from None
         host = host.strip("[]") or LOOPBACK
         if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
             raise UsageError("--panel-token: expected letters and digits only, because the token is part of an address")
@@ -61,21 +63,21 @@ class Panel:
     def __init__(self, title: str, session: Session, address: Address) -> None:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
-        self.common(Talk)  # records messages before the first page is opened
+        self.common(Talk)  # records messages even before the first page is opened
         self._title = title
         self._server: _Server | None = None
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> str:
         """Start the server.  Returns the panel's URL, with the token, if any.  Raises LinkError."""
-        sock = _listening(self.address)  # before NiceGUI is set up, because this may fail
+        sock = _listening(self.address)  # this may fail, so it is done before NiceGUI is set up
         server = self._server = _Server(
             uvicorn.Config(
                 Gate(_application(self, self._title), self.address.token),
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=GOODBYE_S,
-                ws_per_message_deflate=False,  # compression would take longer than building the frame
+                ws_per_message_deflate=False,  # compressing a frame would take longer than building it
             )
         )
         self._task = asyncio.create_task(server.serve(sockets=[sock]))
@@ -103,13 +105,18 @@ class _Server(uvicorn.Server):
 
 def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
-    app.user_middleware.clear()  # removes the middleware of an earlier panel in this process
+    app.user_middleware.clear()  # removes the middleware of an earlier panel in the same process
     app.middleware_stack = None
     icon = (resources.files(__package__) / "panel.svg").read_text(encoding="utf-8")
 
     @ui.page("/")
     async def visit(request: Request) -> None:
-        await page(lambda: Context(panel.common, panel.people, panel.people[request.scope["person"]]))
+        def enter() -> Context:
+            person = panel.people[request.scope["person"]]
+            layout.restore(person, request.cookies.get(layout.COOKIE))
+            return Context(panel.common, panel.people, person)
+
+        await page(enter)
 
     ui.run_with(
         application,
@@ -132,5 +139,5 @@ def _listening(address: Address) -> socket.socket:
             f"cannot show a panel on {address.host}:{address.port}: {reason}: "
             "choose another port, or port 0 for any free port"
         ) from None
-    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else frames are 40 ms late
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # without this option, frames would arrive 40 ms late
     return sock

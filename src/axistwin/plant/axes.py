@@ -1,4 +1,4 @@
-"""Axes made from the options of `Bench.add`, which are checked here."""
+"""Create axes from the options of `Bench.add`, and check these options."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -13,7 +13,7 @@ from axistwin.sim.clock import Clock
 
 Axis = StepperAxis | ServoAxis
 MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
-"""Makes an axis from a clock, its name, its options and the number of moves to remember.  Raises UsageError."""
+"""Function that creates an axis from a clock, a name, options and the number of stored moves."""
 
 STEPPER = ("limits", "home", "encoder", "motor", "load", "units")
 SERVO = ("limits", "motor", "load", "units")

@@ -44,7 +44,7 @@ Listener = Callable[[Samples], None]
 
 @dataclass(slots=True)
 class _Stretch:
-    """Consecutive samples with motion; `before`: the position before the first sample."""
+    """Consecutive samples in which the axis moves; `before`: the position before the first sample."""
 
     start_ns: int
     period_ns: int

@@ -31,11 +31,11 @@ class Encoder:
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
-        self._load = self._began = 0  # present position, and position at the last change of direction
+        self._load = self._began = 0  # load position now, and at the last change of direction
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        self._counted: tuple[int, int] | None = None  # load position and count when wrong counting began
+        self._counted: tuple[int, int] | None = None  # load position and count at the time when wrong counting began
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
@@ -46,7 +46,7 @@ class Encoder:
         return self._count(self._load)
 
     def begin(self) -> None:
-        """Follow a monotonic motion of the shaft to `position` (in pulses).  Return the count there."""
+        """Store the position of the load at the start of a monotonic motion."""
         self._began = self._load
 
     def count_at(self, position: int) -> int:
@@ -69,7 +69,7 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Return n such that the shaft passes this many counts between motor positions n-1 and n."""
+        """Return the motor position n for which this count is reached between positions n-1 and n."""
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:
             return -(-counts * pulses // per_rev)
@@ -88,7 +88,7 @@ class Encoder:
         return count + (counted if since * self._of > 0 else -counted)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Count `of` for each `out_of` counts from now on: 9 of 10, -1 of 1 backwards, 0 of 1 not at all.
+        """Count wrongly from now on: `of` counts for each `out_of` counts, e.g. 9 of 10, -1 of 1, 0 of 1.
 
         After 1 of 1 the encoder counts correctly again, from its present count.
         """

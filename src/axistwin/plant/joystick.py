@@ -40,9 +40,9 @@ class Joystick:
             pins[name] for name in (inputs.at_zero, inputs.step, inputs.direction)
         )
         self.manual_actions = ManualActions(clock)
-        """Reports a person's use of the stick: `joystick`."""
+        """Reports the actions of a person at the joystick."""
         self.rate = 0
-        """Pulses per second, negative: counter-clockwise; 0: the stick is at rest."""
+        """Pulse rate in pulses per second; negative for counter-clockwise, 0 for a stick at rest."""
         self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:

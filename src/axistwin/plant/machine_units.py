@@ -35,14 +35,14 @@ class MachineUnits:
 
     @classmethod
     def given(cls, table: Any) -> Self:
-        """Return the units in a table with `per` and `of`.  Raises UsageError."""
+        """Read the units from a table with the keys `per` and `of`.  Raises UsageError."""
         if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
             raise UsageError(f"units={table!r}: expected the keys per and of, e.g. {EXAMPLE}")
         return cls(check_per(table["per"]), check_of(table["of"]))
 
     @classmethod
     def written(cls, text: str) -> Self:
-        """Return the units in a text made by `str`, e.g. `80 per mm`.  Raises UsageError."""
+        """Read the units from a text that `str` has written, e.g. `80 per mm`.  Raises UsageError."""
         per, _, of = text.partition(" per ")
         return cls(check_per(per), check_of(of))
 
@@ -50,21 +50,21 @@ class MachineUnits:
         return f"{self.per} per {self.of}"
 
     def value(self, counts: float) -> float:
-        """Return a number of counts in this unit."""
+        """Convert a number of counts to this unit."""
         return float(Fraction(counts) / self.per)
 
     def shown(self, counts: float) -> str:
-        """Return a number of counts in this unit as text: with as many decimals as one count needs."""
+        """Convert a number of counts to this unit, as text with as many decimals as one count needs."""
         return f"{self.value(counts):.{self.decimals}f}"
 
     @property
     def decimals(self) -> int:
-        """Number of decimals with which any two positions differ."""
+        """Number of decimals that is needed to distinguish two neighbouring positions."""
         return min(max(ceil(log10(self.per)), 0), MOST_DECIMALS)
 
 
 def check_per(given: Any) -> Fraction:
-    """Return a number of counts per unit, e.g. 80, 6.4 or "6400/360".  Raises UsageError."""
+    """Read a number of counts per unit, e.g. 80, 6.4 or "6400/360".  Raises UsageError."""
     parts = _PER.fullmatch(str(given)) if type(given) in (int, float, str) else None
     try:
         if parts is not None and decimal(parts[1]) > 0 and decimal(parts[2] or "1") > 0:
@@ -77,14 +77,14 @@ def check_per(given: Any) -> Fraction:
 
 
 def check_of(given: Any) -> str:
-    """Return the name of a unit, e.g. "mm".  Raises UsageError."""
+    """Check the name of a unit, e.g. "mm", and return it.  Raises UsageError."""
     if not isinstance(given, str) or not _OF.fullmatch(given) or given in _RESERVED:
         raise UsageError('expected the name of a unit, e.g. "mm", "deg" or "rev"')
     return given
 
 
 def position(given: int | str, units: MachineUnits | None) -> int:
-    """Return a position in counts: a whole number of counts, or a text with a unit, e.g. "12.5 mm".
+    """Read a position, a whole number of counts or a text such as "12.5 mm"; return it in counts.
 
     Raises UsageError.
     """
@@ -105,7 +105,7 @@ def position(given: int | str, units: MachineUnits | None) -> int:
 
 
 def rate(given: float | str, units: MachineUnits | None) -> float:
-    """Return a velocity in counts/s: a number, or a text with a unit, e.g. "50 mm/s".  Raises UsageError."""
+    """Read a velocity, a number of counts/s or a text such as "50 mm/s"; return it in counts/s."""
     if isinstance(given, int | float):
         return float(given)
     found = _QUANTITY.fullmatch(given) if len(given) < 100 else None

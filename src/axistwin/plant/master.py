@@ -18,20 +18,20 @@ MOST_RATIO = 1_000_000
 
 
 class Followed(Protocol):
-    """An axis that a master encoder may be mounted on."""
+    """Interface of an axis on which a master encoder can be mounted."""
 
     on_motion: Signal[[]]
-    """Emitted when the axis begins to move or changes its profile."""
+    """Event: the axis begins to move, or changes its profile."""
     on_replan: Signal[[]]
-    """Emitted when `positions_ahead` are no longer certain, after the positions up to now."""
+    """Event: positions that `positions_ahead` has returned for later times are no longer certain."""
 
     @property
     def position(self) -> int:
-        """The axis's position."""
+        """Position of the axis in pulses or counts."""
 
     @property
     def resting(self) -> bool:
-        """True if the axis stays where it is until `on_motion` is emitted."""
+        """True if the axis does not move before the next `on_motion`."""
 
     @property
     def predictable(self) -> bool:
@@ -66,7 +66,7 @@ class Run:
 
     @property
     def end_ns(self) -> int:
-        """Time of the last edge."""
+        """Time of the last edge of the motion."""
         return self.start_ns + self.duration_ns
 
     def at(self, time_ns: int) -> int:
@@ -97,14 +97,14 @@ class Master:
         self._ratio = Fraction(1)
         self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False
-        """True after the first use of the encoder; before, pins A and B are open."""
+        """True after the first use of the encoder; pins A and B are open before."""
         self.manual_actions = ManualActions(clock)
         """Reports a person's moves of the encoder: `master`, counts and seconds; or its axis, and the ratio."""
         self.before_change: Signal[[]] = Signal()
-        """Emitted before the motion changes, while `at` still returns counts of the old motion."""
+        """Event: the motion is about to change; `at` still returns counts of the old motion."""
         self.on_change: Signal[[]] = Signal()
         self.on_replan: Signal[[]] = Signal()
-        """Emitted when counts of `read_ahead` are no longer certain."""
+        """Event: counts that `read_ahead` has returned for later times are no longer certain."""
 
     @property
     def count(self) -> int:
@@ -118,7 +118,7 @@ class Master:
 
     @property
     def moving(self) -> bool:
-        """True if more edges follow."""
+        """True if the encoder will output more edges."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
@@ -194,7 +194,7 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Discard predictions that the encoder is at rest: the axis begins to move."""
+        """Discard predictions of an encoder at rest, because the axis begins to move."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

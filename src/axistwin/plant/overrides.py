@@ -1,4 +1,4 @@
-"""A setting, and defects that override the setting while they last; a change of one does not change the other."""
+"""A setting of a machine, and the defects that override the setting while they are active."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The setting, then the values of all present defects."""
+        """The setting, followed by the values of all active defects."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Change the setting."""
+        """Change the setting; an active defect still overrides it."""
         self._before_change()
         self._values[0].value = value
         self._on_change()

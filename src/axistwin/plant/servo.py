@@ -38,8 +38,8 @@ class ServoMotor:
     housing_to_ambient_k_per_w: float
     winding_time_constant_s: float
     housing_time_constant_s: float
-    brake_torque_nm: float  # of the static brake
-    winding_inductance_h: float = 0.0  # 0: the current follows the voltage at once
+    brake_torque_nm: float  # torque of the static brake
+    winding_inductance_h: float = 0.0  # with 0, the current follows the voltage at once
     kp: int = 42
     ki: int = 28
     kd: int = 550

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from axistwin.plant.servo import ServoLoad, ServoMotor
 
 FAR = 1 << 62
-"""A distance beyond the range of any shaft."""
+"""A position that no shaft can reach."""
 AMBIENT = 25.0
 """Default temperature around the motor, in degrees Celsius."""
 COLDEST, HOTTEST = -40.0, 150.0
@@ -35,16 +35,16 @@ IDEAL_COUNTS_PER_REV = 2000
 
 
 class Source(Protocol):
-    """Calculates a shaft's motion.  All values are those of the latest sample."""
+    """Interface of the processor that calculates the motion of a shaft; all values are those of the latest sample."""
 
     def refresh(self) -> None:
-        """`publish` all samples up to now; state and predictions stay the same."""
+        """Publish all samples up to now; state and predictions stay the same."""
 
     def catch_up(self) -> None:
-        """`publish` all samples up to now, before a change of state."""
+        """Publish all samples up to now, before a change of state."""
 
     def replan(self) -> None:
-        """Discard predictions: the axis's load, jam or ambient temperature has changed."""
+        """Discard predictions after a change of load, jam or ambient temperature."""
 
     def position(self) -> int:
         """Encoder counts from 0 when the bench was made, in the machine's own direction."""
@@ -53,7 +53,7 @@ class Source(Protocol):
         """Position of the controller's trajectory, in the controller's coordinates, in counts."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Positions now and at the first of these times, as far as they are certain without an input."""
+        """Return the positions now and at these times, up to the first time at which an input could matter."""
 
     def setpoint(self) -> int:
         """Commanded position of the shaft in counts, in the machine's own direction."""
@@ -81,13 +81,13 @@ class Source(Protocol):
 
 
 class AtRest:
-    """The source of a shaft that is at rest, without a processor."""
+    """Source of a shaft without power, which is at rest."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
 
     def refresh(self) -> None:
-        """Do nothing: a shaft at rest has no samples and no predictions."""
+        """Do nothing, because a shaft at rest has no samples and no predictions."""
 
     catch_up = replan = refresh
 
@@ -106,15 +106,15 @@ class AtRest:
         return 0
 
     def velocity(self) -> float:
-        """Velocity: 0."""
+        """Velocity of the shaft, which is 0."""
         return 0.0
 
     def moving(self) -> bool:
-        """False: the shaft is at rest."""
+        """Always False, because the shaft is at rest."""
         return False
 
     def next_sample_ns(self) -> int | None:
-        """None: the shaft is at rest."""
+        """Always None, because the shaft is at rest."""
         return None
 
     def temperature(self) -> float:
@@ -122,21 +122,21 @@ class AtRest:
         return self._axis.ambient
 
     def energy_nj(self) -> int:
-        """The energy up to the loss of power."""
+        """Energy that the windings had taken at the loss of power, in nJ."""
         return self._axis.energy_nj
 
     def push(self, counts: int) -> None:
-        """Displace the shaft; it stays there."""
+        """Displace the shaft by `counts`; it then stays at this position."""
         axis = self._axis
         axis.shaft += counts
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing: without power, the motor has no encoder count."""
+        """Do nothing, because a motor without power has no encoder count."""
 
 
 class EncoderView:
-    """The encoder of a servo axis as the bench's user sees it."""
+    """The encoder of a servo axis, as users of a bench can read and change it."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
@@ -152,11 +152,11 @@ class EncoderView:
         self._axis.push(counts)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
+        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
         self._axis.miscount(of, out_of)
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`; the shaft stays."""
+        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
         self._axis.slip(counts)
 
 
@@ -196,14 +196,14 @@ class ServoAxis:
         self._make_overrides()
         self.on_supply: Signal[[]] = Signal()
         self.manual_actions = ManualActions(clock)
-        """Reports a person's actions at the axis: `load`, `jam`, `push`, `ambient`."""
+        """Reports the actions of a person at the axis: `load`, `jam`, `push`, `ambient`."""
         self.master = Master(clock, self)
         """The device wired to pins A and B."""
         self.encoder = EncoderView(self)
         self.on_motion: Signal[[]] = Signal()
-        """Never emitted: encoders on this shaft read the position at each sample."""
+        """Event that never happens, because encoders on this shaft read the position at each sample."""
         self.on_replan: Signal[[]] = Signal()
-        """Emitted when `positions_ahead` are no longer certain."""
+        """Event: positions that `positions_ahead` has returned for later times are no longer certain."""
         self.window_low, self.window_high = -FAR, FAR
         """Range of positions, inclusive, in which no switch changes; see `left_window`."""
         self._edges: list[int] = []
@@ -221,14 +221,14 @@ class ServoAxis:
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
 
-    # What the motor's processor does
+    # Functions for the motor's processor
 
     def connect(self, source: Source) -> None:
         """Connect a source, which continues from the present state in `shaft` and `f`."""
         self._source = source
 
     def disconnect(self) -> None:
-        """Disconnect the source: the shaft rests where it is."""
+        """Disconnect the source; the shaft then rests at its present position."""
         self.shaft = self._source.position()
         self._source = AtRest(self)
 
@@ -245,7 +245,7 @@ class ServoAxis:
         self._find_window()
         self._left_window.emit()
 
-    # The machine, for the user
+    # Functions for users of the machine
 
     @property
     def position(self) -> int:
@@ -282,12 +282,12 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """True if the shaft stays until `on_motion`; always False, as a shaft can be turned by hand at any time."""
+        """Always False, because a shaft can be turned by hand at any time, without `on_motion`."""
         return False
 
     @property
     def predictable(self) -> bool:
-        """False: positions of a servo are not known in advance."""
+        """Always False, because positions of a servo are not known in advance."""
         return False
 
     @property
@@ -340,7 +340,7 @@ class ServoAxis:
 
     @property
     def outside_torque(self) -> float:
-        """The torque on the shaft from outside, in N·m."""
+        """Torque that acts on the shaft from outside, in N·m."""
         return sum(self._outside.values)
 
     @property
@@ -479,6 +479,6 @@ def data_sheets(given: Mapping[str, Any]) -> "tuple[ServoMotor | None, ServoLoad
     motor, load = given.get("motor"), given.get("load")
     if motor is None and load is None:
         return None, None
-    from axistwin.plant import servo  # lazy import: an ideal axis does not need it
+    from axistwin.plant import servo  # lazy import: needed only for an axis with a data sheet
 
     return None if motor is None else servo.servo_motor(motor), None if load is None else servo.servo_load(load)

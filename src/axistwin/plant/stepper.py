@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, ClassVar
 
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, installed
 from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class EncoderView:
-    """The encoder of an axis as the bench's user sees it."""
+    """The encoder of an axis, as users of a bench can read and change it."""
 
     def __init__(self, axis: "StepperAxis", encoder: Encoder) -> None:
         self._axis, self._encoder = axis, encoder
@@ -68,12 +68,12 @@ class EncoderView:
         return stack.close
 
     def begin(self) -> None:
-        """Begin a move, with the backlash state at the end of the previous move."""
+        """Begin a move; store the state of the encoder at its start."""
         _ = self.count
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the count has changed since the axis was at `position` in the present move."""
+        """True if the count has changed since the motor was at position `since` in the present move."""
         return self.count != self._encoder.count_at(since)
 
     @property
@@ -83,13 +83,13 @@ class EncoderView:
         return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
-        _ = self.count  # first update the encoder to the present position
+        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
+        _ = self.count  # reading the count updates the encoder to the present position
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`; the shaft stays."""
+        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
         _ = self.count
         self._encoder.slip(counts)
         self._axis.on_push.emit()
@@ -120,23 +120,23 @@ class StepperAxis:
         """Unit of positions in texts and plots; the axis itself counts pulses.  None: no other unit."""
         self.on_motion: Signal[[]] = Signal()
         self.on_replan: Signal[[]] = Signal()
-        """Never emitted: only the position now is certain while steps are lost."""
-        """Emitted when a move begins or changes its profile."""
+        """Event that never happens, because `positions_ahead` returns only the present position."""
+        """Event: a move begins, or changes its profile."""
         self.on_push: Signal[[]] = Signal()
         self.manual_actions = ManualActions(clock)
-        """Reports a person's actions at the axis: `load`, `jam`, `push`."""
+        """Reports the actions of a person at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
         self._outside = Override(0.0, self._replan)
         self._jams = Override(False, self._replan)
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
-        self._lost = 0  # net pulses lost in finished moves
-        self._unmade = 0  # net pulses that the output has not made in earlier holds
-        self._made: int | None = None  # net pulses that a held output has made; None while the output is not held
+        self._lost = 0  # net number of steps that were lost in finished moves
+        self._unmade = 0  # net number of pulses that earlier holds have suppressed
+        self._made: int | None = None  # net number of pulses of a held output; None if the output is not held
         self._was_held = False
 
-    # What the controller does
+    # Functions for the controller
 
     def start(self, profile: Profile, direction: int) -> None:
         """Begin a new move now; `direction` +1 or -1."""
@@ -189,7 +189,7 @@ class StepperAxis:
 
     @property
     def resting(self) -> bool:
-        """True if the axis stays where it is until the next move."""
+        """True if the axis does not move before its next move."""
         return not self.moving
 
     @property
@@ -199,28 +199,31 @@ class StepperAxis:
 
     @property
     def follows(self) -> None:
-        """None: a stepper's controller has no external encoder."""
+        """Always None, because the controller of a stepper motor has no external encoder."""
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return the position now."""
+        """Return a list with the present position only."""
         return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Return the motor's positions at these times in the latest move, in order; valid while no steps are lost."""
+        move = self.train.move
+        profile, at_start = move.profile, move.origin - self._lost - self._unmade
+        if not installed("numpy"):
+            past_ns = (max(time_ns - move.start_ns, 0) for time_ns in times_ns)
+            return [at_start + move.direction * profile.pulses_by(passed) for passed in past_ns]
         import numpy as np
 
-        move = self.train.move
         since_ns = np.maximum(np.asarray(times_ns, np.int64) - move.start_ns, 0)
-        profile = move.profile
         first, last = profile.pulses_by(int(since_ns[0])), profile.pulses_by(int(since_ns[-1]))
         pulses_ns = np.empty(last - first, np.int64)
         profile.fill_pulse_times(first + 1, 0, pulses_ns)
         done = first + np.searchsorted(pulses_ns, since_ns, side="right")
-        found: list[int] = (move.origin - self._lost - self._unmade + move.direction * done).tolist()
+        found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
-    # The machine, for the user
+    # Functions for users of the machine
 
     @property
     def position(self) -> int:
@@ -230,7 +233,7 @@ class StepperAxis:
 
     @property
     def lost(self) -> int:
-        """Net pulses that the motor has not followed: issued pulses less position."""
+        """Net number of lost steps: issued pulses minus position."""
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
@@ -243,7 +246,7 @@ class StepperAxis:
 
     @property
     def stalled(self) -> bool:
-        """True if pulses are issued but the rotor, out of step, does not follow them."""
+        """True if pulses are issued but the rotor has stalled and does not follow them."""
         move = self.train.move
         if not self._slips or not self.moving:
             return False
@@ -259,7 +262,7 @@ class StepperAxis:
 
     @property
     def pulses(self) -> int:
-        """Net pulses made in the positive direction."""
+        """Net number of pulses that the output has made in the positive direction."""
         return self._issued - self._unmade if self._made is None else self._made
 
     @property
@@ -308,7 +311,7 @@ class StepperAxis:
 
     @property
     def outside_torque(self) -> float:
-        """The torque on the shaft from outside, in N·m."""
+        """Torque that acts on the shaft from outside, in N·m."""
         return sum(self._outside.values)
 
     @property
@@ -347,7 +350,7 @@ class StepperAxis:
         """Block the shaft, as a defect does.  Return a function that ends the defect."""
         return self._jams.add(True)
 
-    # The machine
+    # Internal functions of the machine
 
     def reaches_ns(self, position: int) -> int | None:
         """Return the time at which the motor next reaches `position` in the present move; None if it does not."""
@@ -372,10 +375,10 @@ class StepperAxis:
         return _EdgeSubscription(self, lambda: edges, callback).end
 
     def _lost_in_move(self, over: bool = False) -> int:
-        return self._behind((over or not self.moving) and not self._held)
+        return self._behind((over or not self.moving) and not self._held) if self._slips else 0
 
     def _behind(self, settled: bool) -> int:
-        """Return the lost pulses of this move, for a rotor between two teeth or at rest in a tooth."""
+        """Return the lost steps of this move; `settled`: the rotor is at rest in a tooth, not between two teeth."""
         if not self._slips or self._made is not None:
             return 0
         move = self.train.move
@@ -388,7 +391,7 @@ class StepperAxis:
 
     @property
     def _held(self) -> bool:
-        """True if the rotor stays in place, in step or not: the rotor is blocked, or has no torque."""
+        """True if the rotor cannot turn, because it is blocked or has no torque."""
         return self.jammed or not self.strength
 
     def _fall_in(self) -> None:
@@ -424,7 +427,10 @@ class StepperAxis:
         return needed / self.strength
 
     def _replan(self) -> None:
-        """Recompute the future slips after a change of profile or load; past slips stay."""
+        """Predict the future loss of steps again after a change of profile or load."""
+        if self._motor is None and not (self._slips or self._was_held or self._held):
+            self.on_motion.emit()  # an ideal motor that can turn loses no steps
+            return
         self._update_held()
         elapsed_ns = self.clock.now - self.train.move.start_ns
         pulses = self.train.move.profile.pulses_by(elapsed_ns)
@@ -449,7 +455,7 @@ class _EdgeSubscription:
         self._wait()
 
     def end(self) -> None:
-        """End all calls."""
+        """End the subscription."""
         self._forget()
         self._unsubscribe()
 
@@ -462,7 +468,7 @@ class _EdgeSubscription:
             self._wait()
 
     def _wait(self) -> None:
-        """Plan a call at the next edge, if the axis reaches one."""
+        """Plan a call at the next edge that the axis will reach."""
         plan, axis = self._plan, self._axis
         positions = (position for edge in self._edges() for position in (edge - 1, edge))
         due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]

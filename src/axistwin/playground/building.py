@@ -13,10 +13,10 @@ from axistwin.version import VERSION
 
 PAGE = Path(__file__).parent / "page"
 ENGINE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
-"""Files of npm's `pyodide` that the page loads."""
+"""Files of the npm package `pyodide` that the page loads."""
 ENGINE_LICENCE = "README.md"
 CORE = "pydantic_core-*wasm32.whl"
-"""pydantic-core for Pyodide, from the Python Package Index."""
+"""Wheel of pydantic-core for Pyodide, from the Python Package Index."""
 LIBRARIES = ("simpy", "pydantic", "typing_extensions", "annotated_types", "typing_inspection", "filelock")
 """Pure Python distributions that axistwin imports in the browser; NumPy is not among them."""
 _DATED = (2020, 1, 1, 0, 0, 0)
@@ -26,8 +26,8 @@ _DATED = (2020, 1, 1, 0, 0, 0)
 def build(target: Path, engine: Path) -> Path:
     """Write the playground into the folder `target` and return its page.
 
-    `engine`: a folder with the files of npm's `pyodide` and the wheel of pydantic-core for Pyodide; a wheel of axistwin
-    there is used as it is.  Raises UsageError if a file is missing.
+    `engine`: a folder with the files of the npm package `pyodide` and the wheel of pydantic-core for Pyodide.  If the
+    folder has a wheel of axistwin, this wheel is used.  Raises UsageError if a file is missing.
     """
     cores = sorted(engine.glob(CORE))
     if not cores:

@@ -7,7 +7,9 @@ from axistwin.sessions.session import Session
 from axistwin.units import MS
 
 FIRST_INTERVAL_NS = 20 * MS
-"""Interval of the first samples.  A reading of a moving servo costs as much computing time as 5 ms of its motion."""
+"""Initial interval of the samples in ns; one reading of a moving servo takes as much computing time as 5 ms of
+motion.
+"""
 MOST_SAMPLES = 4096
 """Number of samples at which every second sample is deleted, and the interval is doubled."""
 
@@ -35,12 +37,12 @@ class Curves:
 
     @property
     def samples(self) -> int:
-        """Number of samples; the first one is at 0."""
+        """Number of samples up to now; the first sample is at the virtual time 0."""
         return max((len(curve.positions) for curve in self.axes.values()), default=0)
 
     @property
     def next_ns(self) -> int:
-        """Time of the next sample."""
+        """Virtual time of the next sample."""
         return self.samples * self.interval_ns
 
     def _sample(self) -> None:
@@ -73,9 +75,9 @@ class Curves:
         self.interval_ns *= 2
 
     def window(self, from_ns: int, points: int) -> dict[str, dict[str, list[list[float]]]]:
-        """Return `[seconds, value]` pairs from a time on, by axis and quantity; at most `2 * points` of each curve.
+        """Return `[seconds, value]` pairs since a time, by axis and quantity; at most `2 * points` pairs of each curve.
 
-        Of each group of samples the least and the greatest value are returned, in the order of their times.
+        A group of neighbouring samples is represented by its least and its greatest value, in the order of their times.
         """
         first = max(0, from_ns // self.interval_ns)
         return {

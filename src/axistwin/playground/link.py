@@ -1,4 +1,4 @@
-"""Share links: a scene, its files and a virtual time, compressed in the fragment of an address."""
+"""Share links: web addresses whose fragment contains a scene, its files and a virtual time in compressed form."""
 
 import json
 import zlib
@@ -52,9 +52,9 @@ def decode(fragment: str) -> Shared:
 
 
 def _shared(found: object) -> Shared:
-    """Return the contents, checked.  Raises ValueError."""
+    """Check the contents of a link and return them.  Raises ValueError."""
     match found:
         case {"files": dict(files), "at_ns": int(at_ns), "version": str(version)} if at_ns >= 0 and files:
             if all(isinstance(part, str) for item in files.items() for part in item):
                 return Shared(files, at_ns, version)
-    raise ValueError("other contents")
+    raise ValueError("the link has contents of another type")

@@ -1,4 +1,6 @@
-"""The machine of the playground: open a scene, advance, act, and read the state as plain data for a page."""
+"""The machine of the playground: functions with which a page opens a scene, advances time, acts, and reads the
+state.
+"""
 
 import io
 import re
@@ -28,14 +30,14 @@ from axistwin.teaching import Tutor
 from axistwin.version import VERSION
 
 MOST_MESSAGES = 2000
-"""Number of parts of the conversation that are kept until the page reads them."""
+"""Largest number of messages that are stored until the page reads them; the oldest are deleted."""
 TEXTS = (".toml", *PROGRAMS)
-"""Suffixes of the files that a scene can use here."""
+"""Suffixes of the files that a scene in the playground can use."""
 _NAME = re.compile(r"[\w. -]+(/[\w. -]+)*")
 
 
 class Playground:
-    """One session at a time.  `folder` is a directory for the files of the scene; its contents are replaced.
+    """The open session of a page.  `folder`: directory for the files of the scene; its contents are replaced.
 
     All methods return data that JSON can contain.  They raise AxistwinError for an error of the user.
     """
@@ -198,7 +200,7 @@ class Playground:
         return self.state(from_ns) if due_ns is None else self.advance(due_ns, inf, from_ns)
 
     def state(self, from_ns: int = 0, points: int = 300) -> dict[str, Any]:
-        """Return time, positions, levels and lamps, the messages since the last call, and the curves from a time on."""
+        """Return time, positions, levels, lamps, the messages since the last call, and the curves since `from_ns`."""
         bench = self._now.bench
         messages, self._messages = self._messages, []
         return {
@@ -226,7 +228,7 @@ class Playground:
     # Act
 
     def send(self, name: str, text: str) -> list[str]:
-        """Send a line as a host: characters and a carriage return, or a command of a board.  Return the comments."""
+        """Send a line as the host would, and return the tutor's comments; a board receives the line as a command."""
         session, controller = self._now, self._now.bench[name]
         tutor = self._tutors[name]
         if on_a_bus(controller):
@@ -279,7 +281,7 @@ class Playground:
 
 
 def _value(controller: Controller, item: Item) -> int | None:
-    """Return the value of the terminal or register of a lamp; None without power."""
+    """Return the value of the terminal or register that a lamp shows; None while the power is off."""
     value = controller.read(item.source)
     return None if value is None else int(value)
 

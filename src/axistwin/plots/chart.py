@@ -13,26 +13,26 @@ if TYPE_CHECKING:
 TALL, MIDDLE, LOW, FLAT = 1.15, 0.95, 0.75, 0.55
 """Heights of a panel in inches."""
 HIDDEN = ("rts", "host.dtr", "host.rts", "host_dtr", "host_rts", "direction", "step", "index")
-"""Signals that are drawn only on request, because messages or motion contain the same information."""
+"""Signals that are drawn only on request, because messages or curves contain the same information."""
 BACKGROUND = (*HIDDEN, "led", "dtr")
-"""Signals whose changes do not influence which part of a trace is drawn by default."""
+"""Signals that are ignored when the default time range of a chart is chosen."""
 MOST = 10_000
 """Largest number of points of a curve; longer curves are reduced to the extremes of groups of points."""
 
 
 @dataclass
 class Curve:
-    """Values with their start times in seconds."""
+    """A curve: values, and the time in seconds at which each value starts."""
 
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
 
     def divided(self, by: float) -> "Curve":
-        """Return a curve with divided values."""
+        """Return the same curve with all values divided by a number."""
         return Curve(self.times, [value / by for value in self.values])
 
     def thinned(self, most: int = MOST) -> "Curve":
-        """Return a curve with at most `most` points that looks the same when drawn."""
+        """Return a curve of at most `most` points whose drawing looks the same."""
         if len(self.times) <= most:
             return self
         thin = Curve([self.times[0]], [self.values[0]])
@@ -57,7 +57,7 @@ class Fault:
 
 @dataclass
 class Line:
-    """A curve in a panel, drawn as steps."""
+    """A curve in a panel, with its label and style; it is drawn in steps."""
 
     curve: Curve
     faint: bool = False
@@ -66,7 +66,7 @@ class Line:
 
 @dataclass
 class Panel:
-    """One diagram with curves.  `filled`: fill the area between the curve and zero.  `colour`: index of the colour.
+    """One diagram of a picture.  `filled`: fill the area between the curve and zero.  `colour`: index of the colour.
 
     `per`: pulses or counts per unit of the values; a second scale on the right shows `counts`.
     """
@@ -99,7 +99,7 @@ class Chart:
     panels: list[Panel] = field(default_factory=list)
     lanes: dict[str, Curve] = field(default_factory=dict)
     states: dict[str, list[Word]] = field(default_factory=dict)
-    """Texts, each of which is valid until the next text starts."""
+    """Texts by lane; each text is valid until the next text starts."""
     words: dict[str, list[Word]] = field(default_factory=dict)
     marks: list[Word] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
@@ -111,7 +111,7 @@ class Chart:
 
 
 def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:
-    """Return start and end of the time to draw, and the end of the time axis.
+    """Choose the time range of a chart: return its start, its end, and the end of the time axis.
 
     The drawn time contains all events with a margin; without events, the whole time from `begin_ns` to `end_ns`.
     """
@@ -123,7 +123,7 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
 
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
-    """Return the values from `from_ns` to `to_ns`, with points at both ends."""
+    """Return the part of a curve from `from_ns` to `to_ns`, with points at both ends."""
     import numpy as np
 
     first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)
@@ -135,11 +135,11 @@ def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns
 
 BINS = 1500
 SHORTEST_NS = 4 * MS
-"""Shortest time over which a velocity is averaged: one count in a single sample would be thousands of counts/s."""
+"""Shortest time for the average of a velocity; one count in a single sample would be thousands of counts/s."""
 
 
 def rate(times: "NDArray[np.int64]", values: "NDArray[np.int64]", from_ns: int, to_ns: int) -> Curve:
-    """Return the velocity per second, calculated from the positions of an axis."""
+    """Return the velocity of an axis in pulses/s or counts/s, calculated from its positions."""
     import numpy as np
 
     bins = max(1, min(BINS, (to_ns - from_ns) // SHORTEST_NS))

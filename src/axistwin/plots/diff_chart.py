@@ -1,4 +1,4 @@
-"""Build a chart of two traces that shows each differing signal as in the first and as in the second trace."""
+"""Build a chart of two traces; each signal that differs is drawn twice, once from each trace."""
 
 from axistwin.plots import chart
 from axistwin.plots.chart import FLAT, LOW, Chart, Line, Panel, Word
@@ -9,13 +9,13 @@ from axistwin.traces.signals import TEXT
 from axistwin.units import MS
 
 MOST = 12
-"""Largest number of signals drawn."""
+"""Largest number of differing signals in a chart."""
 BEFORE_NS, AFTER_NS = 100 * MS, 400 * MS
-"""Shortest times drawn before and after the first difference."""
+"""Least time in the chart before and after the first difference."""
 
 
 def of_difference(first: Trace, second: Trace, found: Comparison, title: str = "") -> Chart:
-    """Return a chart of the signals with the earliest differences, from shortly before the first difference."""
+    """Return a chart of the signals that differ first, beginning shortly before the first difference."""
     drawn = found.differences[:MOST]
     begin_ns, last_ns = drawn[0].time_ns, drawn[-1].time_ns
     around_ns = max(BEFORE_NS, (last_ns - begin_ns) // 4)

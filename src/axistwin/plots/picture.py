@@ -15,25 +15,26 @@ if TYPE_CHECKING:
     from matplotlib.layout_engine import LayoutEngine
 
 SUFFIXES = (".svg", ".png")
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # distinguishable for colour-blind readers
+# colours that colour-blind readers can distinguish
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
-STYLE: dict[Any, Any] = {  # Any, because the type of `rc_context` lists all valid keys
+STYLE: dict[Any, Any] = {  # Any, because `rc_context` accepts only a Literal type of its keys
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
 }  # fmt: skip
 WIDTH, LANE, WORDS = 10, 0.24, 0.38
-"""Width of the picture, height of a lane, and height of the messages of one sender, in inches."""
+"""Width of a picture, height of a lane, and height of the messages of one sender, in inches."""
 WORDS_SIZE, ROWS = 7.5, 2
-"""Font size of messages in points, and rows of text per sender."""
+"""Font size of messages in points, and number of rows for the messages of one sender."""
 FAULT_LEVELS, FAULT_LEVEL = 4, 12
-"""Largest number of simultaneous faults drawn with their names, and height of each name in points."""
+"""Largest number of simultaneous faults whose names are drawn, and height of a name in points."""
 LABEL, MARGIN, COUNTS = 0.072, 0.85, 0.6
-"""Width of a character of a label, of the margins without labels, and of a scale on the right, in inches."""
+"""Widths in inches: a character of a label, the margins without labels, a scale on the right."""
 FILES_ONLY = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
 """Matplotlib backends that cannot open a window."""
 ALL_WORDS = 4.0
-"""Largest height of the messages of all senders, in inches."""
+"""Largest height of the messages of all senders together, in inches."""
 
 
 def check_suffix(path: Path) -> None:
@@ -88,7 +89,7 @@ def _write(path: Path, data: bytes) -> None:
 
 
 def show(chart: Chart) -> None:
-    """Show a chart in a window, and wait until the window is closed.  Raises UsageError without a screen."""
+    """Show a chart in a window until the user closes the window.  Raises UsageError if there is no screen."""
     import matplotlib as mpl
     from matplotlib import pyplot as plt
 
@@ -102,7 +103,7 @@ def show(chart: Chart) -> None:
 def _layout_engine() -> "LayoutEngine":
     """Return Matplotlib's constrained layout with rounded positions.
 
-    Its solver returns positions that differ by 1e-16 between two runs, and the names in an SVG file depend on them.
+    Its positions can differ by 1e-16 between two runs, and rounding makes the SVG files of two runs equal.
     """
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.transforms import Bbox
@@ -158,7 +159,7 @@ class _Picture:
             )  # fmt: skip
 
     def _draw_faults(self, rows: Sequence["Axes"]) -> None:
-        """Draw thin lines at the start and the end of each fault, and a bar with its name above the plot."""
+        """Draw a bar with the name of each fault above the plot, and thin lines at its start and its end."""
         for begin_ns, end_ns, level, name in self._packed():
             for row in rows:
                 for at_ns, style in {end_ns: ":", begin_ns: "-"}.items():
@@ -211,7 +212,7 @@ class _Picture:
         if panel.per is not None:
             self._add_counts(row, panel.per, panel.counts)
         values = {value for line in panel.lines for value in line.curve.values}
-        if len(values) == 1:  # Matplotlib would choose a range of rounding errors, e.g. 1e-17
+        if len(values) == 1:  # for a constant, Matplotlib would choose a range as small as 1e-17
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
 
@@ -226,7 +227,7 @@ class _Picture:
         right.spines["right"].set_visible(True)
 
     def _draw_lanes(self, row: "Axes") -> None:
-        """Draw a lane for each signal: a level as a line, a text in a box."""
+        """Draw one lane for each signal; a level is drawn as a line, a text in a box."""
         names = [*self.chart.lanes, *self.chart.states]
         places = {name: len(names) - 1 - n for n, name in enumerate(names)}
         for name, full in self.chart.lanes.items():
@@ -273,7 +274,7 @@ class _Picture:
                     at_ns / S, place + 0.22 + 0.3 * level, text,
                     family="monospace", fontsize=WORDS_SIZE, color=INK, parse_math=False,
                 )  # fmt: skip
-        if not speakers:  # the picture has no other row
+        if not speakers:  # without a row, the picture would be empty
             row.text(
                 0.5, 0.5, "no signal changes in this time", transform=row.transAxes, ha="center", va="center",
                 color=GREY, fontsize=WORDS_SIZE + 1,

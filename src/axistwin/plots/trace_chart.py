@@ -14,9 +14,9 @@ from axistwin.traces.signals import COUNT, EVERYTHING, FAULTS, LEVEL, REAL, TEXT
 SAYS = ("host_says", "controller_says")
 AXIS = ("pulses", "velocity", "position", "commanded")
 BLANK = r"\x20"
-"""Escape sequence of a space at the end of a text in a trace."""
+"""Escape sequence that replaces a space at the end of a text in a trace."""
 RAILS = (0.0, 5.0)
-"""Voltages of the logic levels low and high."""
+"""Voltages at which logic levels are drawn: low and high."""
 
 
 def of_trace(
@@ -49,7 +49,7 @@ class _Drawn:
             self._add(name, track)
 
     def _times(self) -> list[int]:
-        """Return the times of the first and the last change of each signal of motion, levels and registers."""
+        """Return the first and the last time of change of each signal, except messages and background signals."""
         found = []
         for name, track in self.tracks.items():
             last = name.rpartition(".")[2]
@@ -61,11 +61,11 @@ class _Drawn:
         return name.partition(".")[2] if self._alone else name
 
     def _changes(self, track: Track) -> bool:
-        """Return True if the signal changes in the drawn time."""
+        """True if the signal changes within the time range of the chart."""
         return any(self.chart.from_ns < track.times[n] <= self.chart.to_ns for n in range(1, len(track)))
 
     def _add_axes(self) -> None:
-        """Add panels for the axes that move in the drawn time."""
+        """Add panels for the axes that move within the time range of the chart."""
         scopes = dict.fromkeys(name.rpartition(".")[0] for name in self.tracks)
         for scope in scopes:
             tracks = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}
@@ -78,11 +78,11 @@ class _Drawn:
                     self.chart.panels[first:] = [in_units(panel, units) for panel in panels]
 
     def _units(self, scope: str) -> MachineUnits | None:
-        """Return the unit of an axis that the trace contains, if any."""
+        """Return the machine unit of an axis if the trace contains one, else None."""
         written = self._about.get(f"units {scope}")
         try:
             return None if written is None else MachineUnits.written(written)
-        except UsageError:  # the file has been edited
+        except UsageError:  # the unit in an edited file may be invalid
             return None
 
     def _add_axis(self, name: str, axis: dict[str, Track]) -> None:
@@ -109,7 +109,7 @@ class _Drawn:
             self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve)], colour=colour))
 
     def _add(self, name: str, track: Track) -> None:
-        """Add a signal to the chart: messages and faults always, other signals only if they change."""
+        """Add a signal to the chart; a signal that does not change is left out, except messages and faults."""
         last = name.rpartition(".")[2]
         if last in SAYS and track.kind == TEXT:
             self._add_words(name, track)
@@ -139,7 +139,7 @@ class _Drawn:
 
 
 def in_units(panel: Panel, units: MachineUnits) -> Panel:
-    """Return a panel of pulses or counts in the unit of the axis, with a second scale in pulses or counts."""
+    """Convert a panel to the machine unit of its axis; a second scale shows pulses or counts."""
     label, _, counts = panel.label.replace("error, counts", "error\ncounts").rpartition("\n")
     per_second = "/s" if counts.endswith("/s") else ""
     joint = ", " if label.endswith("error") else "\n"
@@ -167,9 +167,9 @@ def faults(track: Track) -> Iterator[Fault]:
 
 
 def messages(track: Track) -> list[Word]:
-    """Return the complete messages in a signal, with their start times.
+    """Return the complete messages in a signal, each with its start time.
 
-    The values of such a signal grow by one character each, e.g. `X`, `X3`, `X3@`.
+    Each value of the signal has one character more than the value before, e.g. `X`, `X3`, `X3@`.
     """
     found: list[Word] = []
     before = ""
@@ -184,7 +184,7 @@ def messages(track: Track) -> list[Word]:
 
 
 def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
-    """Return the curve of one signal minus another."""
+    """Return the difference of two signals as a curve: `of` minus `less`."""
     import numpy as np
 
     (times, values), (others, those) = of.columns(), less.columns()

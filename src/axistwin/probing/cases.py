@@ -1,4 +1,4 @@
-"""Cases of a probe: what is sent, the section of the manual, and if the case can move something."""
+"""Cases of a probe: the requests, the section of the manual, and a mark for cases that can move a motor."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -11,63 +11,63 @@ from axistwin.probing.ends import End
 
 @dataclass(frozen=True)
 class Case:
-    """One case: requests that are sent one after the other; their answers together are compared."""
+    """One comparison of a probe: requests that are sent in order, whose answers are compared with those of a twin."""
 
     name: str
     section: str
     says: tuple[bytes, ...]
     moves: bool = False
-    """True if the case can move something: a motor, an output, a position counter."""
+    """True if the case can change a motor's position, an output or a position counter."""
     writes: bool = False
     """True if the case changes a setting."""
     depends: bool = False
-    """True if the answer depends on the machine or on earlier settings; then a different value is no difference."""
+    """True if the answer depends on the machine or on earlier settings; its value is then not compared."""
     wait_s: float = 0.0
-    """Time for the effect of each request."""
+    """Seconds to wait for the effect of each request."""
     timed: bool = True
     """False if the time of the answer depends on the machine."""
 
 
 @dataclass
 class Condition:
-    """Condition of the controller at the beginning."""
+    """Condition of the controller at the beginning of a probe."""
 
     facts: dict[str, str] = field(default_factory=dict)
     """Facts for the report: firmware, part number."""
     no_writes: str = ""
-    """Reason why settings must not be changed; empty: they can be changed."""
+    """Reason why the probe must not change settings; "" if the probe may change settings."""
     no_motion: str = ""
-    """Reason why nothing may be moved; empty: motion is possible."""
+    """Reason why the probe must not move the motors; "" if motion is possible."""
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """The family's part of a probe."""
+    """The functions and data of a probe that depend on the family of the controller."""
 
     cases: Callable[[Product, str], list[Case]]
-    """Returns the cases; the text is `Condition.facts["terminator"]`, or empty."""
+    """Function that returns the cases for a product; its second argument is the terminator of messages, or ""."""
     examine: Callable[[End], Condition]
-    """Brings the controller into a known state without motion.  Raises LinkError if it does not answer."""
+    """Function that sets a known state without motion; it raises LinkError if the controller does not answer."""
     first: bytes
-    """Request whose answer shows if the port keeps real time."""
+    """Request that is used to test if the port keeps real time."""
     answer_form: Callable[[bytes], bytes]
-    """Returns an answer without its values."""
+    """Function that returns the form of an answer, without its values."""
     patience_s: float = 0.0
     """Longest time for which the controller can hold back an answer."""
     definitions: tuple[int, ...] = ()
-    """First bytes of answers that exist only if something has been defined."""
+    """First bytes of answers that exist only if a move or a sequence has been defined."""
     candidates: Callable[[Mapping[str, bytes]], dict[str, list[object]]] = lambda answers: {}
-    """Returns values of options that the answers suggest."""
+    """Function that returns the values of options that the answers suggest."""
 
 
 def dialect(product: Product) -> Dialect:
-    """Return the family's part of a probe."""
+    """Return the functions and data for probes of a product's family."""
     found: Dialect = import_module(f"axistwin.probing.{FAMILIES[product.model]}").DIALECT
     return found
 
 
 def around(low: int | None, high: int | None) -> dict[str, int]:
-    """Return the values at the ends of a range, and the values next to them."""
+    """Return test values by description: both ends of a range, and the values just inside and outside."""
     found: dict[str, int] = {}
     if low is not None:
         found |= {"lowest": low, "below the lowest": low - 1}

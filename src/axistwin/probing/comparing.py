@@ -15,20 +15,20 @@ from axistwin.sim.frames import UartFormat
 POWER_UP_S = 2.0
 EXCHANGES = 3
 ATTEMPTS = 4
-"""Number of times that a case without motion is performed before a late answer counts as a difference."""
+"""Number of tries of a case without motion; an answer that is late in each try counts as a difference."""
 REAL_TIME = 0.05
-"""Largest deviation in seconds of the first exchanges on a port that keeps real time."""
+"""Largest deviation, in seconds, of the first answers on a port that keeps real time."""
 
 
 class Motion(StrEnum):
-    """The motion that a probe may cause."""
+    """The amount of motion that a probe may cause."""
 
     NONE = "none"
     SMALL = "small"
 
 
 class Verdict(StrEnum):
-    """Result of a comparison."""
+    """Result of the comparison of two answers."""
 
     SAME = "same"
     DIFFERS = "differs"
@@ -69,7 +69,7 @@ class Probe:
     """Options that remove differences, such as `busy="ignore"`."""
 
     def of(self, verdict: Verdict) -> list[Result]:
-        """Return the results with this verdict."""
+        """Return the results that have this verdict."""
         return [result for result in self.results if result.verdict is verdict]
 
     def as_dict(self) -> dict[str, Any]:
@@ -91,18 +91,18 @@ class Settings:
 
     motion: Motion = Motion.NONE
     as_new: bool = False
-    """True for a controller that has just been switched on, wired as a bare controller: all values are compared."""
+    """True if the controller has just been switched on and has no machine connected: all values are then compared."""
     line: UartFormat | None = None
     find_options: bool = True
-    """True: find options of the twin that remove differences."""
+    """True if the probe shall also find options of the twin that remove differences."""
     report: Callable[[int, int], None] = lambda done, total: None
-    """Called with the number of finished cases and of all cases."""
+    """Function that is called with the number of finished cases and the number of all cases."""
 
 
 def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | None" = None) -> Probe:
     """Compare the controller at `end` with a twin.  Raises LinkError if it does not answer or is moving.
 
-    `twin`: a twin that has been asked all cases already.
+    `twin`: a twin that has already answered all cases.
     """
     settings = settings or Settings()
     made = product(model)
@@ -167,14 +167,14 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if case.moves and not end.exact:
-        tolerance = None  # a case that moves cannot be repeated
+        tolerance = None  # a case with motion is not repeated, so its times are not compared
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
     for _ in range(1 if case.moves else ATTEMPTS):
         received = tuple(
             end.ask(said, len(answer.data), case.wait_s) for said, answer in zip(case.says, expected, strict=True)
         )
-        if _only_late(expected, received):  # load of the computer only delays: the shortest time counts
+        if _only_late(expected, received):  # a loaded computer can only delay an answer, so the shortest time is used
             best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
             received = tuple(best)
         verdict, reason = _judge(case, expected, received, family, settings, tolerance)
@@ -184,7 +184,7 @@ def _compare(
 
 
 def _only_late(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
-    """True if the bytes are the same, so that the computer's load could have caused a difference."""
+    """True if the bytes are equal and only their times differ, which a loaded computer can cause."""
     return [answer.data for answer in expected] == [answer.data for answer in received]
 
 
@@ -212,7 +212,7 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if one side did not answer a request for a definition: a move or a sequence that is not defined."""
+    """True if one side did not answer a request for a move or sequence that may be undefined on this side."""
     if not family.definitions:
         return False
     one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))
@@ -227,14 +227,14 @@ def _fits(
     settings: Settings,
     tolerance: float | None,
 ) -> list[str]:
-    """Return the options with which the twin has fewer differences, the best first."""
+    """Return the options with which the twin differs less from the controller, the best first."""
     received = {result.case: result.received for result in found.results if result.received}
     suggested = family.candidates({case.name: answers[0].data for case, answers in received.items()})
     fitting = []
     for name, value in _values(made, suggested):
         try:
             answers = Twin(made, family, cases, settings.line, {name: value}).answers
-        except AxistwinError:  # with this value the twin does not answer
+        except AxistwinError:  # the twin does not answer with this value of the option
             continue
         left = sum(
             _judge(case, answers[case], received[case], family, settings, tolerance)[0] is Verdict.DIFFERS
@@ -251,7 +251,7 @@ def _fits(
 
 
 def _values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return other values of each option of the model: all choices, half and double times, suggested values."""
+    """Return values to try for each option of the model: all choices, half and double times, suggested values."""
     hints = get_type_hints(made.options)
     default = made.options()
     found: list[tuple[str, Any]] = [(name, value) for name, values in suggested.items() for value in values]

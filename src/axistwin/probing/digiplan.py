@@ -1,6 +1,6 @@
 """Cases for the IF1 and IF2.
 
-A message without `$` keeps parameters only and starts nothing, so that settings can be tested without motion.
+A message without `$` only stores parameters, so settings can be tested without motion.
 """
 
 import re
@@ -12,14 +12,14 @@ from axistwin.probing.cases import Case, Condition, Dialect, around
 from axistwin.probing.ends import End
 
 SPOIL = b"~"
-"""An unknown character: a message with this character has no effect but the data fault bit."""
+"""A character that is no command: a message with this character only sets the data fault bit."""
 SETTINGS = "<>@^D"
 LEGAL = {"<": 4, ">": 1, "@": 400, "^": 4, "D": 0}
-"""Values in every range, which the cases leave behind."""
+"""Legal values of the settings; the cases end with these values."""
 UNKNOWN = "!\"&'.;?\\_`abcdefghijklmnopqrstuvwxyz{|}"
 IN_MOTION = 1
 RECALCULATION_S = 1.2
-"""Longest time of a new ramp's calculation, which holds back answers."""
+"""Longest time for the calculation of a new ramp, in seconds; answers are delayed during this time."""
 
 
 def cases(product: Product, terminator: str) -> list[Case]:
@@ -52,7 +52,7 @@ def _settings(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
         back = b"%s%d%s" % (code.encode(), LEGAL[code], end)
         values: dict[str, object] = {"legal": LEGAL[code], **around(parameter.low, parameter.high)}
         if code == "D":
-            del values["highest"]  # 2.55 s for each character
+            del values["highest"]  # the highest value is a delay of 2.55 s for each character
         for words, value in values.items():
             sent = f"{code}{value}".encode() + end
             found.append(_setting(f"{code}{value}: {command.name}, {words}", command.chapter, sent, back, end))
@@ -125,7 +125,7 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             wait_s=0.3,
             timed=False,
         ),
-        # the position after a run depends on the host's timing
+        # the position after a continuous run depends on the timing of the host
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
     ]  # fmt: skip
@@ -173,7 +173,7 @@ def _condition(end: End, terminator: str) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer with each number as one `0`; a single raw byte (Q) has no form."""
+    """Return an answer with each number replaced by `0`, and "" for a single raw byte (answer to Q)."""
     if len(answer) == 1:
         return b"."
     return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))

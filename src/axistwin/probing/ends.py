@@ -17,7 +17,7 @@ from axistwin.units import MS, S
 QUIET_S = 0.06
 """Time without data after which an answer is complete."""
 LONGEST_S = 1.0
-"""Longest wait for the expected bytes, beyond their usual time."""
+"""Longest time in seconds to wait for the expected bytes, in addition to their usual time."""
 MESSAGE = 16
 COMMAND_READY, MESSAGE_TAKEN = 0x10, 0x80
 MESSAGE_READY, INPUT_READY, FAILED = 0x08, 0x10, 0x20
@@ -37,13 +37,13 @@ class End(ABC):
     grain_s = 0.02
     """Uncertainty of a measured time."""
     exact = False
-    """True if no load of a computer can delay an answer."""
+    """True if a loaded computer cannot delay an answer."""
 
     def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0) -> Answer:
         """Send `data` and collect the answer.
 
-        The answer ends after a silence that follows all `expected` bytes; without them, after `LONGEST_S`.  A request
-        without an answer takes `wait_s` seconds.
+        The answer is complete after `expected` bytes and a silence.  If bytes are missing, the answer ends after
+        `LONGEST_S`.  A request without an answer takes `wait_s` seconds.
         """
         self.drain()
         began = last = self.now
@@ -62,7 +62,7 @@ class End(ABC):
     @property
     @abstractmethod
     def now(self) -> float:
-        """The time in seconds."""
+        """Time of this end in seconds."""
 
     @abstractmethod
     def send(self, data: bytes) -> None:
@@ -82,7 +82,7 @@ class End(ABC):
 
 
 class VirtualEnd(End):
-    """A controller of a bench, in virtual time."""
+    """The host's end of a connection to a controller on a bench, in virtual time."""
 
     grain_s = 0.0005
     exact = True
@@ -100,7 +100,7 @@ class VirtualEnd(End):
 
     @property
     def now(self) -> float:
-        """The virtual time in seconds."""
+        """Virtual time in seconds."""
         return self.bench.now / S
 
     def send(self, data: bytes) -> None:
@@ -111,7 +111,7 @@ class VirtualEnd(End):
             self.controller.serial.write(data)
 
     def receive(self) -> bytes:
-        """Return the data that arrive next."""
+        """Run the bench until the controller has sent data, and return the data."""
         if not self._messages:
             self.bench.run_until(lambda: self._messages, self._STEP_S)
         data = bytes(self._messages)
@@ -121,7 +121,7 @@ class VirtualEnd(End):
     def drain(self) -> None:
         """Discard earlier answers, and advance to the next multiple of 10 ms.
 
-        So both controllers get each request in the same phase of their 10 ms cycle.
+        Two controllers on two benches thus receive each request in the same phase of their 10 ms cycle.
         """
         self._messages.clear()
         self.bench.clock.run_to(-(-self.bench.now // self._PHASE_NS) * self._PHASE_NS)
@@ -134,7 +134,7 @@ class VirtualEnd(End):
 
 
 class SerialEnd(End):
-    """A controller on a serial port, or on a network port of a terminal server."""
+    """The host's end of a connection through a serial port, or through a network port of a terminal server."""
 
     def __init__(self, url: str, name: str, line: UartFormat) -> None:
         self._name = name
@@ -148,7 +148,7 @@ class SerialEnd(End):
 
     @property
     def now(self) -> float:
-        """The time in seconds."""
+        """Time of this end in seconds."""
         return time.monotonic()
 
     def set_line(self, line: UartFormat) -> None:
@@ -181,7 +181,7 @@ class SerialEnd(End):
 
 
 class BusEnd(End):
-    """A board on a bus socket: commands and messages by the handshake of chapter Reading and writing."""
+    """The host's end of a bus socket; commands and messages use the handshake of chapter Reading and writing."""
 
     _POLL_S = 0.002
     _INPUT_S = 2.0
@@ -196,7 +196,7 @@ class BusEnd(End):
 
     @property
     def now(self) -> float:
-        """The time in seconds."""
+        """Time of this end in seconds."""
         return time.monotonic()
 
     def send(self, data: bytes) -> None:
@@ -257,7 +257,9 @@ def open_end(target: str, line: UartFormat | None) -> End:
         url = parse(target)
         return BusEnd(target, url.host, url.port)
     if line is None:
-        raise UsageError(f"{target} is no bus socket, and this model is on a bus: give e.g. bus://127.0.0.1:1811")
+        raise UsageError(
+            f"{target} is not a bus socket, and this model is a board on a bus: give e.g. bus://127.0.0.1:1811"
+        )
     address = target
     if target.startswith("tcp://"):
         address = f"socket://{parse(target).address}"

@@ -11,16 +11,16 @@ from axistwin.probing.ends import End
 CR = b"\r"
 REPORTERS = re.compile(r"R([A-Z].*|[a-z].*)|Q")
 CHANGING = ("RETURN", "RETURNF", "RETURNI", "RUN", "RI", "RS2", "RS4")
-"""Commands that begin with R but are no reports, and the report that clears a flag."""
+"""Commands with the letter R that are left out: they are not reports, or they clear flags."""
 BUFFERED = ("A=", "V=", "P=", "KP=", "KI=", "KD=", "KL=", "KS=", "KV=", "KA=", "KG=")
-"""Settings that take effect at G or F only."""
+"""Settings that take effect only at the next G or F."""
 VARIABLES = ("a", "h", "z", "aa", "zz", "zzz")
 ARRAYS = ("ab[0]", "ab[203]", "aw[101]", "al[50]")
 EXPRESSIONS = ("1+2", "7-9", "-3*4", "7/2", "-7/2", "5&3", "5|3", "1<2", "2<=1", "3==3", "3!=3", "2147483647+1", "1/0")
 ADDRESSED = 0x80
 """A byte above 80h selects one motor of a chain; 80h selects all."""
 DYNAMIC = ("RCLK", "RTEMP")
-"""Reports whose values change by themselves."""
+"""Reports whose values change without a command."""
 
 
 def cases(product: Product, _: str) -> list[Case]:
@@ -49,7 +49,7 @@ def _settings(commands: dict[str, Instruction]) -> list[Case]:
             if not -0x8000_0000 <= value <= 0x7FFF_FFFF:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
-            # the value is kept in variable zzz meanwhile
+            # variable zzz saves the present value, which is restored afterwards
             says = (f"zzz={code[:-1]}", sent, report or f"R{code[:-1]}", "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(_case(f"{sent}: {command.name}, {words}", command.chapter, *says))
     return found
@@ -138,7 +138,7 @@ def examine(end: End) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer with each number as one `0`, and each mode as `P`."""
+    """Return an answer with each number replaced by `0`, and each letter of a mode by `P`."""
     return re.sub(rb"-?\d+", b"0", re.sub(rb"^[A-Z]\r", b"P\r", answer))
 
 

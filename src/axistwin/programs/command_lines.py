@@ -21,7 +21,7 @@ from axistwin.sim.frames import UartFormat
 from axistwin.units import to_seconds
 
 SELF_TEST_S = 1.5
-"""Time until the interface receives characters; the manual says "approximately 1 second"."""
+"""Time from power-up until the interface receives characters; the manual says "approximately 1 second"."""
 PATIENCE_S, ATTEMPTS = 0.5, 20
 READY_S = 1.2
 """Time to wait after the format message; by the manual, the first ramp calculation takes "up to 1 second"."""
@@ -44,7 +44,7 @@ def command_lines(text: str, file: str = "") -> Iterator[Act]:
 
 
 def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -> Act | None:
-    """Return one line as an act; None for a blank line or a comment.  Raises ProgramError.
+    """Parse one line of an `.if1` file; None for a blank line or a comment.  Raises ProgramError.
 
     `keyboard`: the national keyboard on which the line was typed.
     """
@@ -66,11 +66,11 @@ def named_keyboard(lines: Iterable[str]) -> str:
 
 
 def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], object]:
-    """Return an action at the machine as a callable.  Raises ProgramError with the line."""
+    """Return a function that performs an action at the machine.  Raises ProgramError with the line."""
     try:
         return action(controller, act.target, act.value)
     except ProgramError as error:
-        raise error.at(file, act.line, 0) from None
+        raise error.at(file=file, line=act.line, column=0) from None
 
 
 def run_until_quiet(bench: Bench, deadline_ns: int) -> bool:
@@ -101,7 +101,7 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def not_sent(line: int, bench: Bench) -> str:
-    """Return a note: this line and later lines were not sent in time."""
+    """Return a note that this line and all later lines were not sent in time."""
     return f"line {line} and later lines were not sent: the previous line is not finished at {bench.seconds:g} s"
 
 
@@ -121,7 +121,7 @@ class _LineSender:
         return found[0]
 
     def prepare(self, act: Act) -> Callable[[], bool]:
-        """Return a callable that performs the act and returns True if the act was finished in time."""
+        """Return a function that performs one line, and returns True if the line was finished in time."""
         match act:
             case Wait():
                 return partial(self._wait, act.ns)
@@ -129,7 +129,7 @@ class _LineSender:
                 return partial(self._type, act.data + b"\r")
             case Do():
                 return partial(self._do, prepared_action(self.controller, act, self.file))
-        raise AssertionError(act)
+        raise AssertionError(f"unknown kind of line: {act}")
 
     def initialise(self) -> None:
         """Send open brackets until the interface answers, then the host's data format."""
@@ -169,7 +169,7 @@ class _LineSender:
         return True
 
     def _free(self) -> bool:
-        """Run until the line is free and the interface is ready to receive."""
+        """Run until the interface can receive a character; return False if this takes too long."""
         left_s = to_seconds(max(0, self.deadline_ns - self.bench.now))
         return self.bench.run_until(lambda: self.port.dtr and not self.port.pending, left_s)
 
@@ -184,7 +184,7 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the host's line format for sending the open bracket, and the message that selects `wanted`."""
+    """Return the line format for the open bracket, and the message that selects the format `wanted`."""
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 
 

@@ -18,7 +18,7 @@ from axistwin.errors import ProgramError
 from axistwin.programs.command_lines import not_sent, prepared_action, run_until_quiet
 
 DEFAULT_MODEL = "1811"
-"""Model of a program that names none."""
+"""Default model for a program that does not name its model."""
 
 
 def language_of(target: str) -> Language:
@@ -36,7 +36,7 @@ def command_strings(text: str, language: Language, file: str = "") -> Iterator[A
 
 
 def command_string(line: str, number: int, file: str, read: Callable[[str], bytes]) -> Act | None:
-    """Return one line as an act; None for a blank line or a comment.  Raises ProgramError.
+    """Parse one line of a `.181x` file; None for a blank line or a comment.  Raises ProgramError.
 
     `read` converts a command, in hex or by name, to bytes.
     """
@@ -46,14 +46,14 @@ def command_string(line: str, number: int, file: str, read: Callable[[str], byte
     try:
         return Say(read(text), line=number) if text else None
     except ProgramError as error:
-        raise error.at(file, number, error.column) from None
+        raise error.at(file=file, line=number, column=error.column) from None
 
 
 def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = "") -> str | None:
     """Send the commands one by one; return a note about lines that were not sent, or None."""
     controller = _only_board(bench, file)
     with host_of(controller) as host:
-        host.subscribe_received(lambda message: None)  # read each message, so that the board can send the next
+        host.subscribe_received(lambda message: None)  # reads each message, so that the board can send the next one
         planned = [(act, _prepared(act, controller, host, file)) for act in acts]
         timed = False
         for act, do in planned:

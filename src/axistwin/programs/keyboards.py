@@ -1,4 +1,4 @@
-"""National keyboards of appendix 1 of the IF1 manual: the keys for the codes of `# $ @ [ ] ^`."""
+"""National keyboards (IF1 manual, appendix 1): the keys for the codes of `# $ @ [ ] ^`."""
 
 US = "#$@[\\]^"
 KEYBOARDS = {
@@ -18,11 +18,11 @@ NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Return the characters sent when a text is typed on that keyboard.  Letters count in either case."""
+    """Return the characters that are sent when a text is typed on this keyboard; letters match in either case."""
     keys = {key: code for glyph, code in zip(KEYBOARDS[keyboard], US, strict=True) for key in (glyph, glyph.swapcase())}
     return "".join(keys.get(character, character) for character in text)
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Return the characters that a terminal with that keyboard shows."""
+    """Return the characters that a terminal with this keyboard shows for these codes."""
     return text.translate(str.maketrans(US, KEYBOARDS[keyboard]))

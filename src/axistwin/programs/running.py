@@ -22,7 +22,7 @@ from axistwin.programs.stored_programs import load_source, only_motor, store_pro
 from axistwin.units import S
 
 BOUND_NS = 3600 * S
-"""Longest virtual time of a run, if the caller gives none."""
+"""Longest virtual time of a run for which no time is given."""
 Send = Callable[[Bench, Iterable[Act], int, str], str | None]
 STORED_BOUND_NS = 60 * S
 """Longest virtual time of a motor's stored program; most of these programs are endless loops."""
@@ -44,12 +44,12 @@ class Program:
     options: tuple[str, ...] = ()
     """Options of the model for this program."""
     prepare: Callable[[Bench], object] = lambda bench: None
-    """Prepare the bench; called before observers are connected."""
+    """Function that prepares the bench; it is called before observers are connected."""
 
 
 def load(path: Path, target: str = "") -> Program:
     """Load the program in a file, for a MODEL or a scene.  Raises ProgramError if the file cannot be read."""
-    match path.suffix.lower():  # in DOS, suffixes are in capitals
+    match path.suffix.lower():  # DOS writes suffixes in capitals
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)
             prepare = partial(open_channels, conversation)
@@ -63,7 +63,7 @@ def load(path: Path, target: str = "") -> Program:
         case ".sms":
             source = load_source(path)
             return Program(partial(_run_stored, str(path)), prepare=partial(store_program, source, str(path)))
-    raise unknown_kind(path)
+    raise unknown_kind(path=path)
 
 
 def scene_program() -> Program:

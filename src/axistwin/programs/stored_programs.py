@@ -50,7 +50,7 @@ def as_sent(text: str) -> bytes:
 def _lines(text: str) -> str:
     lines = _line_end.split(text.partition(END_OF_FILE)[0])
     if not lines[-1]:
-        lines.pop()  # the empty text after the last line end
+        lines.pop()  # removes the empty text after the last line end
     return "".join(f"{_odd_end.sub('?', line.expandtabs(1))}\n" for line in lines)
 
 

@@ -1,4 +1,4 @@
-"""Write a report of a run or a test: one HTML page with picture, conversation, verdict and provenance.
+"""Write a report of a run or a test: one HTML page with its verdict, picture, conversation and origin.
 
 The page refers to no other file, and needs no network and no script.
 """
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".html", ".htm")
 MOST_LINES = 20_000
-"""Largest number of lines of a conversation on the page; of a longer conversation, the last lines are shown."""
+"""Largest number of lines of a conversation on the page; a longer conversation loses its first lines."""
 STYLE = """
 :root { color-scheme: light dark; font: 15px/1.45 system-ui, sans-serif; }
 body { max-width: 1100px; margin: 2rem auto; padding: 0 1rem; }
@@ -33,7 +33,7 @@ th { text-align: left; padding-right: 2rem; vertical-align: top; font-weight: 50
 
 @dataclass(frozen=True)
 class Page:
-    """Contents of a report.  `good`: True if the run or the test has succeeded."""
+    """Contents of a report page.  `good`: True if the run or the test has succeeded."""
 
     title: str
     verdict: str
@@ -47,7 +47,7 @@ class Page:
 
 
 def check_path(path: Path) -> None:
-    """Raise UsageError if the suffix is not that of a page, or if the directory does not exist."""
+    """Raise UsageError if the path does not end in .html, or if its directory does not exist."""
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(f"{path.name!r} is not a name for a report: expected a name that ends in .html")
     if not path.parent.is_dir():
@@ -55,7 +55,7 @@ def check_path(path: Path) -> None:
 
 
 def write_page(page: Page, path: Path) -> None:
-    """Write a report.  Raises UsageError."""
+    """Write a report to an HTML file.  Raises UsageError."""
     check_path(path)
     text = _html(page)
     try:
@@ -74,7 +74,7 @@ def of_recorded_files(
     lines = conversation.read_text(encoding="utf-8").splitlines() if conversation.exists() else []
     try:
         found = read(trace)
-    except (TraceError, UsageError):  # the trace has ended before its first change
+    except (TraceError, UsageError):  # the trace may have ended before its first change
         return Page(title, verdict, good, lines, {}, details=details)
     return Page(title, verdict, good, lines, found.about, of_trace(found), details=details)
 
@@ -100,7 +100,7 @@ def _html(page: Page) -> str:
 def _picture(chart: "Chart | None") -> list[str]:
     if chart is None:
         return []
-    from axistwin.plots.picture import as_svg  # lazy import: Matplotlib
+    from axistwin.plots.picture import as_svg  # lazy import: imports Matplotlib
 
     return [f"<figure>{as_svg(chart)}</figure>"]
 

@@ -17,7 +17,7 @@ STORED = ".sms"
 
 @dataclass(frozen=True)
 class Refusal:
-    """An error in a program.  `message`: the message that contains the refused line; None in a stored program."""
+    """A line that a controller has refused.  `message`: the message with this line; None in a stored program."""
 
     file: str
     error: Diagnostic
@@ -25,12 +25,12 @@ class Refusal:
 
     @property
     def words(self) -> str:
-        """The refusal as a line of the transcript: code, message and place of the error."""
+        """The refusal as text for the transcript: code, message and place of the error."""
         return f"! {self.error.code} {self.error.message}  ({self.file}:{self.error.line}:{self.error.column})"
 
 
 def models_at(bench: Bench) -> dict[str, Product]:
-    """Return the product at each endpoint; the name "" means the only endpoint, if there is just one."""
+    """Return the product at each endpoint of a bench, by name; "" is also a name of a single endpoint."""
     found = {name: controller.product for name, controller in bench.controllers.items()}
     found |= {f"{name}.rs485": made for name, made in found.items()}
     found |= {name: bench.lines[name].motors[0].product for name in bench.lines}
@@ -39,7 +39,7 @@ def models_at(bench: Bench) -> dict[str, Product]:
 
 
 def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[Refusal]:
-    """Return the refused lines of all programs, each with the message in which the line was sent."""
+    """Return the refused lines of all programs, each with the message that contained the line."""
     senders = [_Sender(program) for program in programs if program.suffix != STORED and program.errors]
     stored = [Refusal(p.file, error) for p in programs if p.suffix == STORED for error in p.errors]
     heard = [message for message in said if message.by_host] if senders else []
@@ -67,10 +67,10 @@ class _Sender:
         self._errors = program.errors
         self._begins = [_index(error, characters, on_line[error.line]) for error in self._errors]
         self._in_greeting = program.suffix == ".if1"
-        """True until the host has set the data format, in a message that is not part of the program."""
+        """True until the host has sent the data format, which is not part of the program."""
 
     def take(self, data: bytes) -> list[Diagnostic]:
-        """Return the errors of the program in a message; none if the message is not the next one of the program."""
+        """Return the errors in this message; [] if it is not the next message of the program."""
         if self._in_greeting:
             self._in_greeting = not data.endswith(b"\r")
             return []
@@ -81,5 +81,5 @@ class _Sender:
 
 
 def _index(error: Diagnostic, characters: Sequence[Sent], on_line: Sequence[int]) -> int:
-    """Return the index of the first character of an error; without such a character, of the last one on the line."""
+    """Return the index of the character at which an error begins, at most the last character of the line."""
     return next((index for index in on_line if characters[index].column >= error.column), on_line[-1])

@@ -19,7 +19,7 @@ from axistwin.sim.pins import PULLED_UP_VOLTS
 from axistwin.units import MS, S
 
 LENGTH = 100_000
-"""Largest number of stored messages, level changes and voltages; the oldest are deleted (see `complete`)."""
+"""Largest number of stored messages, level changes and voltages; the oldest are deleted."""
 
 _LINES = re.compile(rb"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
@@ -29,7 +29,7 @@ PAUSE_NS = 500 * MS
 
 @dataclass
 class Message:
-    """A message, which ends with a terminator, an answer of the other end, or a silence."""
+    """A message on a line; it ends with a terminator, with an answer of the other end, or with a silence."""
 
     time_ns: int
     controller: str
@@ -38,17 +38,17 @@ class Message:
     last_ns: int
     errors: LineError = LineError.NONE
     whole: bool = False
-    """True for a message that arrives at once, as on a bus."""
+    """True if all bytes of the message arrived at the same time, as on a bus."""
 
     @property
     def terminated(self) -> bool:
-        """True if the message ends with CR or LF, or has arrived at once."""
+        """True if the message ends with CR or LF, or if all its bytes arrived at the same time."""
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
 
 @dataclass(frozen=True)
 class Move:
-    """A move of a stepper axis: pulses in one direction without a rest.  `end_ns`: None while the axis is moving."""
+    """A move of a stepper axis: pulses in one direction without a pause.  `end_ns`: None while the axis is moving."""
 
     controller: str
     axis: str
@@ -75,12 +75,12 @@ class Move:
 
     @property
     def target(self) -> int:
-        """Position in pulses: at the end of a completed move, or the present one during a move."""
+        """Position in pulses at the end of a finished move; the present position if the move is unfinished."""
         return self.train_move.position_at(self.now_ns)
 
     @property
     def top_rate(self) -> Fraction:
-        """Highest rate up to now, in pulses/s."""
+        """Highest pulse rate of the move up to now, in pulses/s."""
         profile, start_ns = self.train_move.profile, self.start_ns
         begun = zip(profile.starts, profile.segments, strict=False)
         return max(segment.rate for start, segment in begun if start_ns + start * S // profile.ticks <= self.now_ns)
@@ -91,14 +91,14 @@ AnyMove = Move | ServoMove
 
 @dataclass
 class RunRecord:
-    """The events of a run since `began_ns`."""
+    """Messages, moves and level changes of a run since `began_ns`."""
 
     bench: Bench
     began_ns: int
     said: deque[Message] = field(default_factory=lambda: deque(maxlen=LENGTH))
     changes: deque[LevelChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
     turned: deque[VoltageChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
-    """Changes of voltages to which an operator drives analog inputs."""
+    """Voltages that an operator has applied to analog inputs."""
     servos: list[ServoMoves] = field(default_factory=list)
     _open: dict[tuple[str, bool], Message] = field(default_factory=dict)
 
@@ -107,7 +107,8 @@ class RunRecord:
         if isinstance(event, LevelChanged):
             self.changes.append(event)
         elif isinstance(event, VoltageChanged):
-            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:  # 0 V and the full voltage are recorded as levels
+            # 0 V and the full voltage are recorded as level changes
+            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):
             message = self._add(event, event.data, by_host=False)
@@ -120,7 +121,7 @@ class RunRecord:
 
     @property
     def complete(self) -> bool:
-        """True if no events or moves have been deleted."""
+        """True if the record contains all events and moves of the run: none has been deleted."""
         lost = any(axis.train.forgotten for _, _, axis in self._steppers()) or any(s.forgotten for s in self.servos)
         return max(len(self.said), len(self.changes), len(self.turned)) < LENGTH and not lost
 
@@ -158,7 +159,7 @@ class RunRecord:
         return endpoints.at_a_bus(self.bench, event.controller)
 
     def observe_servos(self, stack: ExitStack) -> None:
-        """Observe the servo axes until the stack is closed."""
+        """Record the moves of the servo axes until `stack` is closed."""
         for controller in self.bench.controllers.values():
             for name, axis in controller.axes.items():
                 if isinstance(axis, ServoAxis):
@@ -170,7 +171,7 @@ class RunRecord:
 
 @contextmanager
 def recording_run(bench: Bench) -> Iterator[RunRecord]:
-    """Record the events and servo moves on a bench within this context."""
+    """Record the events and servo moves on a bench within a `with` block."""
     run = RunRecord(bench, bench.now)
     with ExitStack() as stack:
         run.observe_servos(stack)

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 REST_NS = 80 * MS
-"""A move ends when the position has not changed for this time."""
+"""Time in ns without a change of position after which a move has ended."""
 JITTER = 2
 """Largest deviation from the commanded position, in counts, that is not regarded as motion."""
 WINDOW = 16
-"""Number of samples over which a velocity is averaged: one count per sample is already thousands of counts/s."""
+"""Number of samples for the average of a velocity; one count per sample is already thousands of counts/s."""
 MOVES = 10_000
 """Largest number of stored moves; the oldest are deleted."""
 
@@ -67,13 +67,11 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        self._latest: tuple[int, NDArray[np.int64] | None] = (
-            -1,
-            None,
-        )  # time of the next sample, and the latest `WINDOW` positions
+        # time of the next sample, and the last `WINDOW` positions
+        self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
 
     def add_samples(self, samples: Samples) -> None:
-        """Find the moves in a further block of samples."""
+        """Find the moves in the next block of samples."""
         import numpy as np
 
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
@@ -87,10 +85,10 @@ class ServoMoves:
             self._find_moves(samples, times, whole, trajectory_moved, active)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
-            self.moves[-1].target = self._position  # the servo settles after the move
+            self.moves[-1].target = self._position  # the target changes while the servo settles after the move
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the positions of a block, with the `WINDOW` positions before the block in front.
+        """Return the positions of a block, preceded by the last `WINDOW` positions before the block.
 
         If the samples before the block are unknown, the axis is assumed to have been at rest.
         """
@@ -129,7 +127,7 @@ class ServoMoves:
                 move.top_rate = max(move.top_rate, fastest * S / (WINDOW * samples.period_ns))
 
     def _move(self, start_ns: int, before: int) -> ServoMove:
-        """Return the present move; if it ended more than `REST_NS` ago, begin a new move."""
+        """Return the present move, or a new move if the last move ended more than `REST_NS` ago."""
         if self.moves and start_ns - self.moves[-1].last_ns <= REST_NS:
             return self.moves[-1]
         if self.moves:
@@ -143,14 +141,14 @@ class ServoMoves:
         return self.moves[-1]
 
     def _close(self) -> None:
-        """End the latest move; delete the move if it is only jitter."""
+        """End the latest move; delete the move if its motion is only jitter."""
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
             if not self.moves[-1].is_significant:
                 self.moves.pop()
 
     def moves_until(self, now_ns: int) -> list[ServoMove]:
-        """Return all moves up to `now_ns`."""
+        """Return all stored moves up to the time `now_ns`."""
         if self.moves and now_ns - self.moves[-1].last_ns > REST_NS and self.moves[-1].end_ns is None:
             self._close()
         found = [move for move in self.moves if move.is_significant]

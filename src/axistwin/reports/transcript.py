@@ -16,7 +16,7 @@ from axistwin.sim.frames import LineError
 from axistwin.units import to_seconds
 
 HIDDEN_LEVELS = ("dtr", "rts", "host.dtr", "host.rts")
-"""Levels that the text does not contain, because they change with each message."""
+"""Terminals that the text leaves out, because their levels change with each message."""
 
 Item = Message | AnyMove | LevelChanged | VoltageChanged
 
@@ -35,7 +35,7 @@ def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
     codecs = _codecs(run)
     levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
     told: list[Item] = [*run.said, *levels, *run.turned, *run.moves()]
-    for item in sorted(told, key=_time_ns):  # a stable sort: an action comes before the move that it causes
+    for item in sorted(told, key=_time_ns):  # the sort is stable: an action stays before the move that it causes
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
         yield from (f"{'':14}  {name}{refusal.words}" for refusal in by_message.get(id(item), ()))
@@ -70,7 +70,7 @@ def _way(origin: int, target: int, units: MachineUnits | None) -> str:
 def as_dict(run: RunRecord, refused: Sequence[Refusal] = ()) -> dict[str, Any]:
     """Return the dictionary that `--json` writes.  Times are in ns, rates in pulses/s or counts/s.
 
-    An axis with a unit of the machine has its positions and rates in that unit in addition.
+    An axis with a machine unit has its positions and rates in this unit, too.
     """
     codecs = _codecs(run)
     return {
@@ -160,7 +160,7 @@ def _words(item: Item, codec: Codec) -> str:
             return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
         case VoltageChanged():
             return f"! {item.pin} {voltage(item.volts)}"
-    # pulse rates are exact; rates of counts are rounded, because they are averages of samples
+    # pulse rates are exact; count rates are averages of samples, so they are rounded
     rate = f"{float(item.top_rate):g}" if item.unit == "pulses" else f"{item.top_rate:.0f}"
     units = item.units
     way = f" ({_way(item.origin, item.target, units)})" if units is not None else ""

@@ -19,16 +19,16 @@ def check_ports(contents: SceneFile, source: Source) -> None:
         if (url.scheme == "bus") is not at_a_bus:
             wanted = EXAMPLES["bus" if at_a_bus else "tcp"]
             whose = "an 1810 or 1811 is on a bus" if at_a_bus else "only an 1810 or 1811 is on a bus"
-            raise source.error(path, f"{text}: {whose}: expected e.g. {wanted}")
+            raise source.error(f"{text}: {whose}: expected e.g. {wanted}", path)
         place = _place(url)
         if place in taken:
-            raise source.error(path, f"{text} is already in use as {taken[place]}: expected another port")
+            raise source.error(f"{text} is already in use as {taken[place]}: expected another port", path)
         if place:
             taken[place] = text
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
-    """Yield the place and URL of each port, and True for the port of an 1810 or 1811."""
+    """Yield the place of each port in the file, its URL, and True for a port of an 1810 or 1811."""
     for number, table in enumerate(contents.controller):
         with source.placing_errors("controller", number, "model"):
             at_a_bus = product(table.model).attend is not None
@@ -41,7 +41,7 @@ def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, boo
 
 
 def _place(url: PortUrl) -> tuple[str, ...]:
-    """Return the resource that only one port can use; empty if the system chooses a free resource."""
+    """Return the address or path that only one port can use; () if the system chooses a free one."""
     if url.scheme in ("pty", "serial"):
         return ("file", url.path) if url.path else ()
     return ("address", url.host.replace("localhost", "127.0.0.1"), str(url.port)) if url.port else ()
@@ -53,5 +53,7 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
         for number, table in enumerate(contents.controller):
             key = "ports" if kind == "chain" else "rs485_ports"
             if table.called in line.motors and getattr(table, key):
-                message = f"{table.called} is in [[{kind}]] {name!r}, which has the `ports` of its host: remove these"
-                raise source.error(("controller", number, key), message)
+                raise source.error(
+                    f"{table.called} is in [[{kind}]] {name!r}, which has the `ports` of its host: remove these",
+                    ("controller", number, key),
+                )

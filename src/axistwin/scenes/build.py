@@ -32,11 +32,11 @@ from axistwin.units import to_ns
 
 Path_ = toml_places.Path
 FAULTS_A_SCENE = 1_000
-"""Difference between the seeds of faults if the seeds of two scenes differ by 1."""
+"""Factor for the seed of a scene in the seeds of its faults."""
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if `name` is part of a loop in the graph `leads_to`."""
+    """True if a path in the graph `leads_to` leads from `name` back to `name`."""
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
         seen.add(at)
@@ -45,7 +45,7 @@ def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
 
 
 def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tuple[Pin, WireTable]]) -> None:
-    """Raise UsageError if a terminal is at the end of two wires (under any name), or if wires form a loop."""
+    """Raise UsageError if two wires end at the same terminal, or if wires form a loop."""
     if target in laid:
         other = laid[target][1]
         same = "" if other.to == wire.to else f" is the same terminal as {other.to}, which"
@@ -58,7 +58,7 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
 
 
 class Builder:
-    """Builds one bench.
+    """Builds a bench from the contents of a scene.
 
     `served`: controllers with ports have outside hosts.  `texts`: texts of programs that have been read, by path; all
     benches of a scene use the same texts.  `errors`: a list for the errors in masters, wires, faults, the script and
@@ -95,7 +95,7 @@ class Builder:
 
     @contextmanager
     def _separately(self) -> Iterator[None]:
-        """Store an error in the list of errors, if there is one, so that the next parts are checked too."""
+        """Within a `with` block, store an error in the list `errors` instead of raising it, if there is a list."""
         try:
             yield
         except SceneError as error:
@@ -140,7 +140,7 @@ class Builder:
     def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
         for key in given:
             if key not in known:
-                raise self.source.error((*path, key), f"{path[-1]}: unknown key {key!r}: {instead(key, known)}")
+                raise self.source.error(f"{path[-1]}: unknown key {key!r}: {instead(key, known)}", (*path, key))
 
     def _store(self, motor: Controller, program: Path, path: Path_) -> None:
         with self.source.placing_errors(*path):
@@ -182,11 +182,15 @@ class Builder:
         """Raise SceneError unless the wire leads from a terminal that reports changes to an input."""
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
-            message = f"{from_} cannot drive a wire, its pulses are too fast: use a motor's `master` on that axis"
-            raise self.source.error(("wire", number, "from"), message)
+            raise self.source.error(
+                f"{from_} cannot drive a wire, its pulses are too fast: use a motor's `master` on that axis",
+                ("wire", number, "from"),
+            )
         if self._pin(to, ("wire", number, "to")).is_output:
-            message = f"{to} is an output: expected an input at the end of a wire"
-            raise self.source.error(("wire", number, "to"), message)
+            raise self.source.error(
+                f"{to} is an output: expected an input at the end of a wire",
+                ("wire", number, "to"),
+            )
 
     def _add_shared_lines(self) -> None:
         for kind, name, line, path in shared_lines(self.contents):
@@ -202,7 +206,7 @@ class Builder:
 
     def _motor(self, name: str, path: Path_) -> Controller:
         if name not in self.bench.controllers:
-            raise self.source.error(path, f"no controller {name!r}: {instead(name, self.bench.controllers)}")
+            raise self.source.error(f"no controller {name!r}: {instead(name, self.bench.controllers)}", path)
         return self.bench[name]
 
     def _pin(self, terminal: str, path: Path_) -> Pin:
@@ -216,11 +220,11 @@ class Builder:
     def _part(self, whole: str, path: Path_, thing: str, kind: str, expected: str) -> Any:
         name, _, part = whole.rpartition(".")
         if not name:
-            raise self.source.error(path, f"no {thing} {whole!r}: expected {expected}")
+            raise self.source.error(f"no {thing} {whole!r}: expected {expected}", path)
         motor = self._motor(name, path)
         parts: Mapping[str, Any] = motor.pins if kind == "pin" else motor.axes
         if part not in parts:
-            raise self.source.error(path, f"{name} has no {kind} {part!r}: {instead(part, parts)}")
+            raise self.source.error(f"{name} has no {kind} {part!r}: {instead(part, parts)}", path)
         return parts[part]
 
     # Faults, script and hosts
@@ -243,13 +247,15 @@ class Builder:
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if faults wait for one another in a loop: none of them could begin."""
+        """Raise SceneError if faults wait for each other in a loop, so that none of them could begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, name in enumerate(names):
             if is_in_loop(name, waits_for):
                 way = f" through {waits_for[name]}" if waits_for[name] != name else ""
-                message = f"{name} waits for itself{way}: expected another event"
-                raise self.source.error(("fault", number, "when"), message)
+                raise self.source.error(
+                    f"{name} waits for itself{way}: expected another event",
+                    ("fault", number, "when"),
+                )
 
     def _plan_fault(self, table: FaultTerms, number: int, path: Path_) -> None:
         faults, on = self.bench.faults, table.on or self._only()
@@ -280,7 +286,7 @@ class Builder:
 
     def _check_operated(self, name: str, path: Path_) -> None:
         if not self._pin(name, path).drivable:
-            raise self.source.error(path, f"{name} is an output: expected an input")
+            raise self.source.error(f"{name} is an output: expected an input", path)
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
@@ -300,9 +306,9 @@ class Builder:
         self.bench.planned.append((at_ns, f"script: {who}{', '.join(table.do)}"))
 
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
-        """Schedule acts after all other events of their time.  Errors have their place in the scene file.
+        """Schedule actions of the script, after all other events of the same time.
 
-        Hosts that wait until no event is due do not wait for these acts.
+        Errors have their place in the scene file.  Hosts that wait until no event is due ignore these actions.
         """
         clock = self.bench.clock
 
@@ -332,7 +338,7 @@ class Builder:
         return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _only(self) -> str:
-        """Return the name of the only controller, or an empty string if there are several."""
+        """Return the name of the only controller; "" if there are several controllers."""
         return next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
 
     def _start_hosts(self) -> None:

@@ -1,4 +1,4 @@
-"""Copy a scene with the files that it needs, and add the later acts of hosts and operators.
+"""Copy a scene with its files, and add the recorded actions of hosts and operators.
 
 Comments are kept.  The keys `host`, `program` and `state` of controllers may change.  The script gets more entries.
 """
@@ -19,7 +19,7 @@ from axistwin.storage import FileStore
 
 _LOAD = re.compile(rf"(\s*{LOAD}\s+)(.*\S)\s*")
 _LOAD_LINE = re.compile(rf"^([ \t]*(?:[\w.-]+:[ \t]+)?![ \t]*{LOAD}[ \t]+)([^;\n]*[^;\s])", re.MULTILINE)
-"""Match an act that loads a program, in a script and in a conversation: the text up to the file name, and the name."""
+"""Patterns for an action that loads a program, in a script and in a conversation; the last group is the file."""
 
 Where = tuple[str, int]
 """A table of a scene, e.g. ("controller", 0)."""
@@ -32,7 +32,7 @@ class Files:
         self.texts: dict[str, str] = {}
 
     def add(self, name: str, text: str) -> str:
-        """Add a text; return its name, which is a new name if another text has that name."""
+        """Add a text and return its file name, which is changed if another text already has this name."""
         path = Path(name)
         stem = path.with_suffix("")
         names = (name if n == 1 else f"{stem}-{n}{path.suffix}" for n in range(1, len(self.texts) + 2))
@@ -42,23 +42,23 @@ class Files:
 
 
 class Copy:
-    """Builds the copy of a scene from a bench, in `files`."""
+    """Builds a copy of a scene and its files in `files`."""
 
     def __init__(self, bench: Bench, files: Files) -> None:
         self.bench, self.files = bench, files
         self.script: list[dict[str, Any]] = []
         self.read: dict[str, str] = {}
-        """Programs as read when the bench was built, by path."""
+        """Texts of the programs at the time when the bench was built, by path."""
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
         """Add a conversation as a host of the endpoint `name`."""
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
-    # A bench from a scene
+    # Copy of a scene file
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
-        """Return the text of the copy.  `note`: a comment line before the additions."""
+        """Return the text of the copied scene.  `note`: comment line before the added part."""
         changes = dict(self._changes(contents, source, served))
         text = _edited(source.text, changes)
         added = "".join(f"\n{table_text('script', entry)}" for entry in self.script)
@@ -67,7 +67,7 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """Return the data with the changes, for a file whose layout does not allow insertions."""
+        """Return the changed contents of a scene whose text cannot be edited."""
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
             data[kind][number] = {**data[kind][number], **values}
@@ -75,7 +75,7 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """Yield the new values of each table."""
+        """Yield the new values of keys for each table of the scene that must change."""
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}
@@ -99,7 +99,7 @@ class Copy:
                 yield (str(path[0]), int(path[1])), {"host": hosts}
 
     def _copied(self, source: Source, file: Path) -> str:
-        """Copy a program to the folder of the scene; return its name, which is kept if possible."""
+        """Copy a program to the folder of the scene; return its name in the copy."""
         path = source.file.parent / file
         text = self.read.get(str(path))
         text = program_text(path) if text is None else text
@@ -107,31 +107,31 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # the text before the change
+                del self.files.texts[name]  # removes the text before the change
             text = moved
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Return an act of the script for the copy; copy the program that the act loads."""
+        """Return an action of the script for the copied scene; copy the program that the action loads."""
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Return the name of a program in the copy."""
+        """Return the name that a program has in the copied scene."""
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """Copy the state of a controller as it was at the start; return the name of the copied directory."""
+        """Copy the initial state files of a controller; return the name of the copied directory."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # A bench that was not built from a scene
+    # Scene for a bench that was built without a scene file
 
     def of_bench(self, note: str) -> str:
-        """Return the text of a scene for an equal bench."""
+        """Return the text of a scene that builds an equal bench."""
         data: dict[str, Any] = {"controller": [self._controller(name) for name in self.bench.controllers]}
         script = {"script": self.script} if self.script else {}
         return f"# {note}\n\n{tables({**data, **script})}"
@@ -148,12 +148,12 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return a path inside the directory of the copy."""
+    """Return a path for the copied scene, which must be inside its directory."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 
 def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None:
-    """Return the text with new values; None if the layout of the file does not allow insertions."""
+    """Return the text of a scene file with new values; None if its layout prevents this."""
     spans, edits = toml_places.spans(text), []
     for where, values in changes.items():
         for key, value in values.items():

@@ -26,12 +26,12 @@ from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
 from axistwin.units import MS, to_ns
 
 CHECK_NS = 20 * MS
-"""Interval at which a host checks if its controller is ready."""
+"""Interval in virtual time at which a host checks if its controller is ready."""
 TALK, STORED = ".talk", ".sms"
 KINDS = {".if1": "digiplan", ".181x": "compumotor"}
-"""Family that each kind of program is for."""
+"""Controller family by suffix of the program file."""
 HOST, SCRIPT = 0, 1
-"""Order of acts at the same time, after all other events: hosts first, then actions at the machine."""
+"""Order of actions that have the same time: first hosts, then actions at the machine."""
 OUTSIDE = "outside"
 _OUTSIDE = re.compile(rf"{OUTSIDE}(?: ([1-9]\d?))?")
 """`; host: outside` marks a conversation of an outside host, whose acts come after those of the scene's hosts."""
@@ -42,7 +42,7 @@ Start = Callable[[], Process]
 def prepare_host(
     bench: Bench, name: str, file: str, read: Callable[[str], str], runner: ActionRunner | None = None
 ) -> Start:
-    """Return a host that sends this file to the endpoint `name`, as a callable that starts the host.
+    """Prepare a host that sends a file to the endpoint `name`; return a function that starts the host.
 
     `read` returns the text of a file.  `runner`: the action runner of the bench.  Raises ProgramError or UsageError if
     the file cannot be sent.
@@ -64,7 +64,7 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return the order of a host's acts at the same time: `outside 2` comes after `outside`."""
+    """Return the position of a host in the order of actions at the same time: `outside 2` is after `outside`."""
     found = _OUTSIDE.fullmatch(host)
     return HOST if found is None else min(SCRIPT - 1 + int(found[1] or 1), LAST - 1)
 
@@ -75,12 +75,12 @@ def _kind(bench: Bench, name: str, file: str) -> str:
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} cannot be sent by a host: expected .if1, .181x or a conversation .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
-        raise UsageError(f"{file} is not for {name}, which is {bench[name].product.indefinite}")
+        raise UsageError(f"{file} is not a program for {name}, which is {bench[name].product.indefinite}")
     return suffix
 
 
 def loader(bench: Bench, read: Callable[[str], str]) -> Load:
-    """Return a function that loads programs into controllers of this bench and cycles their power.
+    """Return a function that loads a program into a controller of this bench and switches it off and on.
 
     A SmartMotor's source (.sms) is stored and run.  For another program a new host replaces the controller's old host.
     `read` returns the text of a file.
@@ -139,7 +139,7 @@ class _ConversationHost:
         bench.agenda_ns = max(bench.agenda_ns, sum(act.ns for act in conversation.acts if isinstance(act, Wait)))
 
     def _prepared(self, act: Act) -> Callable[[], object]:
-        """Return the act as a callable.  Raises an error for an act that cannot be performed."""
+        """Return a function that performs an action.  Raises an error for an impossible action."""
         with self.conversation.placing_errors(act):
             match act:
                 case Say(data=data):
@@ -147,7 +147,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    if target in FAULT_ACTS:  # the act may refer to a fault that is added later
+                    if target in FAULT_ACTS:  # the action may name a fault that does not exist yet
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
                 case Hear():
@@ -183,7 +183,7 @@ class _ConversationHost:
             waiting.succeed()
 
     def converse(self) -> Procedure:
-        """Perform all acts, each after the other events of its time."""
+        """Perform all actions of the conversation, each after all other events of its time."""
         time_ns = self.bench.now
         for act, do in self._acts:
             match act:
@@ -203,7 +203,7 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait until the expected number of characters has come, or until none has come for the patience time."""
+        """Wait for the expected number of characters, or until no character has arrived for some time."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:
@@ -216,7 +216,7 @@ class _ConversationHost:
 
 
 class _ControllerHost:
-    """A host of one controller; `acts`: the acts of its program, in order."""
+    """A simulated host of one controller, which sends the lines of a program."""
 
     def __init__(self, clock: Clock, controller: Controller, acts: Iterable[Act], file: str) -> None:
         self.clock, self.controller = clock, controller
@@ -224,10 +224,10 @@ class _ControllerHost:
             (act, prepared_action(controller, act, file) if isinstance(act, Do) else lambda: None) for act in acts
         ]
 
-    # Serial line
+    # Hosts at a serial line
 
     def send_lines(self) -> Procedure:
-        """Initialise the interface, then send the lines, each character when the interface is ready."""
+        """Initialise the interface, and then send each character of the lines when the interface is ready."""
         port, wanted = self.controller.serial, self.controller.serial.host.format
         first, message = greeting(wanted)
         port.host.format = first
@@ -290,7 +290,7 @@ class _ControllerHost:
         yield from self._wait_until_idle(pending)
 
     def _wait_until_idle(self, pending: Callable[[], bool]) -> Procedure:
-        """Wait until two checks in a row find all data sent and the controller idle."""
+        """Wait until two consecutive checks show that all data are sent and the controller is idle."""
         checks = 0
         while checks < 2:
             yield self.clock.timeout(CHECK_NS)

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 
 class Scene:
-    """A scene that has been read and checked.  `build` returns its bench."""
+    """A scene file that has been read and checked; `build` returns its bench."""
 
     def __init__(self, contents: SceneFile, source: Source) -> None:
         self._contents, self._source = contents, source
@@ -108,17 +108,17 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Turn each UsageError in this context into a SceneError at the place of `path` in the file."""
+        """Within a `with` block, convert a UsageError to a SceneError with the place of `path` in the file."""
         return self._source.placing_errors(*path)
 
     @property
     def hosted(self) -> set[str]:
-        """Controllers with a host in the scene and no ports: outside hosts cannot connect to these controllers."""
+        """Controllers that have a simulated host and no ports, so that external hosts cannot connect to them."""
         return {table.called for table in self._contents.controller if table.host and not table.ports}
 
     @property
     def programs(self) -> dict[str, str]:
-        """Texts of the programs that were used, by path; only programs in the scene's folder and its subfolders."""
+        """Texts of the programs in the scene's folder and its subfolders, by path; other programs are left out."""
         beside = self._source.file.parent
         named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
@@ -193,7 +193,7 @@ class Scene:
         copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)
 
-    # Checks across tables
+    # Checks that compare several tables
 
     def _check_names(self) -> None:
         count: Counter[str] = Counter()
@@ -201,13 +201,17 @@ class Scene:
             count[table.called] += 1
             if count[table.called] > 1:
                 key = "model" if table.name is None else "name"
-                message = f"there is a controller {table.called!r} already: expected another name"
-                raise self._source.error(("controller", number, key), message)
+                raise self._source.error(
+                    f"there is a controller {table.called!r} already: expected another name",
+                    ("controller", number, key),
+                )
 
     def _check_masters(self) -> None:
         """Raise SceneError if the external encoders of motors form a loop."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):
-                message = f"{table.called} follows itself through {table.master}: expected another axis"
-                raise self._source.error(("controller", number, "master"), message)
+                raise self._source.error(
+                    f"{table.called} follows itself through {table.master}: expected another axis",
+                    ("controller", number, "master"),
+                )

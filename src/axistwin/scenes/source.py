@@ -21,14 +21,14 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # an element of a pair is missing
+    "missing": "expected two numbers",  # one of the two numbers is missing
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
 
 
 MOST_NESTED = 50
-"""Deepest nesting of tables and lists."""
+"""Largest depth of nested tables and lists."""
 
 
 def _depth(value: object) -> int:
@@ -46,11 +46,11 @@ class Source:
             self.data = tomllib.loads(self.text)
             nested = _depth(self.data) > MOST_NESTED
         except tomllib.TOMLDecodeError as error:
-            raise self._not_toml(str(error)) from None
+            raise self._not_toml(message=str(error)) from None
         except RecursionError:
             nested = True
-        except ValueError as error:  # a number with thousands of digits
-            raise self._not_toml(str(error).partition(":")[0]) from None
+        except ValueError as error:  # `tomllib` raises ValueError for a number with thousands of digits
+            raise self._not_toml(message=str(error).partition(":")[0]) from None
         if nested:
             raise self._not_toml(f"Tables or lists are nested too deep: expected at most {MOST_NESTED}")
         self.places = toml_places.places(self.text)
@@ -66,10 +66,10 @@ class Source:
         try:
             return self._validated()
         except ValidationError as error:
-            raise self._first_of(error.errors()) from None
+            raise self._first_of(errors=error.errors()) from None
 
     def errors(self) -> list[SceneError]:
-        """Return all errors in keys and values, in order of place."""
+        """Return all errors in keys and values, in the order of the file."""
         try:
             self._validated()
         except ValidationError as error:
@@ -78,12 +78,12 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # Only for JSON, `strict` accepts a list for a pair and a whole number for a float.
+        # Validation as JSON, because `strict` then accepts a list for a pair and an integer for a float.
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
         except NumberError as error:
-            raise self.error(error.path, f"{error.path[-1]}: {error}", rules.VALUE.code) from None
+            raise self.error(f"{error.path[-1]}: {error}", error.path, rules.VALUE.code) from None
         return contents
 
     def _error_at(self, error: ErrorDetails) -> SceneError:
@@ -94,17 +94,17 @@ class Source:
             _message_for(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
         )
 
-    def error(self, path: toml_places.Path, message: str, code: str = "") -> SceneError:
+    def error(self, message: str, path: toml_places.Path, code: str = "") -> SceneError:
         """Return an error at the place of `path`, or at the place of the nearest enclosing part."""
         file, line, column = self._place_parts(path)
         return SceneError(message, file=file, line=line, column=column, code=code)
 
     def _place_parts(self, path: toml_places.Path) -> tuple[str, int, int]:
-        """Return file, line and column."""
+        """Return file, line and column of the part at this path."""
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
-        """Return the error for a message of `tomllib`; without a place in the message, the end of the file."""
+        """Return the error for a message of `tomllib`; a message without a place refers to the end of the file."""
         what, _, _ = message.partition(" (at ")
         found = re.search(r"line (\d+), column (\d+)", message)
         end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
@@ -114,17 +114,17 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Place each UsageError and ProgramError raised in this context at `path`."""
+        """Within a `with` block, convert a UsageError or ProgramError to a SceneError at the place of `path`."""
         try:
             yield
         except UsageError as error:
-            raise self.error(path, str(error)) from None
+            raise self.error(message=str(error), path=path) from None
         except ProgramError as error:
-            raise self.error(path, str(error) if error.file else error.message) from None
+            raise self.error(message=str(error) if error.file else error.message, path=path) from None
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Place a UsageError at the deepest key that its message names.
+        """Within a `with` block, convert a UsageError to a SceneError at the deepest key that its message names.
 
         `tables`: the tables to search, each with its key below `path`; empty key: `path` itself.
         """
@@ -132,17 +132,17 @@ class Source:
             yield
         except UsageError as error:
             named = [(*filter(None, (at,)), *keys) for at, table in tables for keys in _named(table, str(error))]
-            raise self.error((*path, *max(named, key=len, default=())), str(error)) from None
+            raise self.error(message=str(error), path=(*path, *max(named, key=len, default=()))) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
-        """Return one error for all errors found by pydantic: the first error in the file."""
+        """Return the first of all errors that pydantic has found, with the number of the other errors."""
 
         def order(error: ErrorDetails) -> tuple[toml_places.Place, bool, str]:
             return toml_places.place_of(error["loc"], self.places), error["type"] == "missing", _message_for(error)
 
         first = min(errors, key=order)
         more = f" (and {len(errors) - 1} more)" if errors[1:] else ""
-        return self.error(first["loc"], _message_for(first) + more)
+        return self.error(_message_for(first) + more, first["loc"])
 
 
 class Given(Source):
@@ -170,7 +170,7 @@ def read_text(file: Path) -> str:
 
 
 def _message_for(error: ErrorDetails) -> str:
-    """Return the message for an error found by pydantic."""
+    """Return a plain message for an error that pydantic has found."""
     path = error["loc"]
     if not path:
         return f"cannot be read: {error['msg'].partition(' at line')[0]}"
@@ -185,7 +185,7 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Yield each path of keys that are all named in a message."""
+    """Yield each path whose keys are all named in an error message."""
     for key, value in table.items():
         if re.search(rf"\b{re.escape(key)}\b", message):
             yield (key,)
@@ -198,7 +198,7 @@ _RULES = {
     "unexpected_keyword_argument": rules.UNKNOWN_KEY,
     "missing": rules.MISSING_KEY,
 }
-"""Rules for error types of pydantic; all other types are errors in a value."""
+"""Rules for the error types of pydantic; an error of any other type is a wrong value."""
 
 
 def _unknown(error: ErrorDetails) -> bool:

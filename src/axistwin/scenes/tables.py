@@ -35,7 +35,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return the field of a table for a parameter of a fault; the kind of fault checks its value."""
+    """Return type and field of a table's key for a parameter of a fault; the fault checks the value later."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
@@ -54,7 +54,7 @@ class Table(BaseModel):
 
 
 def _valued(check: Callable[[Any], object]) -> AfterValidator:
-    """Return a validator that calls `check` and keeps the value as given."""
+    """Return a validator that calls `check` and returns the value unchanged."""
 
     def checked(given: Any) -> Any:
         try:
@@ -89,7 +89,7 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     """Convert a position with a unit to counts."""
     if not isinstance(given, str):
         return given
-    if "units" not in info.data:  # the error in `units` is reported
+    if "units" not in info.data:  # pydantic already reports the error in `units`
         return 0
     table = info.data["units"]
     units = None if table is None else MachineUnits.given(table.model_dump())
@@ -144,7 +144,7 @@ Files = Annotated[list[File], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 def _values(made: type[Any], **more: Any) -> dict[str, Any]:
-    """Return the JSON Schema of a data sheet, by name; the axis checks the values."""
+    """Return the keys of a data sheet for the JSON Schema; the axis checks the values."""
     numbers = {each.name: {"type": "integer" if each.name in WHOLE else "number"} for each in fields(made)}
     return {"type": "object", "properties": {**more, **numbers}, "additionalProperties": False}
 
@@ -180,7 +180,7 @@ _SERVOS = TypeAdapter(dict[str, ServoTable])
 
 
 class ControllerTable(Table):
-    """One controller."""
+    """The table of one controller in a scene."""
 
     model: str
     """Model, e.g. "if1", "1811" or "smartmotor"."""
@@ -214,18 +214,18 @@ class ControllerTable(Table):
     @field_validator("axes", mode="wrap")
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        """Validate axes by the kind of motor.  The values of a servo axis are checked when it is built."""
+        """Validate the axes as stepper or servo axes, as the model has them."""
         adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
     @property
     def called(self) -> str:
-        """Name on the bench."""
+        """Name of the controller on the bench."""
         return self.name or self.model.lower()
 
 
 def has_servo(model: str | None) -> bool:
-    """True if the model has servo axes."""
+    """True if a model has a servo axis instead of stepper axes."""
     return model is not None and model.lower() in FAMILIES and product(model).make_axis is servo_axis
 
 
@@ -259,7 +259,7 @@ Name = Annotated[str, Field(pattern=r"^[\w-]+$")]
 
 
 class FaultTerms(Table):
-    """A fault."""
+    """The terms of one fault of a scene."""
 
     kind: Annotated[str, Field(json_schema_extra={"enum": list(KINDS)})]
     """Kind of fault; `axistwin faults` lists them."""
@@ -318,12 +318,14 @@ def _rate(given: Any) -> Any:
 
 
 class BoardTable(Table):
-    """A motion board with Klipper's micro-controller firmware."""
+    """A motion board with Klipper's micro-controller firmware, or LinuxCNC HAL on this computer."""
 
     name: Name
     """Name of the board."""
-    port: str
+    port: str | None = None
     """Serial port of the board, e.g. "/dev/ttyACM0"."""
+    hal: File | None = None
+    """Instead of a port: LinuxCNC HAL, with the HAL commands of this file, relative to the scene file."""
     baud: Annotated[int, Field(ge=1200)] = 250_000
     """Baud rate of the firmware; a board with native USB ignores it."""
 
@@ -340,14 +342,14 @@ class BoardAxisTable(Table):
     """The connection of an axis to the drive of a real motor."""
 
     axis: str
-    """Axis with a stepper motor, as "controller.axis"."""
+    """Axis as "controller.axis"; the encoder counts of a servo axis become pulses."""
     board: str | None = None
     """Name of the board; may be left out if there is only one."""
-    step: Pin
-    """Pin of the step input of the drive."""
-    direction: Pin
+    step: Pin | None = None
+    """Pin of the step input of the drive.  Axes at HAL have no pins of a board."""
+    direction: Pin | None = None
     """Pin of the direction input; high in the positive direction."""
-    enable: Pin
+    enable: Pin | None = None
     """Pin of the enable input; off when the board stops."""
     pulse_us: Annotated[float, Field(gt=0, le=1000)] = 2.0
     """Minimum width of a step pulse, in microseconds."""
@@ -362,8 +364,8 @@ class BoardInputTable(Table):
 
     to: str
     """Input of a controller, as "controller.pin"."""
-    pin: Pin
-    """Pin of the board."""
+    pin: Pin | None = None
+    """Pin of the board; none at HAL."""
     board: str | None = None
     """Name of the board; may be left out if there is only one."""
     stops: Literal["plus", "minus", "both"] | None = None
@@ -377,8 +379,8 @@ class BoardOutputTable(Table):
 
     source: Annotated[str, Field(alias="from")]
     """Output of a controller, as "controller.pin"."""
-    pin: Pin
-    """Pin of the board."""
+    pin: Pin | None = None
+    """Pin of the board; none at HAL."""
     board: str | None = None
     """Name of the board; may be left out if there is only one."""
     safe: Literal["low", "high"] = "low"

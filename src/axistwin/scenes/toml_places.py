@@ -30,7 +30,7 @@ _VALUE = re.compile(
 
 
 def places(text: str) -> dict[Path, Place]:
-    """Return the place of each table header, key and list element; of repeated headers, the first place."""
+    """Return the line and column of each table header, key and list element in a TOML text."""
     return dict(reversed([*_Scanner(text).scan()]))
 
 
@@ -43,7 +43,7 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """Return the place of this path, or the place of the nearest enclosing part."""
+    """Return the place of a path in the file, or of the smallest part around it that has a place."""
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
@@ -53,7 +53,7 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # number of [[tables]] of each name that have been read
+        self.tables: dict[Path, int] = {}  # number of [[name]] headers that have been read, by name
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the places of headers and of the pairs after them."""
@@ -119,7 +119,7 @@ class _Scanner:
         return (*path, number)
 
     def _absolute(self, keys: Path) -> Path:
-        """Return keys as a path: `controller.axes` below the second [[controller]] is ("controller", 1, "axes")."""
+        """Convert keys to a path: `controller.axes` after the second [[controller]] is ("controller", 1, "axes")."""
         path: Path = ()
         for key in keys[:-1]:
             path = (*path, key)

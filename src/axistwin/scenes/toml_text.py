@@ -9,7 +9,7 @@ from axistwin.errors import UsageError
 
 
 def toml(table: Mapping[str, Any]) -> str:
-    """Return a document with one line per key; each table of a list has one line."""
+    """Return a TOML document with one line per key; a table in a list takes one line."""
     lines = []
     for key, value in table.items():
         if isinstance(value, list) and value:
@@ -21,7 +21,7 @@ def toml(table: Mapping[str, Any]) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Return a value on one line, without None in tables.  Raises UsageError for a type that TOML does not have."""
+    """Format a value as TOML on one line; keys with None are left out.  Raises UsageError for an impossible type."""
     match value:
         case bool():
             return str(value).lower()
@@ -38,13 +38,13 @@ def toml_value(value: Any) -> str:
 
 
 def table_text(key: str, table: Mapping[str, Any]) -> str:
-    """Return one [[table]] of a list, one line per key."""
+    """Return one [[table]] as TOML text, one line per key."""
     lines = "".join(f"{name} = {toml_value(value)}\n" for name, value in table.items() if value is not None)
     return f"[[{key}]]\n{lines}"
 
 
 def tables(data: Mapping[str, Any]) -> str:
-    """Return a document of keys and lists of tables, in the usual layout."""
+    """Return a TOML document in which each list of tables is written as [[tables]]."""
     parts = [f"{key} = {toml_value(value)}\n" for key, value in data.items() if not _lists_tables(value)]
     parts += [f"\n{table_text(key, each)}" for key, value in data.items() if _lists_tables(value) for each in value]
     return "".join(parts).lstrip()

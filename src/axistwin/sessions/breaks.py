@@ -10,7 +10,7 @@ log = getLogger("axistwin")
 
 
 class Break:
-    """A breakpoint, which can be switched on and off.  `once`: it stops the bench only once."""
+    """A breakpoint that can be switched on and off.  `once`: True if it stops the bench only once."""
 
     def __init__(self, sentence: str, bench: Bench, on_hit: Callable[["Break"], None], *, once: bool = False) -> None:
         self.sentence, self.once = sentence, once
@@ -43,9 +43,7 @@ class Break:
             unsubscribe()
 
     def resume(self, bench: Bench) -> None:
-        """Resume on this bench, which may be a new one.  If the sentence does not fit, the breakpoint is switched
-        off.
-        """
+        """Resume the breakpoint on this bench; switch it off if its sentence does not fit the bench."""
         self._bench = bench
         try:
             self.on = self._on

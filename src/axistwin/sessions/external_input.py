@@ -1,6 +1,6 @@
-"""External input of a bench: acts of users and of hosts at real ports, recorded in a journal and replayed.
+"""External input of a bench: the actions of users and of hosts at real ports, which are recorded and replayed.
 
-Acts of the scene's own hosts, script and faults are not external: the bench repeats them by itself.
+Actions of the scene's own hosts, script and faults are not external; the bench repeats them by itself.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ REPEATING = "the run is being repeated"
 
 
 class ExternalInput:
-    """Performs and records external input, on the present bench of a session."""
+    """Performs and records external input on the present bench of a session."""
 
     def __init__(self, pacer: Pacer) -> None:
         self.pacer, self.journal = pacer, Journal()
@@ -59,34 +59,34 @@ class ExternalInput:
         self.pacer.pace(bench.clock)
 
     def serial(self, name: str) -> RecordedPort:
-        """Return the port of an endpoint for a host; its acts are recorded.  Raises UsageError."""
+        """Return the port of an endpoint for a host; the host's actions are recorded.  Raises UsageError."""
         if name not in self._ports:
             self._ports[name] = RecordedPort(self.bench.port(name), partial(self._record_line_act, name))
             self._ports[name].mute(self._muted)
         return self._ports[name]
 
     def bus(self, name: str) -> RecordedBus:
-        """Return the registers of a board for a host; its acts are recorded.  Raises UsageError."""
+        """Return the registers of a board for a host; the host's actions are recorded.  Raises UsageError."""
         if name not in self._buses:
             self._buses[name] = RecordedBus(self.bench[name].bus, partial(self._record_bus_act, name))
             self._buses[name].mute(self._muted)
         return self._buses[name]
 
     def serve(self, server: Server) -> None:
-        """Mute and unmute the clients of this server, too."""
+        """Add a server whose clients are also blocked during a replay."""
         self._server = server
         server.bench = self.bench
         if self._muted:
             server.gate.close(REPEATING)
 
     def mute(self) -> None:
-        """Block hosts: nothing passes between them and the bench, and new clients are refused."""
+        """Block all hosts: stop the data between hosts and bench, and refuse new clients."""
         if self._server is not None:
             self._server.gate.close(REPEATING)
         self._mute(True)
 
     def unmute(self) -> None:
-        """Admit hosts, and report to the hosts the changes made meanwhile."""
+        """End the block of hosts, and report the changes of lines during the block to them."""
         self.pacer.sync()
         self._mute(False)
         if self._server is not None:
@@ -106,7 +106,7 @@ class ExternalInput:
         return self.texts[file]
 
     def prepare(self, act: Act) -> Callable[[], None]:
-        """Check an act of a user, and return the function that performs and records it.  Raises AxistwinError."""
+        """Check an action of a user; return a function that performs and records it.  Raises AxistwinError."""
         check(act)
         return partial(self._do, act, self.runner.prepare(act))
 
@@ -116,22 +116,22 @@ class ExternalInput:
             do()
         except AxistwinError:
             if isinstance(act, Do) and act.target == LOAD:
-                self._record(act)  # a load that fails half-way must fail in a replay, too
+                self._record(act)  # recorded first, so that a load that fails also fails in a replay
             raise
         else:
             self._record(act)
         finally:
-            self.pacer.work()  # also after an error: the act may have scheduled events before it failed
+            self.pacer.work()  # needed even after an error, because the action may already have scheduled events
 
     def replay(self, act: Act) -> None:
-        """Perform a recorded act again; an error is logged."""
+        """Perform a recorded action again; log an error."""
         try:
             self.runner.prepare(act)()
         except AxistwinError as error:
             log.warning("%s", error)
 
     def _record_line_act(self, name: str, act: LineAct) -> None:
-        """Record an act of a host before it is performed; acts of the bench itself are not recorded."""
+        """Record an action of a host before it is performed, unless the bench itself performs it."""
         if self.pacer.advancing or (isinstance(act, SetLine) and not self.bench.port(name).handshake):
             return
         if isinstance(act, Write):
@@ -158,7 +158,7 @@ class ExternalInput:
 
 
 class Replay:
-    """Replays the moments of a journal on a bench, each after all other events of its nanosecond.
+    """Replays the recorded actions of a journal on a bench, each after all other events of its time.
 
     `on_end` is called at `end_ns`, after the last moment.
     """
@@ -170,15 +170,15 @@ class Replay:
         self._do, self._on_end = do, on_end
         self._cursor = Cursor()
         self.finished = False
-        """True after the last moment, from `end_ns` on."""
+        """True if all recorded actions are performed and the time `end_ns` is reached."""
         self._schedule_next()
 
     def is_due_by(self, time_ns: int) -> bool:
-        """True if a moment at or before this time is left."""
+        """True if a recorded action up to this time has not been performed yet."""
         return self._next_ns <= time_ns
 
     def abandon(self) -> Tail:
-        """End the replay, and delete the remaining moments from the journal.  Returns the deleted moments."""
+        """End the replay; delete the remaining actions from the journal, and return them."""
         self._cancel()
         return self.journal.truncate(self._cursor)
 

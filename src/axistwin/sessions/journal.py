@@ -1,8 +1,8 @@
 """The journal: all external input of a run with its time, from which the run can be replayed exactly.
 
-A moment holds the acts between two advances of the clock, which have the same time.  An act is a `Say` or a `Do` of a
-conversation.  Equal acts are stored once, and a moment stores the time since the last moment and the
-numbers of its acts.  A poll of a host, which repeats for hours, takes some 5 bytes.
+A moment contains the actions between two advances of the clock, which have the same time.  An action is a `Say` or a
+`Do` of a conversation.  Equal actions are stored once; a moment stores the time since the last moment and the numbers
+of its actions.  A poll of a host takes about 5 bytes.
 """
 
 from collections.abc import Iterator
@@ -15,12 +15,12 @@ Act = Say | Do
 MAX_BYTES = 64 << 20
 """Maximum size of a journal in bytes.  A host that polls ten times a second fills the journal in two weeks."""
 BYTES_PER_ACT = 400
-"""Approximate memory of each different act in bytes."""
+"""Approximate size in bytes of each different action."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """Acts without an advance of the clock between them."""
+    """The actions between two advances of the clock, which have the same time."""
 
     time_ns: int
     acts: tuple[Act, ...]
@@ -28,18 +28,18 @@ class Moment:
 
 @dataclass(frozen=True)
 class Cursor:
-    """A position between two moments of a journal."""
+    """A position in a journal, between two moments."""
 
     offset: int = 0
     time_ns: int = 0
     """Time of the preceding moment."""
     known: int = 0
-    """Number of different acts before this position."""
+    """Number of different actions before this position."""
 
 
 @dataclass(frozen=True)
 class Tail:
-    """The deleted end of a journal."""
+    """The deleted end of a journal, which can be restored."""
 
     cursor: Cursor
     """Position at which the journal was cut."""
@@ -50,11 +50,11 @@ class Tail:
 
 
 class Journal:
-    """Moments in order of time.  A full journal accepts no more acts."""
+    """The recorded moments in order of time.  A full journal accepts no more actions."""
 
     def __init__(self, max_bytes: int = MAX_BYTES) -> None:
         self.full_ns: int | None = None
-        """Time at which the journal became full; None: not full.  The acts of this nanosecond are incomplete."""
+        """Time at which the journal became full, or None; actions of exactly this time may be missing."""
         self._max_bytes = max_bytes
         self._data = bytearray()
         self._numbers: dict[Act, int] = {}
@@ -65,11 +65,11 @@ class Journal:
 
     @property
     def bytes(self) -> int:
-        """Approximate memory in bytes."""
+        """Approximate size of the journal in bytes."""
         return len(self._data) + self._texts
 
     def add(self, time_ns: int, clock_pass: int, act: Act) -> bool:
-        """Append an act at this time, after this number of advances.  Return False if the journal is full."""
+        """Append an action at this time and this count of clock advances; return False if the journal is full."""
         if self.full_ns is None and self.bytes > self._max_bytes:
             self.full_ns = time_ns
         if self.full_ns is not None:
@@ -81,7 +81,7 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Return the next moment and the position after it; None at the end."""
+        """Return the moment after `cursor` and the position after this moment; None at the end."""
         if cursor.offset >= len(self._data):
             return None
         word, offset = self._get(cursor.offset)
@@ -108,7 +108,7 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # acts are numbered in the order of their first use
+        for act in self._acts[cursor.known :]:  # forgets the actions that were first used after the cut
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]
@@ -116,7 +116,7 @@ class Journal:
         return tail
 
     def restore(self, tail: Tail) -> None:
-        """Replace all moments after the position of `tail` by those that were deleted there."""
+        """Undo `truncate`: replace all moments after the position of `tail` by the deleted ones."""
         self.truncate(tail.cursor)
         self._data += tail.data
         for act in tail.acts:
@@ -131,7 +131,7 @@ class Journal:
         return number
 
     def _put(self, number: int) -> None:
-        """Append a number: seven bits per byte, low bits first; the top bit of the last byte is clear."""
+        """Append a number with seven bits per byte, low bits first; the highest bit is clear in the last byte."""
         while number > 0x7F:
             self._data.append(number & 0x7F | 0x80)
             number >>= 7

@@ -11,11 +11,11 @@ from axistwin.errors import ProgramError, UsageError
 from axistwin.scenes.hosting import KINDS, STORED
 
 OFF_S = 0.1
-"""Time for which the controller is off before a load; its serial lines are idle at the end."""
+"""Time for which a controller is switched off before a load; its serial lines become idle in this time."""
 
 
 def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:
-    """Return the name under which the program is stored: its file name, or a numbered name if that is in use.
+    """Check a program; return the name to store it: its file name, or a numbered name if this name is in use.
 
     Raises ProgramError with file, line and column; UsageError.
     """
@@ -27,7 +27,9 @@ def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[st
         raise UsageError(f"cannot load into {name}: it shares its serial line with other controllers")
     for found in diagnose_text(text, file.suffix.lower(), controller.product, filename):
         if found.severity is Severity.ERROR:
-            raise ProgramError(found.message, file=filename, line=found.line, column=found.column, code=found.code)
+            raise ProgramError(
+                message=found.message, file=filename, line=found.line, column=found.column, code=found.code
+            )
     return _free(file.name, text, known)
 
 

@@ -1,4 +1,4 @@
-"""Ports of a session for hosts.  Each act of a host is recorded, and the bench behind a port can be replaced.
+"""Ports of a session for hosts.  Each action of a host is recorded, and a port can be moved to another bench.
 
 A port is muted during a replay, because the replay repeats data that its host has already received.
 """
@@ -29,7 +29,7 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """A control line of a device on the present bench.  While the line is muted, its changes are not reported."""
+    """A control line of a device on the present bench; its changes are not reported while it is muted."""
 
     def __init__(self, pin: Pin) -> None:
         super().__init__(pin.clock, pin.name, output=True)
@@ -37,17 +37,17 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Use the control line of another bench from now on."""
+        """Connect to the control line of another bench."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     @property
     def level(self) -> bool:
-        """The level on the present bench."""
+        """Level of the line on the present bench."""
         return self._line.level
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting.  At the end, a level that differs from the level at the beginning is reported."""
+        """Begin or end muting; at the end, report a level that has changed since the beginning."""
         if on is self._muted:
             return
         self._muted = on
@@ -62,7 +62,7 @@ class MutableLine(Pin):
 
 
 def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
-    """Return a property that forwards to `present`.  With `act`, assignments are recorded as this act."""
+    """Return a property that forwards to `present`; assignments are recorded as the action `act`, if given."""
 
     def assign(recorded: "RecordedHost | RecordedPort", value: object) -> None:
         assert act is not None, "the property can be set"
@@ -72,7 +72,7 @@ def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
 
 
 class RecordedHost:
-    """The host's end of a serial line.  Assignments to its attributes are recorded."""
+    """The host's end of a serial line; every assignment to an attribute is recorded as an action."""
 
     format: UartFormat = _forwarded("format", SetFormat)
     dtr: bool = _forwarded("dtr", partial(SetLine, "dtr"))
@@ -83,16 +83,16 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """The host's end on the present bench."""
+        """The host's end of the line on the present bench."""
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
-        """Record an act of the host, then perform it."""
+        """Record an action of the host, then perform it."""
         self._port.do(act, lambda port: perform(port.host))
 
 
 class RecordedPort:
-    """A serial port.  `record` receives each act of the host before it is performed."""
+    """A serial port for a host.  `record` is called with each action of the host before it is performed."""
 
     flow: Flow = _forwarded("flow", SetFlow)
     held: bool = _forwarded("held", Hold)
@@ -106,11 +106,11 @@ class RecordedPort:
         self._muted = False
         self._receives: Signal[int, LineError] = Signal()
         self._settings: dict[object, tuple[int, Callable[[], None]]] = {}
-        """The last setting of each kind: its time, and a function that makes the setting again."""
+        """Last setting of each kind: its time, and a function that repeats the setting."""
         self._unsubscribe = port.subscribe_received(self._received)
 
     def attach(self, port: SerialPort) -> None:
-        """Connect to the port of another bench, without changing that port."""
+        """Connect to the port of another bench, without changing its settings."""
         self._unsubscribe()
         self.present = port
         self._unsubscribe = port.subscribe_received(self._received)
@@ -118,18 +118,18 @@ class RecordedPort:
         self.rts_line.attach(port.rts_line)
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting.  At the end, settings with a recorded time after the present time are made again."""
+        """Begin or end muting; at the end, repeat the settings that were made after the present virtual time."""
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # made after the present time: not yet made on this bench
+                if set_ns > now_ns:  # this bench does not have the setting yet
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
 
     def do(self, act: LineAct, perform: Callable[[SerialPort], object]) -> None:
-        """Record an act of the host, then perform it."""
+        """Record an action of the host, then perform it."""
         self._record(act)
         if isinstance(act, SetFormat | SetLine | SetFlow | Hold):
             kind = act.line if isinstance(act, SetLine) else type(act)
@@ -159,13 +159,13 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # replayed: the host has received this character before
+            self.present.read()  # a replayed character, which the host has already received
         else:
             self._receives.emit(byte, errors)
 
 
 class RecordedBus:
-    """The registers of a board.  `record` receives each act that changes the board, before the act is performed."""
+    """The registers of a board.  `record` is called with each action that changes the board, before it is performed."""
 
     def __init__(self, bus: RegisterPort, record: Callable[[BusAct], object]) -> None:
         self.present, self._record = bus, record

@@ -1,4 +1,4 @@
-"""A session saved as a scene that repeats the session: acts of users as a script, acts of hosts as conversations.
+"""Save a session as a scene: actions of users become a script, actions of hosts become conversations.
 
 All acts of one nanosecond are written to one file, to keep their order.  Acts of users on one controller are written to
 the script, all other acts to the conversation of an endpoint that a host has used.
@@ -28,17 +28,18 @@ _HEADER = re.compile(r"^; host: (.+)$", re.MULTILINE)
 def files(
     scene: Scene | None, served: bool, bench: Bench, journal: Journal, programs: dict[str, str], end_ns: int
 ) -> dict[str, str]:
-    """Return the texts of the scene and its files, by name.  Raises UsageError for acts that no scene can contain."""
+    """Return the texts of the scene and its files, by name.  Raises UsageError for an action that no scene can have."""
     found = Files()
     if scene is not None:
-        found.texts.update(scene.programs)  # files that the scene's script may load keep their names
+        found.texts.update(scene.programs)  # the scene's script may load these files by name, so their names are kept
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # number of earlier sessions in the scene's conversations
+    before = max(map(rank_of, headers), default=0)  # number of earlier sessions whose conversations the scene contains
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        if not before and all(map(_is_script, moments)):  # a script would come before an earlier session
+        # with an earlier session in the scene, actions in a script would be performed too early
+        if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
                 copy.script.append(entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts))
@@ -61,7 +62,7 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if all acts are acts of users on one controller."""
+    """True if all actions of the moment are actions of users on one controller."""
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
         for act in moment.acts
@@ -69,14 +70,14 @@ def _is_script(moment: Moment) -> bool:
 
 
 def _names_a_fault(act: Do) -> bool:
-    """True if the act names another fault, which a script would have to define at its beginning."""
+    """True if the action refers to another fault by name; a script would have to define that fault first."""
     if act.target == "mend":
         return act.value.strip("\"'") not in (*KINDS, "all")
     return act.target == "fault" and (" begins" in act.value or " ends" in act.value)
 
 
 class _Conversations:
-    """Conversations under construction, by name of the endpoint."""
+    """The conversations of a saved session, by name of the endpoint."""
 
     def __init__(self, bench: Bench, rank: int) -> None:
         self.bench = bench
@@ -85,7 +86,7 @@ class _Conversations:
         self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """Append the acts of one nanosecond; each is performed after all other events due by then."""
+        """Append actions that have the same time; each is performed after all other events of this time."""
         moments = list(moments)
         name = self._endpoint_of(act for moment in moments for act in moment.acts)
         acts = self._acts.setdefault(name, [])
@@ -100,13 +101,13 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the name of the endpoint in whose conversation these acts are written."""
+        """Return the name of the endpoint whose conversation contains these actions."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return the act; it names its controller only if the name differs from `name`."""
+        """Return the action without the name of its controller if this name is `name`."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

@@ -14,6 +14,7 @@ from enum import Enum, auto
 from functools import partial
 from logging import getLogger
 from time import monotonic
+from typing import TypeVar
 
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.acts import Do, Say
@@ -32,28 +33,29 @@ from axistwin.units import S, to_ns, to_seconds
 
 log = getLogger("axistwin")
 
+T = TypeVar("T")
 Attach = Callable[[Bench], object]
 DRAIN_EVERY = 1 << 12
-"""Number of passes of the clock between two reads of unconnected ports."""
+"""Number of clock advances between two readings of ports without a client."""
 
 
 class State(Enum):
-    """State of a session.  A move is a `step` or a `go_to`."""
+    """State of a session.  In this class, a move is a `step` or a `go_to`."""
 
     IDLE = auto()
-    """Paused; no breakpoint has stopped the bench since the session began or the last move ended."""
+    """Paused at the beginning, or after a completed move."""
     RUNNING = auto()
     HALTED = auto()
     """Paused by a user, a breakpoint or an error."""
     MOVING = auto()
     MOVE_HALTED = auto()
-    """A breakpoint or an error ends the move."""
+    """A breakpoint or an error is ending the move."""
     MOVE_ABORTED = auto()
-    """A user ends the move."""
+    """A user is ending the move."""
 
 
 UNDO_S = 10.0
-"""Time in which a deleted recording can be restored."""
+"""Seconds after a deletion during which a recording can be restored."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +63,12 @@ class Forgotten:
     """The deleted part of a recording."""
 
     at_ns: int
-    """Virtual time of the deletion."""
+    """Virtual time at which the part was deleted."""
     recorded_ns: int
     """End of the recording."""
     tail: Tail
     since_s: float
-    """Wall-clock time of the deletion."""
+    """Wall-clock time at which the part was deleted."""
 
 
 class Session:
@@ -84,17 +86,17 @@ class Session:
         """The present bench; going back in time replaces it."""
         self.pacer = Pacer(self.bench.clock, speed)
         self.server: Server | None = None
-        """The server of real ports; see `serve`."""
+        """The server of real ports; None before `serve`."""
         self.breaks: list[Break] = []
         self.halted_by = ""
         """Text of the breakpoint or error that has stopped the bench; "" if a user has paused the bench."""
         self.progress: float | None = None
         """Progress of `go_to`, 0 to 1; None if not active."""
         self.input = ExternalInput(self.pacer)
-        """External input; its `serial(name)` and `bus(name)` are ports for hosts, whose acts are recorded."""
+        """External input; its `serial(name)` and `bus(name)` are ports for hosts, whose actions are recorded."""
         self.input.attach(self.bench)
         self.waiting = False
-        """True from `wait` until virtual time first passes."""
+        """True after `wait`, until virtual time starts."""
         self._attached: list[Attach] = []
         self._replay: Replay | None = None
         self._recorded_ns = 0
@@ -129,7 +131,7 @@ class Session:
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach` with the present bench, and with each later bench before its first event."""
+        """Call `attach` now with the present bench, and later with each new bench before its first event."""
         self._attached.append(attach)
         attach(self.bench)
 
@@ -152,10 +154,10 @@ class Session:
         """The journal of external input."""
         return self.input.journal
 
-    # Acts of users
+    # Actions of users
 
     def do(self, who: str, target: str, value: str) -> None:
-        """Perform `! target value` of a conversation on a controller or a line.  Raises AxistwinError."""
+        """Perform the action `! target value` of a conversation at the endpoint `who`.  Raises AxistwinError."""
         self._do(Do(target, value, controller=who))
 
     def say(self, name: str, data: bytes) -> None:
@@ -165,7 +167,7 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # as the recording is read again; raises ProgramError for an invalid command
+            codec.read(codec.show(data))  # raises ProgramError for a command that could not be read from a recording
         else:
             self.bench.port(name)  # raises UsageError for an unknown name
         self._do(Say(data, controller=name))
@@ -193,7 +195,7 @@ class Session:
         do()
 
     def _power_cycle(self, name: str) -> None:
-        """Switch all controllers at this endpoint off and on, for a new client."""
+        """Switch all controllers at this endpoint off and on."""
         line = self.bench.lines.get(name)
         for motor in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             for level in ("off", "on"):
@@ -207,7 +209,7 @@ class Session:
 
     @property
     def busy(self) -> bool:
-        """True during `step` and `go_to`, when no acts are possible."""
+        """True during `step` and `go_to`, when no actions are possible."""
         return self._state in (State.MOVING, State.MOVE_HALTED, State.MOVE_ABORTED)
 
     @property
@@ -225,7 +227,7 @@ class Session:
         self.pacer.speed = speed
 
     def wait(self) -> None:
-        """Start virtual time at the next `welcome`: when the first host or browser connects."""
+        """Let virtual time start when the first host or browser connects (`welcome`)."""
         self.waiting = True
 
     def welcome(self) -> None:
@@ -233,16 +235,20 @@ class Session:
         if self.waiting and not self.busy:
             self.run()
 
+    def inspect(self, read: Callable[[], T]) -> T:
+        """Return the result of `read`, which reads the state of the bench at the present time."""
+        return self.pacer.inspect(read) if self.running else read()
+
     def run(self) -> None:
         """Start virtual time."""
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
-        self.pacer.agenda_ns = self.bench.agenda_ns  # run at least to the end of the scene's script
+        self.pacer.agenda_ns = self.bench.agenda_ns  # a run must reach at least the end of the scene's script
         self.pacer.start()
 
     def pause(self) -> None:
-        """Stop virtual time after all events due by now."""
+        """Stop virtual time, after executing all events that are due."""
         self._check_free()
         self.pacer.sync()
         self.pacer.stop()
@@ -281,13 +287,13 @@ class Session:
         self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
-        """Run until the event of `sentence` happens or a breakpoint stops the bench.  Raises UsageError."""
+        """Run until the event that `sentence` describes, or until a breakpoint.  Raises UsageError."""
         self._check_free()
         self._set_target(Break(sentence, self.bench, self._hit, once=True))
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance a step by one slice.  Returns False if no event is left."""
+        """Advance a step by one slice of real time; return False if no event is left."""
         return steps.advance(
             self.bench,
             lambda: min(end_ns, observer.end_ns),
@@ -295,17 +301,17 @@ class Session:
         )
 
     def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
-        """Run one slice of `advance_to`."""
+        """Run to a time for at most one slice of real time; return True at this time."""
         return steps.run_to(self.bench.clock, time_ns, lambda: self._state is not State.MOVING or over())
 
     def _hit(self, which: Break) -> None:
-        """Stop at a breakpoint, after all events of the present nanosecond."""
+        """Stop at a breakpoint, after all other events of the same time."""
         self.pacer.stop()
         if self._state not in (State.HALTED, State.MOVE_HALTED):
             self._halt(which.sentence if which.once else f"break: {which.sentence}")
 
     def _on_failure(self, error: AxistwinError) -> None:
-        """Stop after a planned act has failed; during `go_to`, only log the error."""
+        """Stop after a planned action has failed; during `go_to`, only log the error."""
         log.warning("%s", error)
         if self.progress is None:
             self.pacer.stop()
@@ -320,7 +326,7 @@ class Session:
             self._target.on = False
         self._target = target
 
-    # Back in time
+    # Going back in time
 
     @property
     def recorded_seconds(self) -> float:
@@ -329,7 +335,7 @@ class Session:
 
     @property
     def repeating(self) -> bool:
-        """True while recorded input is replayed; hosts at real ports are blocked meanwhile."""
+        """True while recorded input is replayed and hosts at real ports are blocked."""
         return self._replay is not None
 
     def give_up(self) -> None:
@@ -367,7 +373,7 @@ class Session:
         """
         time_ns, was_running = to_ns(seconds), self.running
         if time_ns < self.bench.now:
-            raise UsageError(f"{seconds:g} s is over: expected a time after {self.seconds:.3f} s")
+            raise UsageError(f"{seconds:g} s has already passed: expected a time after {self.seconds:.3f} s")
         self.pause()
         with self._moving():
             since_ns = self.bench.now
@@ -380,7 +386,7 @@ class Session:
             self.run()
 
     def forget_rest(self) -> None:
-        """Delete the part of the recording after the present time, and accept new input.  `undo` restores the part."""
+        """Delete the recording after the present time, and accept new input; `undo` restores the deleted part."""
         self._check_free()
         self.pacer.sync()
         if self._replay is not None:
@@ -390,7 +396,7 @@ class Session:
 
     @property
     def undo_seconds(self) -> float:
-        """Wall-clock time for which `undo` is possible, in seconds; 0: impossible."""
+        """Seconds of wall-clock time for which `undo` is still possible; 0 if it is impossible."""
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
     async def undo(self) -> None:
@@ -416,7 +422,7 @@ class Session:
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # if this raises, the session is unchanged
+        bench = self._build()  # an exception leaves the session unchanged
         self.input.mute()
         self.bench = bench
         for attach in self._attached:
@@ -433,7 +439,7 @@ class Session:
         self.pacer.advance_slice(lambda _: self.bench.clock.run_to(time_ns))
 
     async def _advance_to(self, time_ns: int) -> None:
-        """Advance to a time; breakpoints are suspended meanwhile."""
+        """Advance to a time without stopping at breakpoints."""
         since_ns = self.bench.now
         for each in self.breaks:
             each.suspend()
@@ -460,21 +466,21 @@ class Session:
 
     @property
     def _replayed(self) -> bool:
-        """True after the last event of a replay, until the end of the present advance."""
+        """True if the replay has reached its end, but has not been ended yet."""
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """End the present slice of the pacer, so that `_after_advance` is called."""
+        """Let the pacer end its present slice, and then call `_after_advance`."""
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
-        """Called after each advance of the bench."""
+        """Handle the end of a replay and of a breakpoint run, after each advance of the bench."""
         if self._replayed:
             self._end_replay()
         if self.pacer.passes % DRAIN_EVERY == 0:
             for name, port in self.bench.ports.items():
                 if not self.client(name):
-                    port.read()  # the characters are lost, as on an open cable
+                    port.read()  # characters for a port without a client are lost, as on an open cable
 
     def _end_replay(self) -> None:
         """End the replay: unmute the hosts at real ports and update them."""
@@ -484,6 +490,6 @@ class Session:
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Return a scene that repeats the recording with `axistwin run`: the texts of its files, by name."""
+        """Return the texts of a scene and its files, by name, with which `axistwin run` repeats the recording."""
         texts, end_ns = self.input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

@@ -13,10 +13,10 @@ from axistwin.units import MS
 
 KINDS = "event", "character", "statement", "move"
 PAUSE_NS = 50 * MS
-"""Longest pause between two characters of one message."""
+"""Longest pause in ns between two characters of one message."""
 NEVER_NS = 1 << 63
 MAX_S = 60
-"""Longest step in virtual seconds."""
+"""Longest virtual time of a step in seconds."""
 
 
 class StepObserver:
@@ -28,9 +28,9 @@ class StepObserver:
         self.bench, self.kind = bench, kind
         self._seen = False
         self._talk: tuple[str, bool] | None = None
-        """Endpoint of the present message, and True if the host sends the message."""
+        """Endpoint of the present message, and True for a message of the host."""
         self.end_ns = NEVER_NS
-        """Time at which the present message ends if no further character follows."""
+        """Time at which the present message ends unless another character follows."""
         self._moving = self._movements()
 
     def __enter__(self) -> Self:
@@ -51,11 +51,11 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End the step at the end of the present message, if any."""
+        """End the step if a message is in progress, because the message has ended."""
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step at an event; characters of one message are one event."""
+        """End the step at an event; all characters of one message count as one event."""
         if not isinstance(event, Sent | Received) or endpoints.at_a_bus(self.bench, event.controller):
             self._seen = True
             return
@@ -67,7 +67,7 @@ class StepObserver:
         self._seen = True
 
     def _movements(self) -> list[tuple[bool, int]]:
-        """Return a state for each axis: True if the axis moves, and for a stepper also the start time of the move."""
+        """Return for each axis True if it moves, and for a stepper axis also the start time of the move."""
         return [
             (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.move.start_ns)
             for controller in self.bench.controllers.values()
@@ -76,7 +76,7 @@ class StepObserver:
 
 
 def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object]) -> bool:
-    """Execute all events of one time after another.  Return True when `done()` is true, False if no event is due by
+    """Execute the events in order of time.  Return True when `done()` is true, False if no event is due by
     `end_ns()`.
 
     While a servo moves, each of its samples is an event.
@@ -94,9 +94,7 @@ def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object])
 
 
 def run_to(clock: Clock, end_ns: int, over: Callable[[], bool]) -> bool:
-    """Run to `end_ns`, inclusive, and return True; or to the end of the nanosecond in which `over()` is true, and
-    return False.
-    """
+    """Run up to and including `end_ns` and return True; if `over()` becomes true earlier, stop and return False."""
     while not over():
         due_ns = clock.next_event_ns()
         if due_ns is None or due_ns > end_ns:

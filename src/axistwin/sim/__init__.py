@@ -4,7 +4,7 @@ from axistwin.sim.clock import Clock, Procedure, Process, interrupt, kill
 from axistwin.sim.frames import FASTEST_BAUD, Break, LineError, Parity, UartFormat
 from axistwin.sim.levels import Levels, Space
 from axistwin.sim.manual_actions import ManualActions, by_itself
-from axistwin.sim.pins import Pin, UserPin, connect
+from axistwin.sim.pins import Pin, SensedPin, UserPin, connect
 from axistwin.sim.progress import Progress
 from axistwin.sim.registers import CONTROL, DATA, NOBODY_DRIVES, Init, ReadData, RegisterPort, WriteRegister
 from axistwin.sim.serial import Line, Uart
@@ -51,6 +51,7 @@ __all__ = [
     "ReadData",
     "RegisterPort",
     "SendBreak",
+    "SensedPin",
     "SerialPort",
     "SetFlow",
     "SetFormat",

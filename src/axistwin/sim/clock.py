@@ -6,14 +6,12 @@ the order in which they were scheduled.  Two runs of the same bench are therefor
 
 from collections.abc import Callable, Generator
 from functools import partial
-from heapq import heapify
+from heapq import heapify, heappush
 from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
-import simpy
-from simpy.events import URGENT, Event, Interruption, Process
-
 from axistwin.errors import UsageError
+from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interruption, Process
 from axistwin.sim.signal import Signal
 from axistwin.units import MOST_NS
 
@@ -23,11 +21,21 @@ Procedure = Generator[Event, Any, Any]
 """A device procedure: a generator that yields events and is resumed when the events have happened."""
 
 LAST = 9
-"""The rank of events from outside, after all events of the bench itself."""
+"""Rank of external events, which come after all events of the bench itself."""
 _AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
 
 
-class Clock(simpy.Environment):
+class _Call(Event):
+    """An event that performs an action."""
+
+    _ok, _value = True, None
+    callbacks = (lambda event: event._action(),)  # type: ignore[assignment]  # never appended to
+
+    def __init__(self, action: Callable[[], object]) -> None:
+        self._action = action
+
+
+class Clock(Environment):
     """Virtual time in integer nanoseconds, from 0."""
 
     now: int  # an integer, although SimPy also allows floats
@@ -35,7 +43,7 @@ class Clock(simpy.Environment):
     def __init__(self) -> None:
         super().__init__()
         self.patient = True
-        """False after a pacer has started the clock: then no nanosecond may take seconds to compute."""
+        """False if the clock is paced by real time, so that no event may take seconds to compute."""
         self.background = 0
         """Number of scheduled events that only maintain a display, such as the next flash of an observed lamp."""
         self.interrupted: set[Process] = set()
@@ -63,7 +71,7 @@ class Clock(simpy.Environment):
             while end.callbacks is not None:  # `callbacks` is None after the end event
                 self.step()
         finally:
-            self._withdraw(end)  # only after an exception: otherwise the event has happened
+            self._withdraw(end)  # has an effect only after an exception; otherwise the event has happened
 
     def later(self, duration_ns: int) -> int:
         """Return the time `duration_ns` after now.  Raises UsageError for a time after the end of virtual time."""
@@ -89,7 +97,7 @@ class Clock(simpy.Environment):
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """Return an event that happens after all other events that are due by then."""
         event = Event(self)
-        event._ok, event._value = True, None  # scheduled for a time, like simpy.Timeout
+        event._ok, event._value = True, None  # makes the event one that is scheduled for a time, like simpy.Timeout
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 
@@ -115,14 +123,13 @@ class Clock(simpy.Environment):
 
     def next_event_ns(self) -> int | None:
         """Return the time of the next event; None: no event is due before the end of virtual time."""
-        due = self.peek()
-        return None if due >= MOST_NS else int(due)
+        queue = self._queue
+        return None if not queue or queue[0][0] >= MOST_NS else int(queue[0][0])
 
     def call_later(self, delay_ns: int, action: Callable[[], object]) -> None:
         """Do `action` once, `delay_ns` from now."""
-        event = self.timeout(delay_ns)
-        assert event.callbacks is not None
-        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
+        assert delay_ns >= 0, "an event in the past"
+        heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), _Call(action)))
 
     def soon(self, action: Callable[[], object]) -> None:
         """Do `action` once, in this nanosecond, as soon as the present procedure yields and before all other events."""

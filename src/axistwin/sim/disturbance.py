@@ -39,7 +39,7 @@ class Disturbance:
     left: int | None = None
     strikes: Callable[[], bool] = always
     on_over: Callable[[], None] = lambda: None
-    """Called when the disturbance has finished."""
+    """Function that is called when the disturbance has finished."""
 
     @property
     def over(self) -> bool:
@@ -58,12 +58,12 @@ class Disturbance:
 
 
 def lose(passage: Passage) -> None:
-    """Lose the character."""
+    """Effect: the character is lost."""
     passage.copies = 0
 
 
 def double(passage: Passage) -> None:
-    """Double the number of copies."""
+    """Effect: the character arrives twice."""
     passage.copies *= 2
 
 

@@ -34,7 +34,7 @@ class LineError(Flag):
 
 
 SOUND = LineError.NONE
-"""No error, as a constant, because access to the enumeration is slow in the inner loop."""
+"""Constant for no error, because access to the enumeration is slow in an inner loop."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +51,15 @@ class UartFormat:
 
     def __post_init__(self) -> None:
         if type(self.baudrate) is not int or not 1 <= self.baudrate <= FASTEST_BAUD:
-            raise _invalid("baud rate", self.baudrate, f"a whole number from 1 to {FASTEST_BAUD}, e.g. 9600")
+            raise _invalid(
+                what="baud rate", given=self.baudrate, expected=f"a whole number from 1 to {FASTEST_BAUD}, e.g. 9600"
+            )
         if type(self.bytesize) is not int or self.bytesize not in BITS:
-            raise _invalid("number of data bits", self.bytesize, "5, 6, 7 or 8")
+            raise _invalid(what="number of data bits", given=self.bytesize, expected="5, 6, 7 or 8")
         if self.parity not in get_args(Parity):
-            raise _invalid("parity", self.parity, "one of N, E, O, M, S")
+            raise _invalid(what="parity", given=self.parity, expected="one of N, E, O, M, S")
         if self.stopbits not in STOP_BITS:
-            raise _invalid("number of stop bits", self.stopbits, "1, 1.5 or 2")
+            raise _invalid(what="number of stop bits", given=self.stopbits, expected="1, 1.5 or 2")
 
     def __str__(self) -> str:
         return f"{self.baudrate} {self.bytesize}{self.parity}{self.stopbits:g}"
@@ -151,7 +153,7 @@ class Frame:
     bit: int
     per: int
     sent: tuple[UartFormat, int] | None = None
-    """The format and the character if nothing has disturbed it."""
+    """Format and value of an undisturbed character; None for any other signal."""
     own: bool = False
     """True if the receiver's own transmitter sends the frame on a shared pair; the receiver then ignores the frame."""
 

@@ -30,7 +30,7 @@ class Space:
 
 
 class Levels:
-    """The levels of a wire from now on.  The levels must be read in order of time."""
+    """The planned levels of a wire, from the present time on. They must be read in order of time."""
 
     def __init__(self) -> None:
         self._spaces: deque[Space] = deque()
@@ -70,10 +70,12 @@ class Levels:
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
             since, width = at * space.per, step * space.per
-            first = max(0, (space.begin * per - since + width - 1) // width)  # rounded up: first sample inside
+            # index of the first sample within the space, rounded up
+            first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
-            last = min(count, (space.end * per - since + width - 1) // width)  # a break may last for hours
+            # limits the number, because a break may last for hours
+            last = min(count, (space.end * per - since + width - 1) // width)
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
             forgotten += last <= count - 2
@@ -104,7 +106,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return the spaces that end after `first` begins."""
+        """Remove and return the stored spaces (low times) that end after the beginning of `first`."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

@@ -36,9 +36,9 @@ class Pin:
     """A digital terminal of a device.  Each family defines what `level` means electrically."""
 
     restless = False
-    """True if the pin changes so often by itself that it is read when needed instead of observed."""
+    """True if the pin changes so often that it must be read on demand, not observed."""
     silent = False
-    """True if the pin changes without notifying its subscribers."""
+    """True if the pin does not report its changes to subscribers."""
 
     wired = False
     """True if a wire or a switch is connected."""
@@ -83,6 +83,11 @@ class Pin:
     def driven(self) -> bool:
         """True while a test lead forces the level."""
         return self._driven is not None
+
+    @property
+    def undriven(self) -> bool:
+        """The level of the terminal without test lead and defects: that of the connected part."""
+        return self._source
 
     @property
     def held(self) -> bool:
@@ -236,6 +241,11 @@ class SensedPin(Pin):
             return super().level
         return self._read()
 
+    @property
+    def undriven(self) -> bool:
+        """The level of the sensor, or of the switch or wire that has replaced the sensor."""
+        return self._source if self._read is None else self._read()
+
     def set(self, level: bool) -> None:
         """Replace the sensor by a switch or a wire, and set its level."""
         before = self.level
@@ -306,8 +316,14 @@ class UserPin(Pin):
         return self._stage is not None
 
     @property
+    def undriven(self) -> bool:
+        """The level that the output stage, the external wiring or the pull-up resistor sets."""
+        volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
+        return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
+
+    @property
     def drivable(self) -> bool:
-        """Always True: a test lead overrides the output stage."""
+        """Always True, because a test lead overrides the output stage."""
         return True
 
     def drive(self, level: bool | float) -> None:
@@ -344,7 +360,7 @@ class UserPin(Pin):
         self._set_source("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:
-        """Switch the output stage off."""
+        """Make the pin an input: switch its output stage off."""
         self._set_source("_stage", None)
 
     def subscribe_volts(self, callback: Callable[["UserPin"], None]) -> Callable[[], None]:

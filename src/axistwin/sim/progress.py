@@ -5,9 +5,9 @@ from collections.abc import Callable
 from axistwin.sim.signal import Signal
 
 LineWatcher = Callable[[str, int], None]
-"""Callback with the name of the program and the line's index from 0."""
+"""Function that is called with the name of a program and the index of a line, from 0."""
 Line = tuple[str, int]
-"""A line: the name of its program and its index from 0."""
+"""A line of a program: the name of the program, and the index of the line from 0."""
 
 
 class Progress:

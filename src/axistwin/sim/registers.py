@@ -143,21 +143,23 @@ class RegisterPort:
 
 def check_byte(what: str, value: object, highest: int = 0xFF) -> None:
     """Raise UsageError unless `value` is an integer from 0 to `highest`."""
+    if type(value) is int and 0 <= value <= highest:
+        return
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= highest:
         raise UsageError(f"invalid {what} {value!r}: expected an integer from 0 to {highest}")
 
 
-# Actions of a host at the registers, as values
+# Actions of a host at the registers, as data
 
 
 @dataclass(frozen=True, slots=True)
 class ReadData:
-    """Read the output data buffer."""
+    """Action of a host: read the output data buffer."""
 
 
 @dataclass(frozen=True, slots=True)
 class WriteRegister:
-    """Write a register."""
+    """Action of a host: write a register."""
 
     offset: int
     value: int
@@ -165,7 +167,7 @@ class WriteRegister:
 
 @dataclass(frozen=True, slots=True)
 class Init:
-    """Activate the bus's reset line."""
+    """Action of a host: activate the reset line of the bus."""
 
 
 BusAct = ReadData | WriteRegister | Init

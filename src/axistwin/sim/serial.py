@@ -16,19 +16,21 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from typing import Protocol
 
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.disturbance import Disturbance, Passage, double, flip, lose
 from axistwin.sim.frames import SOUND, Break, Frame, LineError, UartFormat
 from axistwin.sim.levels import Levels, Space
+from axistwin.sim.receiving import Reading, Whole
 from axistwin.sim.signal import Signal
 from axistwin.units import S, to_ns
 
 MANY = 12
 """Number of stored spaces above which a receiver samples early; about three characters."""
 LevelAt = Callable[[Fraction], bool]
-"""The level of the line at a time in ns after a falling edge."""
+"""Function that returns the level of the line at a time in ns after a falling edge."""
 
 
 class Wire(Protocol):
@@ -52,60 +54,8 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Lose the character."""
+        """Discard the character, because the transmitter is not connected."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
-
-
-class _Reading:
-    """A character that is being received in format `fmt`: the levels sampled in the middle of each bit so far.
-
-    Instants are whole numbers of 1/`per` ns.  `edge/edge_per` ns: the falling edge of its start bit.
-    """
-
-    __slots__ = ("edge_ns", "end_ns", "fmt", "idle", "left", "levels", "next", "per", "space", "step", "taken", "whole")
-
-    def __init__(
-        self, fmt: UartFormat, edge: int, edge_per: int, *, whole: Frame | None = None, space: Space | None = None
-    ) -> None:
-        half_bit = S * edge_per
-        self.fmt, self.per = fmt, 2 * fmt.baudrate * edge_per
-        begin = 2 * fmt.baudrate * edge
-        self.next, self.step = begin + half_bit, 2 * half_bit
-        self.levels, self.taken, self.left = 0, 0, fmt.samples
-        self.idle = begin + fmt.receive_ns * self.per - half_bit
-        """The instant from which the receiver searches for a start bit: the middle of the stop bit, as in a real UART.
-        """
-        self.edge_ns = edge // edge_per
-        self.end_ns = self.edge_ns + fmt.receive_ns
-        """The end of the first stop bit."""
-        self.whole = whole
-        """The frame, if the character will be received as sent; None after another signal has appeared on the wire."""
-        self.space = space
-        """The space that begins with the falling edge, if the character is sampled."""
-
-    def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the levels before this time, or all levels of the character; stop at a false start.  Return the number
-        of samples.
-        """
-        count = self.left
-        if before_ns is not None:
-            missing = before_ns * self.per - self.next
-            if missing <= 0 or not count:
-                return 0
-            count = min(count, -(-missing // self.step))
-        if not self.taken and not wire.low(self.next, self.per):
-            count, self.levels = 1, 1
-        else:
-            self.levels |= wire.sample(self.next, self.step, self.per, count) << self.taken
-        self.taken += count
-        self.left -= count
-        self.next += count * self.step
-        return count
-
-    @property
-    def false_start(self) -> bool:
-        """True if the start bit ends before its middle."""
-        return self.levels & 1 == 1
 
 
 class Line:
@@ -115,13 +65,14 @@ class Line:
         self.clock, self.receiver, self.instant = clock, receiver, instant
         self.samples = 0
         self._levels = Levels()
-        self._reading: _Reading | None = None
-        self._idle = 0, 1  # from this instant on a falling edge is a start bit; (number, units per ns)
+        self._whole: Whole | None = None
+        self._reading: Reading | None = None
+        self._idle = 0, 1  # time after which a falling edge is a start bit, as (number, units per ns)
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
         self._free_ns = 0  # time of arrival of the last delayed character
 
-    # Line faults
+    # Faults of the line
 
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
         """Apply a disturbance to all characters from now on.  Return a function that removes it."""
@@ -129,15 +80,15 @@ class Line:
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
     def lose(self, characters: int = 1) -> None:
-        """Lose the next characters."""
+        """Inject a fault: the next characters on the line are lost."""
         self.disturb(Disturbance(lose, characters))
 
     def double(self, characters: int = 1) -> None:
-        """Send the next characters twice."""
+        """Inject a fault: the next characters are received twice."""
         self.disturb(Disturbance(double, characters))
 
     def flip(self, mask: int, characters: int = 1) -> None:
-        """Invert the data bits in `mask` of the next characters; the parity bit stays."""
+        """Inject a fault: invert the data bits in `mask` of the next characters; the parity bit does not change."""
         self.disturb(Disturbance(flip(mask), characters))
 
     def cut(self) -> None:
@@ -166,7 +117,7 @@ class Line:
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
 
-    # The transmitter's side
+    # Functions that a serial transmitter calls
 
     @property
     def ready(self) -> bool:
@@ -188,10 +139,14 @@ class Line:
         """Send a character or a break now.  Return the ns for which it occupies the wire."""
         if isinstance(item, Break):
             return self._carry_break(item)
-        undisturbed = not self._disturbances and not self._cuts and self._free_ns <= self.clock.now
-        if self.instant and undisturbed and self.receiver.understands(sent):
-            self.receiver.take(item & ((1 << sent.bytesize) - 1), SOUND)  # received as a whole: no sampling needed
-            return 0
+        now_ns = self.clock.now
+        if not self._disturbances and not self._cuts and self._free_ns <= now_ns and self.receiver.understands(sent):
+            byte = item & ((1 << sent.bytesize) - 1)
+            if self.instant:
+                self.receiver.take(byte, SOUND)
+                return 0
+            if self._begin_whole(sent, byte, now_ns):
+                return sent.frame_ns
         passage = self._passage(sent)
         if not self._cuts:
             self._pass(passage, item)
@@ -232,45 +187,62 @@ class Line:
         else:
             arrive(frame)
 
-    # The receiver's side
+    # Functions that a serial receiver calls
 
     def _append(self, frame: Frame) -> None:
         """Put a frame on the wire now.  Samples before now are final."""
+        self._sample_whole()
         if self._reading is not None:
-            self._sample_whole()
             if len(self._levels) > MANY:
                 self._read_on(frame.start_ns)
             self._discard_future_start()
         reading = self._reading
-        if reading is None:
+        if self._whole is not None:
+            self._levels.put(frame)
+        elif reading is None:
             self._levels.forget(frame.start_ns)
-            if self._begin_whole(frame):
-                return
             self._levels.put(frame)
             self._find_start_bit()
-            return
-        last = reading.left <= (1 if self.receiver.resynchronises else 0)
-        if last or reading.whole is not None or frame.end * reading.per > reading.next * frame.per:
-            self._levels.put(frame)  # otherwise the frame ends before the receiver's next sample
+        elif (
+            reading.left <= (1 if self.receiver.resynchronises else 0)
+            or frame.end * reading.per > reading.next * frame.per
+        ):
+            self._levels.put(frame)  # a frame that ends before the receiver's next sample is not needed
 
-    def _begin_whole(self, frame: Frame) -> bool:
-        """Receive the frame without sampling, if the format fits and the wire is otherwise free.  Return True if so."""
-        idle, per = self._idle
-        receiver = self.receiver
-        plain = frame.sent is not None and not frame.own and receiver.understands(frame.sent[0])
-        early = frame.start_ns * per < idle
-        if not plain or receiver.second_look is not None or early or not self._levels.free(frame.start_ns):
+    def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
+        """Receive a character without sampling if the wire is otherwise free.  Return True if so.
+
+        The receiver must understand the format.
+        """
+        if self._whole is not None or self._reading is not None or self.receiver.second_look is not None:
             return False
-        assert receiver.format is not None
-        self._begin(_Reading(receiver.format, frame.start_ns, 1, whole=frame))
+        idle, per = self._idle
+        if now_ns * per < idle or not self._levels.free(now_ns):
+            return False
+        self._levels.forget(now_ns)
+        whole = self._whole = Whole(sent, byte, now_ns)
+        self.clock.call_later(sent.receive_ns, partial(self._end_whole, whole))
         return True
+
+    def _end_whole(self, whole: Whole) -> None:
+        """Deliver a character at the end of its first stop bit."""
+        if whole.sampled is not None:
+            self._end_character(whole.sampled)
+            return
+        per = 2 * whole.sent.baudrate
+        self._idle = whole.end_ns * per - S, per
+        self.receiver.take(whole.byte, SOUND)  # the device may change its format for later characters
+        self._whole = None
+        if self._levels:
+            self._find_start_bit()
 
     def _sample_whole(self) -> None:
         """Start sampling a character that was to be received as a whole, because another signal is on the wire now."""
-        reading = self._reading
-        if reading is not None and reading.whole is not None and self.clock.now < reading.end_ns:
-            self._levels.put(reading.whole)
-            reading.whole = None
+        whole = self._whole
+        if whole is not None and self.clock.now < whole.end_ns:
+            self._levels.put(Frame.of(whole.start_ns, whole.sent, whole.byte))
+            self._whole, self._reading = None, Reading(whole.sent, whole.start_ns, 1)
+            whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
         """Discard a start bit in the future, because the new signal may bring an earlier one."""
@@ -286,7 +258,7 @@ class Line:
         for space in self._levels.falls(*self._idle):
             fmt = self._format(self._levels, space)
             if fmt is not None:
-                self._begin(_Reading(fmt, space.begin, space.per, space=space))
+                self._begin(Reading(fmt, space.begin, space.per, space))
                 return
 
     def _format(self, levels: Levels, space: Space) -> UartFormat | None:
@@ -298,27 +270,26 @@ class Line:
         low_ns = Fraction(space.end, space.per) - edge_ns
         return receiver.measure(low_ns, lambda since_ns: levels.at(edge_ns + since_ns))
 
-    def _begin(self, reading: _Reading) -> None:
+    def _begin(self, reading: Reading) -> None:
         """Begin a character at a possible start bit."""
         self._reading = reading
         self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._end_character(reading))
 
     def _read_on(self, now_ns: int) -> None:
         """Sample the levels of the present character up to now."""
-        while (reading := self._reading) is not None and reading.whole is None:
+        while (reading := self._reading) is not None:
             self.samples += reading.read(self._levels, now_ns)
             if not reading.false_start:
                 return
             self._idle, self._reading = (reading.next - reading.step, reading.per), None
             self._find_start_bit()
 
-    def _end_character(self, reading: _Reading) -> None:
+    def _end_character(self, reading: Reading) -> None:
         """Deliver the character at the end of its first stop bit."""
         self._read_on(self.clock.now)
-        if reading is not self._reading:  # a false start
+        if reading is not self._reading:  # the start bit was false
             return
-        sent = None if reading.whole is None else reading.whole.sent
-        byte, errors = reading.fmt.read(reading.levels) if sent is None else (sent[1], SOUND)
+        byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
         self.receiver.take(byte, errors)  # the device may change its format for later characters
@@ -336,7 +307,7 @@ class Line:
         if frame.sent is not None and frame.sent[0].shape == fmt.shape:
             self.receiver.take(frame.sent[1], SOUND)
             return
-        reading = _Reading(fmt, first.begin, first.per)
+        reading = Reading(fmt, first.begin, first.per)
         reading.read(levels)
         if not reading.false_start:
             self.receiver.take(*fmt.read(reading.levels))

@@ -25,33 +25,33 @@ class Flow(Enum):
     X_ON_X_OFF = "xon"
 
 
-# Actions of a host at its end of a line, as values
+# Actions of a host at its end of a line, as data
 
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """Queue data for transmission."""
+    """Action of a host: queue data for transmission."""
 
     data: bytes
 
 
 @dataclass(frozen=True, slots=True)
 class SendBreak:
-    """Send a break."""
+    """Action of a host: send a break."""
 
     seconds: float
 
 
 @dataclass(frozen=True, slots=True)
 class SetFormat:
-    """Set the format of the host's end."""
+    """Action of a host: set the format of its line."""
 
     format: UartFormat
 
 
 @dataclass(frozen=True, slots=True)
 class SetLine:
-    """Set an output line of the host."""
+    """Action of a host: set one of its output lines."""
 
     line: Literal["dtr", "rts"]
     on: bool
@@ -59,7 +59,7 @@ class SetLine:
 
 @dataclass(frozen=True, slots=True)
 class SetFlow:
-    """Set the host's flow control."""
+    """Action of a host: set its flow control."""
 
     flow: Flow
 
@@ -78,7 +78,7 @@ class DropPending:
 
 @dataclass(frozen=True, slots=True)
 class SetInstant:
-    """Make characters take no time, or their real time."""
+    """Action: characters take no time from now on, or their real time again."""
 
     on: bool
 

@@ -1,4 +1,4 @@
-"""One board: it is configured, receives step commands, and reports inputs.  The class Board does no input or output.
+"""One motion board: its configuration, its step commands and its inputs.  The class Board does no input or output.
 
 CONNECTING ──▶ READY ◀──▶ axes of a controller stopped (by a limit, by late pulses, by the user)
     │            │
@@ -12,26 +12,24 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import LinkError
 from axistwin.standin.channel import RECEIVE_WINDOW
-from axistwin.standin.clock_fit import ClockFit
+from axistwin.standin.clock_fit import SAMPLES, WORST_S, ClockFit
 from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
 from axistwin.standin.step_stream import LEAD_S, Motor, StepStream
-from axistwin.standin.wiring import InputPin, Objects, Wiring, objects
+from axistwin.standin.wiring import InputPin, Objects, Wiring, objects, open_input
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-WORST_FIT_S = 50e-6
-"""Largest error of the clock fit with which motion may start."""
 REPORT_S = 0.1
 """Interval at which the board repeats the state of its triggers, as responses may be lost."""
 IDENTIFY_BYTES = 40
 SPARE_MOVES = 6
-"""Entries of the board's queue that stay free."""
+"""Number of entries of the board's queue that are never used."""
 LIMIT_REASON, HOST_REASON = 1, 2
-"""Reasons of a trigger that are reported by the board: an input has changed, the host has stopped the axes."""
+"""Reasons of a trigger in a board's report: an input has changed, or the host has stopped the axes."""
 
 
 class State(Enum):
@@ -57,9 +55,9 @@ class Board:
         self._at_start = dict(positions or {})
         self.state = State.CONNECTING
         self.events: deque[Event] = deque()
-        """Events in order; the user of the board removes them."""
+        """Events in order of time; the caller removes the events that it has handled."""
         self.stopped: set[str] = set()
-        """Controllers whose axes are stopped: their pulses are dropped."""
+        """Controllers whose axes are stopped; their pulses are discarded."""
         self.connection = Connection(self.fail)
         self._stream = StepStream(self.connection, journal)
         self._objects = Objects()
@@ -67,7 +65,7 @@ class Board:
         self._next_feed_s = 0.0
         self._stopping: set[str] = set()
         self._handled: set[str] = set()
-        """Controllers and inputs whose trigger has been handled."""
+        """Controllers and inputs whose latest trigger has been handled."""
         self.connection.begin(self._start())
 
     def receive(self, data: bytes, now_s: float) -> None:
@@ -99,7 +97,7 @@ class Board:
         return self.connection.channel.due(now_s)
 
     def fail(self, reason: str) -> None:
-        """Stop using the board until `restart`."""
+        """Mark the board as failed for this reason; it is not used until `restart`."""
         if self.state is not State.FAILED:
             self.state = State.FAILED
             self.connection.drop()
@@ -179,12 +177,14 @@ class Board:
     def _fit_clock(self) -> Procedure:
         connection = self.connection
         connection.clock = ClockFit(connection.dictionary.clock_hz)
-        while not connection.clock.ready:
+        for _ in range(SAMPLES):
             yield "clock", None, b""
-        if connection.clock.error_s > WORST_FIT_S:
+            if connection.clock.good:
+                break
+        else:
             raise LinkError(
                 f"the board's clock is too irregular: error {connection.clock.error_s * 1e6:.0f} µs: expected at most "
-                "50: use another USB port or cable"
+                f"{WORST_S * 1e6:.0f}: use another USB port or cable"
             )
 
     def _read_positions(self, groups: tuple[str, ...]) -> Procedure:
@@ -202,10 +202,12 @@ class Board:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
                 raise LinkError(f"{given.to} is open: close it, then try again")
 
-    # Inputs, and stops by the board
+    # Inputs, and stops that the board makes by itself
 
     def _arm(self, group: str) -> None:
-        """Configure the stop inputs of a controller to stop its axes in the board; report only, if already open."""
+        """Configure the board to stop the axes of a controller at its stop inputs; inputs already open are only
+        reported.
+        """
         trsync = self._objects.groups[group]
         self._start_trigger(trsync)
         for motor in self._stream.of((group,)):
@@ -223,14 +225,14 @@ class Board:
                              report_ticks=self.connection.ticks(REPORT_S), expire_reason=0)  # fmt: skip
 
     def _report_change(self, given: InputPin) -> None:
-        """Let the board report the next change of an input."""
+        """Configure the board to report the next change of an input."""
         watch = self._objects.watches[given.to]
         self._start_trigger(watch)
         self._handled.discard(given.to)
         self._home(given, not self._levels[given.to], watch, LIMIT_REASON)
 
     def _stop_at_change(self, given: InputPin) -> None:
-        """Let the board stop the axes of a controller when its stop input opens."""
+        """Configure the board to stop the axes of a controller when a stop input opens."""
         reason = HOST_REASON + 1 + self.wiring.inputs.index(given)
         self._home(given, given.stops_at, self._objects.groups[given.controller], reason)
 
@@ -242,7 +244,7 @@ class Board:
                         trigger_reason=reason)  # fmt: skip
 
     def _triggered(self, oid: int, reason: int) -> None:
-        """Handle the report of a trigger, once."""
+        """Handle the report of a trigger; ignore repeated reports of the same trigger."""
         groups = {number: group for group, number in self._objects.groups.items()}
         if oid in groups:
             group = groups[oid]
@@ -258,7 +260,7 @@ class Board:
             self.connection.begin(self._changed(given))
 
     def _trigger_s(self, given: InputPin) -> Generator[Any, dict[str, Any], float]:
-        """Return the time at which an input was sampled at its new level."""
+        """Ask the board when an input changed; return the time in s of the host's clock."""
         connection, oid = self.connection, self._objects.endstops[given.to]
         state = yield from connection.ask("endstop_query_state", "endstop_state", oid=oid)
         next_sample = connection.clock.unwrapped(state["next_clock"])
@@ -282,7 +284,7 @@ class Board:
         elif given.controller not in self.stopped:
             self._stop_at_change(given)
 
-    # Stops by the host
+    # Stops that the host requests
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
         """Stop the axes of these controllers at once; () stops all axes."""
@@ -313,13 +315,14 @@ class Board:
     # Pulses and outputs
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
-        """Make pulses one horizon (a constant delay) after these times, within the limits; direction +1 or -1."""
+        """Plan pulses one horizon (a constant delay) after these times, within the limits; direction: +1 or -1."""
         motor = self._stream.motors.get(axis)
         if self.state is not State.READY or not len(times_s) or motor is None or motor.pins.controller in self.stopped:
             return
         clock = self.connection.clock
         wanted = clock.ticks(0.0) + (times_s + self.horizon_s) * clock.hz
-        refused = motor.refusal(direction, wanted, clock.hz) or self._open_input(motor, direction)
+        refused = motor.refusal(direction, wanted, clock.hz)
+        refused = refused or open_input(self.wiring.inputs, self._levels, motor.pins, direction)
         if not refused:
             try:
                 self._stream.add(motor, direction, wanted)
@@ -328,16 +331,8 @@ class Board:
         if refused:
             self.stop(refused, (motor.pins.controller,))
 
-    def _open_input(self, motor: Motor, direction: int) -> str:
-        """Return a message if an open stop input forbids motion in this direction; "": none does."""
-        for given in self.wiring.inputs:
-            blocks = given.controller == motor.pins.controller and given.stops in (0, direction)
-            if blocks and self._levels[given.to] is given.stops_at:
-                return f"{motor.pins.axis}: {given.to} is open: no motion in this direction"
-        return ""
-
     def _drop_pulses(self, groups: tuple[str, ...]) -> None:
-        """Drop the pulses of these controllers that have not been sent, and all further pulses until `resume`."""
+        """Discard the unsent pulses of these controllers, and all their further pulses until `resume`."""
         self.stopped |= set(groups)
         for motor in self._stream.of(groups):
             motor.waiting.clear()

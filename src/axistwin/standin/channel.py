@@ -1,4 +1,4 @@
-"""The channel to a board: numbered blocks with acknowledgement.  After a loss, all later blocks are repeated."""
+"""The channel to a motion board: numbered blocks with acknowledgement.  After a loss, all later blocks are repeated."""
 
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from axistwin.standin import frames
 
 WINDOW = 12
-"""Largest number of blocks that are sent and not acknowledged.  The sequence number has four bits."""
+"""Largest number of unacknowledged blocks; the sequence number has four bits."""
 LEAST_TIMEOUT_S, MOST_TIMEOUT_S = 0.025, 0.5
 RECEIVE_WINDOW = 192
 """Size of a board's receive buffer in bytes, if its dictionary has no RECEIVE_WINDOW."""
@@ -15,7 +15,7 @@ RECEIVE_WINDOW = 192
 
 @dataclass
 class _Sent:
-    """A block that is not acknowledged.  `again`: sent more than once; `lost`: requested again by the board."""
+    """An unacknowledged block.  `again`: sent more than once; `lost`: the board has requested the block again."""
 
     content: bytes
     data: bytes
@@ -60,7 +60,7 @@ class Channel:
         return 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
 
     def receive(self, data: bytes, now_s: float) -> Iterator[bytes]:
-        """Yield the responses in these bytes."""
+        """Yield the board's responses in the received bytes."""
         for sequence, content in self._reader.feed(data):
             self._acknowledge(sequence, now_s, is_empty=not content)
             if content:
@@ -87,7 +87,7 @@ class Channel:
             self._unacknowledged[0].lost = True
 
     def _renumber(self, sequence: int) -> None:
-        """Number the blocks from `sequence`, because the board continues the numbers of an earlier host."""
+        """Renumber the unsent blocks from `sequence`, the number that the board expects after an earlier host."""
         self._first = sequence
         for number, sent in enumerate(self._unacknowledged, sequence):
             sent.data, sent.lost = frames.block(number, sent.content), True

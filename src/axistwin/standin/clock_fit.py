@@ -3,9 +3,11 @@
 from collections import deque
 
 SAMPLES = 64
-"""Number of samples in the fit."""
+"""Number of clock samples to which the line is fitted."""
 ENOUGH = 8
-"""Number of samples that a usable fit needs."""
+"""Smallest number of clock samples for a usable fit."""
+WORST_S = 50e-6
+"""Largest error, in seconds, of the line at the start of motion."""
 _WRAP = 1 << 32
 
 
@@ -22,8 +24,13 @@ class ClockFit:
 
     @property
     def ready(self) -> bool:
-        """True if there are enough samples."""
+        """True if there are enough samples to convert times."""
         return len(self._samples) >= ENOUGH
+
+    @property
+    def good(self) -> bool:
+        """True if there are enough samples, with a small error."""
+        return self.ready and self.error_s <= WORST_S
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:
         """Add a sample: the board read the 32 bits of `clock` between the times `sent_s` and `received_s`."""
@@ -33,7 +40,7 @@ class ClockFit:
         self._fit()
 
     def unwrapped(self, clock: int) -> int:
-        """Return the full number of ticks for its lowest 32 bits; the result is near the latest sample."""
+        """Return the full tick count for its lowest 32 bits, near the latest sample."""
         return self._latest + ((clock - self._latest + (_WRAP >> 1)) % _WRAP) - (_WRAP >> 1)
 
     def _fit(self) -> None:
@@ -51,9 +58,9 @@ class ClockFit:
         self.error_s = max(abs(self.ticks(at) - ticks) for at, ticks in good) / self.hz
 
     def ticks(self, time_s: float) -> float:
-        """Return the board's ticks at a time of the host."""
+        """Convert a time of the host's clock to ticks of the board's clock."""
         return self._ticks + (time_s - self._time_s) * self.hz
 
     def time_s(self, ticks: float) -> float:
-        """Return the host's time at these ticks."""
+        """Convert ticks of the board's clock to a time of the host's clock."""
         return self._time_s + (ticks - self._ticks) / self.hz

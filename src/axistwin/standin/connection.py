@@ -10,21 +10,21 @@ from axistwin.standin.clock_fit import ClockFit
 from axistwin.standin.dictionary import Dictionary
 
 SOON_S = 0.05
-"""Longest time until a command reaches a board that answers."""
+"""Longest time in seconds for a command to reach a working board."""
 MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
-"""A board that acknowledges nothing for this long has failed.  A board that has just been reset takes longer."""
+"""A board has failed if it acknowledges nothing for this time; a board that has just been reset takes longer."""
 CLOCK_S, CLOCK_AT_START_S = 1.0, 0.02
-"""Intervals at which the board's clock is read."""
+"""Intervals in seconds at which the board's clock is read: normally, and until the clock fit is good."""
 ANSWER_S, MOST_REQUESTS = 0.25, 24
-"""Time after which a request is sent again, and largest number of times that a request is sent."""
+"""Time after which an unanswered request is sent again, and largest number of times that it is sent."""
 
 Procedure = Generator[tuple[str, int | None, bytes], dict[str, Any], None]
-"""Yields requests (name and object number of the response, and the command); receives the values of each response."""
+"""Generator that yields requests to a board and receives the values of each response."""
 
 
 @dataclass
 class _Request:
-    """A pending request; the response `name` from the object `oid` resumes `procedure`."""
+    """A request without a response yet; the response `name` of the board's object `oid` resumes `procedure`."""
 
     procedure: Procedure
     name: str
@@ -47,18 +47,18 @@ class Connection:
         self._next_clock_s = 0.0
 
     def restart(self, now_s: float) -> None:
-        """Forget the firmware of the board, which may have been reset."""
+        """Discard all knowledge of the board's firmware, because the board may have been reset."""
         self.now_s = now_s
         self.channel, self.dictionary = Channel(), Dictionary()
 
     def drop(self) -> None:
-        """Drop all pending requests, and commands that have not been sent."""
+        """Discard all pending requests and all unsent commands."""
         self._requests.clear()
         self.channel.drop_waiting()
 
     @property
     def silent(self) -> bool:
-        """True if the board has not acknowledged anything for too long."""
+        """True if the board has acknowledged nothing for so long that it counts as failed."""
         most_s = MOST_SILENT_S if self.dictionary.constants else MOST_SILENT_AT_START_S
         return self.channel.silent_s(self.now_s) > most_s
 
@@ -67,7 +67,9 @@ class Connection:
         self.channel.send(self.dictionary.encode(name, **values))
 
     def receive(self, data: bytes) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Yield the name and values of each response in these bytes, then resume the procedures that requested it."""
+        """Yield the name and values of each response in the received bytes; then resume the procedures that wait
+        for it.
+        """
         for content in self.channel.receive(data, self.now_s):
             name, values = self.dictionary.decode(content)
             if name == "clock" and self._clock_sent_s is not None:
@@ -89,7 +91,7 @@ class Connection:
         return found
 
     def repeat_requests(self) -> None:
-        """Send requests again whose response may have been lost."""
+        """Repeat the requests whose response is late and may have been lost."""
         for request in self._requests:
             if request.content and self.now_s >= request.again_at_s:
                 request.left -= 1
@@ -120,9 +122,9 @@ class Connection:
     # Clock
 
     def read_clock(self) -> None:
-        """Request the board's clock if the interval has passed."""
+        """Request the time of the board's clock at regular intervals."""
         if self.now_s >= self._next_clock_s:
-            self._next_clock_s = self.now_s + (CLOCK_S if self.clock.ready else CLOCK_AT_START_S)
+            self._next_clock_s = self.now_s + (CLOCK_S if self.clock.good else CLOCK_AT_START_S)
             self._clock_sent_s = None
             self.channel.send(self.dictionary.encode("get_clock"), self._clock_request_sent)
 
@@ -130,9 +132,9 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> int:
-        """Return the time at which a command sent now has certainly arrived, in ticks of the board (32 bits)."""
+        """Return the latest arrival time of a command that is sent now, in ticks of the board (32 bits)."""
         return int(self.clock.ticks(self.now_s + SOON_S)) & 0xFFFF_FFFF
 
     def ticks(self, seconds: float) -> int:
-        """Return a duration in ticks of the board's clock."""
+        """Convert a duration in seconds to ticks of the board's clock."""
         return round(seconds * self.dictionary.clock_hz)

@@ -23,7 +23,7 @@ Value = int | bytes
 
 @dataclass(frozen=True)
 class Format:
-    """A message: identifier, name and parameters.  Each parameter has its name, and True if it is a string."""
+    """Format of a message: identifier, name and parameters; a parameter is its name, and True for a string."""
 
     number: int
     text: str

@@ -1,29 +1,52 @@
-"""Connects a bench to its boards: sends pulses and outputs, receives inputs, corrects positions after a stop."""
+"""Connect a bench to its motion boards: send pulses and outputs, receive inputs, correct positions after a stop."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Protocol
 
 import numpy as np
 
 from axistwin.bench import Bench
-from axistwin.plant import StepperAxis
 from axistwin.sim import Pin
+from axistwin.sim.signal import Signal
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
-from axistwin.standin.wiring import Wiring
+from axistwin.standin.motors import Motor, motor
+from axistwin.standin.wiring import DrivenAxis, Switched
 from axistwin.units import S
 
 INPUT_S = 0.02
-"""Constant delay between a change of an input at the board and its change on the bench."""
+"""Constant delay, in seconds, from a change of an input at the board to the same change on the bench."""
+
+
+class Wired(Protocol):
+    """What a wiring contains for the driver."""
+
+    @property
+    def name(self) -> str:
+        """Name of the board."""
+
+    @property
+    def axes(self) -> Sequence[DrivenAxis]:
+        """Axes on the board."""
+
+    @property
+    def outputs(self) -> Sequence[Switched]:
+        """Outputs on the board."""
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Names of the controllers with axes on the board."""
 
 
 class Output(Protocol):
-    """Interface of a board for the driver."""
+    """Interface of a motion board, as used by `Driver`."""
 
-    wiring: Wiring
+    @property
+    def wiring(self) -> Wired:
+        """Axes and outputs on the board."""
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]") -> None:
-        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
+        """Plan pulses one horizon (a constant delay) after these times, in s of the host's clock."""
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
         """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
@@ -39,32 +62,34 @@ class Output(Protocol):
 
 
 class Driver:
-    """Drives the boards from a bench.  `tell` receives a line of text for each event of interest to the user."""
+    """Drives motion boards from a bench.  `tell`: function that shows a line of text to the user."""
 
     def __init__(self, bench: Bench, boards: Sequence[Output], tell: Callable[[str], None]) -> None:
         self.bench, self.boards, self._tell = bench, boards, tell
         self.live = False
-        """True while pulses go to the boards."""
+        """True while pulses are sent to the boards."""
         self.stopped: dict[str, str] = {}
         """Controllers that are stopped until the user continues, each with the reason."""
         self.positions: dict[str, int] = {}
         """Latest position that a board has reported for each axis."""
+        self.collected: Signal[[float]] = Signal()
+        """Emitted when all pulses before a time, in s of the host's clock, have been sent to the boards."""
         self._offset_s = 0.0
-        self._collected_ns = bench.now
         self._board = {axis.axis: board for board in boards for axis in board.wiring.axes}
+        self._motors: dict[str, Motor] = {}
         self._origin: dict[str, int] = {}
         self._held: set[str] = set()
+        self._at_rest_ns: dict[str, int] = {}
+        """Time at which the interrupted motion of a held controller was first seen to have ended."""
         self._failed: set[str] = set()
         self._ready: set[str] = set()
         for board in boards:
             for output in board.wiring.outputs:
                 self._pin(output.source).subscribe(partial(self._output_changed, board, output.source))
 
-    def _axis(self, whole: str) -> StepperAxis:
+    def _motor(self, whole: str) -> Motor:
         controller, _, name = whole.rpartition(".")
-        axis = self.bench[controller].axes[name]
-        assert isinstance(axis, StepperAxis), "the scene has been checked"
-        return axis
+        return motor(self.bench[controller].axes[name])
 
     def _pin(self, whole: str) -> Pin:
         controller, _, name = whole.rpartition(".")
@@ -74,6 +99,11 @@ class Driver:
     def axes(self) -> tuple[str, ...]:
         """Names of the axes on the boards."""
         return tuple(self._board)
+
+    @property
+    def commanded(self) -> dict[str, int]:
+        """Positions of the axes now, in net pulses; those of the motors follow one horizon later."""
+        return {whole: self._origin[whole] + motor.pulses for whole, motor in self._motors.items()}
 
     @property
     def all_ready(self) -> bool:
@@ -86,34 +116,36 @@ class Driver:
         return bool(self._failed)
 
     def begin(self, now_s: float) -> None:
-        """Begin to send pulses.  The present virtual time corresponds to `now_s` of the host's clock."""
+        """Begin to send pulses; `now_s` is the time of the host's clock at the present virtual time."""
         self._offset_s = now_s - self.bench.now / S
-        self._collected_ns = self.bench.now
-        self._origin = {whole: self.positions[whole] - self._axis(whole).pulses for whole in self._board}
+        self._motors = {whole: self._motor(whole) for whole in self._board}
+        self._origin = {whole: self.positions[whole] - self._motors[whole].pulses for whole in self._board}
         self.live = True
         for board in self.boards:
             for output in board.wiring.outputs:
                 board.set_output(output.source, self._pin(output.source).level, now_s)
 
     def collect(self) -> None:
-        """Send the pulses since the last call.  Call at least five times per horizon, when no event is due."""
-        stop_ns = self.bench.now
+        """Send the pulses since the last call; must be called at least five times per horizon, when no event is due."""
         if self.live:
             for whole, board in self._board.items():
-                for direction, times in self._axis(whole).train.pulse_runs(self._collected_ns, stop_ns):
+                for direction, times in self._motors[whole].runs():
                     board.queue(whole, direction, times / S + self._offset_s)
             self._let_go()
-        self._collected_ns = stop_ns
+            self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the axes of stopped controllers that have ended their interrupted motion."""
+        """Release the axes of a stopped controller as soon as its interrupted motion has ended."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
-            if not any(self._axis(whole).moving for whole in wholes):
+            if any(self._motors[whole].moving for whole in wholes):
+                self._at_rest_ns.pop(group, None)
+            elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:  # its last pulse has been dropped
+                del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:
-                    self._axis(whole).let_go()
+                    self._motors[whole].let_go()
                 for board in {id(board): board for board in self.boards if group in board.wiring.groups}.values():
                     board.resume(group)
 
@@ -133,6 +165,7 @@ class Driver:
                 self.bench.clock.call_last(max(due_ns, self.bench.now), partial(self._pin(to).drive, level))
             case Stopped(reason, positions, by):
                 self.positions |= positions
+                self._stop_others(board, reason, positions)
                 self._hold(positions)
                 if not by:
                     self._wait_for_user(board, reason)
@@ -142,8 +175,17 @@ class Driver:
                 self._failed.add(board.wiring.name)
                 self._ready.discard(board.wiring.name)
                 if self.live:
-                    self._hold({axis.axis: self.positions[axis.axis] for axis in board.wiring.axes})
+                    positions = {axis.axis: self.positions[axis.axis] for axis in board.wiring.axes}
+                    self._stop_others(board, reason, positions)
+                    self._hold(positions)
                 self._wait_for_user(board, reason)
+
+    def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
+        """Stop the axes on other boards whose controller has been stopped on this board."""
+        stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
+        for other in self.boards:
+            if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):
+                other.stop(f"{board.wiring.name}: {reason}", groups)
 
     def _wait_for_user(self, board: Output, reason: str) -> None:
         for group in board.wiring.groups:
@@ -151,11 +193,12 @@ class Driver:
         self._tell(f"stopped: {board.wiring.name}: {reason}")
 
     def _hold(self, positions: Mapping[str, int]) -> None:
-        """Stop these axes of the plant at the positions that their motors have reached."""
+        """Stop these simulated axes at the positions that the real motors have reached."""
         if self.live:
             for whole, position in positions.items():
-                self._axis(whole).hold(position - self._origin[whole])
+                self._motors[whole].hold(position - self._origin[whole])
                 self._held.add(whole.rpartition(".")[0])
+                self._at_rest_ns.pop(whole.rpartition(".")[0], None)
 
     def stop(self, reason: str) -> None:
         """Stop all motors at once."""

@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Ready:
-    """The board is configured and accepts pulses.  `positions`: net pulses by axis; `inputs`: levels by input."""
+    """Event: the board is configured and accepts pulses.  `positions`: net pulses by axis; `inputs`: levels by
+    input.
+    """
 
     positions: Mapping[str, int]
     inputs: Mapping[str, bool]
@@ -14,7 +16,7 @@ class Ready:
 
 @dataclass(frozen=True)
 class InputChanged:
-    """An input has changed; `at_s`: time in s of the host's clock."""
+    """Event: an input has changed.  `at_s`: time in s of the host's clock."""
 
     to: str
     level: bool
@@ -23,7 +25,9 @@ class InputChanged:
 
 @dataclass(frozen=True)
 class Stopped:
-    """Axes have stopped; `positions`: net pulses.  `by`: input that stopped them; "": the user must continue."""
+    """Event: axes have stopped.  `positions`: net pulses by axis; `by`: input that stopped them, or "" for another
+    reason.
+    """
 
     reason: str
     positions: Mapping[str, int] = field(default_factory=dict)
@@ -32,7 +36,7 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Failed:
-    """The board has stopped all axes, does not answer, or cannot be used; the user must continue."""
+    """Event: the board has stopped all axes, does not answer, or cannot be used; only the user can continue."""
 
     reason: str
 

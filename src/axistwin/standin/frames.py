@@ -13,7 +13,7 @@ _DESTINATION, _SEQUENCE = 0x10, 0x0F
 
 
 def crc16(data: bytes) -> int:
-    """Return the 16-bit CCITT CRC of a block without its trailer."""
+    """Return the 16-bit CCITT CRC of a block; `data` is the block without its CRC and sync byte."""
     crc = 0xFFFF
     for byte in data:
         byte ^= crc & 0xFF
@@ -23,7 +23,7 @@ def crc16(data: bytes) -> int:
 
 
 def block(sequence: int, content: bytes) -> bytes:
-    """Return a message block."""
+    """Return a message block with this content."""
     assert len(content) <= MOST_CONTENT, "the content fits into a block"
     head = bytes([len(content) + LEAST, _DESTINATION | sequence & _SEQUENCE]) + content
     return head + crc16(head).to_bytes(2, "big") + bytes([SYNC])
@@ -35,10 +35,10 @@ class Reader:
     def __init__(self) -> None:
         self._data = bytearray()
         self.damaged = 0
-        """Number of places where bytes have been dropped."""
+        """Number of times that damaged bytes have been discarded."""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
-        """Yield the sequence number and content of each block that these bytes complete."""
+        """Add received bytes; yield the sequence number and content of each block that is now complete."""
         self._data += data
         while self._data:
             size = self._data[0]
@@ -52,7 +52,7 @@ class Reader:
             self._drop()
 
     def _drop(self) -> None:
-        """Drop bytes up to and including the next sync byte."""
+        """Discard bytes up to and including the next sync byte."""
         self.damaged += self._data[0] != SYNC
         at = self._data.find(SYNC)
         del self._data[: at + 1 if at >= 0 else len(self._data)]
@@ -71,7 +71,9 @@ def integer(value: int) -> bytes:
 
 
 def read_integer(data: bytes, at: int) -> tuple[int, int]:
-    """Decode the integer at an index; return its value and the index after it.  Raises IndexError if data ends."""
+    """Decode the integer at index `at`; return its value and the next index.  Raises IndexError if `data` is too
+    short.
+    """
     byte = data[at]
     value = (byte & 0x7F) - (0x80 if byte & 0x60 == 0x60 else 0)
     while byte & 0x80:

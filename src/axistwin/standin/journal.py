@@ -12,7 +12,7 @@ from axistwin.errors import UsageError
 from axistwin.storage import reason
 
 MOST_TAIL = 4096
-"""Longest last line, in bytes."""
+"""Largest number of bytes that the last line of a journal can have."""
 
 
 class Journal:
@@ -32,7 +32,7 @@ class Journal:
         self.note(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}")
 
     def end(self, positions: Mapping[str, int]) -> None:
-        """Write the last line of a run that ended at these positions."""
+        """Write the last line of a run, with the final positions."""
         self.note("end " + " ".join(f"{axis}={position}" for axis, position in positions.items()))
 
     def close(self) -> None:

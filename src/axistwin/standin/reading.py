@@ -1,24 +1,40 @@
 """Read the table [stand-in] of a scene: check it against the bench, and return one wiring for each board."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypedDict
 
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
-from axistwin.plant import StepperAxis
 from axistwin.plant.machine_units import position, rate
 from axistwin.scenes.scene import Scene
-from axistwin.scenes.tables import BoardAxisTable, BoardTable, StandInTable
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
+from axistwin.scenes.tables import BoardAxisTable, BoardInputTable, BoardOutputTable, BoardTable, StandInTable, Table
+from axistwin.standin.hal.wiring import HalWiring
+from axistwin.standin.wiring import AxisPins, BoardPin, DrivenAxis, InputPin, OutputPin, Sensed, Switched, Wiring
 
 DIRECTIONS = {"plus": +1, "minus": -1, "both": 0, None: None}
 
 
+class _Bounds(TypedDict):
+    """Limits of an axis."""
+
+    travel: tuple[int, int] | None
+    max_rate: float | None
+
+
+class _Stops(TypedDict):
+    """The direction of motion that an input stops, and the level at which it does."""
+
+    stops: int | None
+    stops_at: bool
+
+
 @dataclass(frozen=True)
 class Plan:
-    """The settings of a stand-in, read from its scene."""
+    """The settings of a stand-in, read from the scene file."""
 
-    boards: tuple[tuple[BoardTable, Wiring], ...]
+    boards: tuple[tuple[BoardTable, Wiring | HalWiring], ...]
     horizon_s: float
     watchdog_s: float
     journal: Path
@@ -35,71 +51,129 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
             raise UsageError(
-                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most that"
+                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most this"
             )
     boards = {board.name: board for board in table.board}
+    if port is not None and any(board.hal is not None for board in boards.values()):
+        raise UsageError("--board is the serial port of a board: the scene drives its motors by LinuxCNC HAL")
     if port is not None:
         if len(boards) > 1:
             raise UsageError("--board is only for a scene with one board: set the ports of these boards in the scene")
         boards = {name: board.model_copy(update={"port": port}) for name, board in boards.items()}
-    wirings = tuple((board, _wiring(scene, bench, table, name)) for name, board in boards.items())
+    reader = _Reader(scene, bench, table, boards)
+    wirings = tuple((board, reader.wiring(name)) for name, board in boards.items())
     journal = table.journal or Path(f"{scene.file.stem}.journal")
     return Plan(wirings, table.horizon_ms / 1e3, table.watchdog_ms / 1e3, scene.file.parent / journal)
 
 
-def _bounds(
-    scene: Scene, bench: Bench, table: BoardAxisTable, number: int
-) -> tuple[tuple[int, int] | None, float | None]:
-    """Return travel in pulses and highest rate in pulses/s."""
-    name, _, axis = table.axis.rpartition(".")
-    units = bench[name].axes[axis].units
-    travel = max_rate = None
-    with scene.placing_errors("stand-in", "axis", number, "travel"):
-        if table.travel is not None:
-            first, last = (position(end, units) for end in table.travel)
-            travel = first, last
-    with scene.placing_errors("stand-in", "axis", number, "max_rate"):
-        if table.max_rate is not None:
-            max_rate = rate(table.max_rate, units)
-    return travel, max_rate
+class _Reader:
+    """Reads the wirings of a scene's table [stand-in]."""
+
+    def __init__(self, scene: Scene, bench: Bench, table: StandInTable, boards: Mapping[str, BoardTable]) -> None:
+        self._scene, self._bench, self._table, self._boards = scene, bench, table, boards
+
+    def wiring(self, name: str) -> Wiring | HalWiring:
+        """Return the wiring of a board."""
+        scene, board = self._scene, self._boards[name]
+        with scene.placing_errors("stand-in", "board", list(self._boards).index(name)):
+            if (board.port is None) is (board.hal is None):
+                raise UsageError('expected port = "/dev/..." of a board with Klipper\'s firmware, or hal = "FILE.hal"')
+        wiring = self._hal(board, scene.file.parent / board.hal) if board.hal is not None else self._pins(board)
+        with scene.placing_errors("stand-in"):
+            if not wiring.axes:
+                raise UsageError(f"board {name} has no axis: expected a [[stand-in.axis]] with board = {name!r}")
+            wiring.check()
+        return wiring
+
+    def _pins(self, board: BoardTable) -> Wiring:
+        axes, inputs, outputs = [], [], []
+        for number, axis in self._axes(board):
+            enable, direction, step = (self._pin("axis", number, axis, key) for key in ("enable", "direction", "step"))
+            axes.append(AxisPins(axis.axis, step, direction, enable, axis.pulse_us, **self._bounds(axis, number)))
+        for number, given in self._inputs(board):
+            inputs.append(InputPin(given.to, self._pin("input", number, given, "pin"), **_stops(given)))
+        for number, output in self._outputs(board):
+            pin = self._pin("output", number, output, "pin")
+            outputs.append(OutputPin(output.source, pin, safe=output.safe == "high"))
+        watchdog_s = self._table.watchdog_ms / 1e3
+        return Wiring(board.name, tuple(axes), tuple(inputs), tuple(outputs), watchdog_s=watchdog_s)
+
+    def _hal(self, board: BoardTable, file: Path) -> HalWiring:
+        axes, inputs, outputs = [], [], []
+        for number, axis in self._axes(board):
+            for key in ("step", "direction", "enable"):
+                self._no_pin("axis", number, axis, key)
+            axes.append(DrivenAxis(axis.axis, **self._bounds(axis, number)))
+        for number, given in self._inputs(board):
+            self._no_pin("input", number, given, "pin")
+            inputs.append(Sensed(given.to, **_stops(given)))
+        for number, output in self._outputs(board):
+            self._no_pin("output", number, output, "pin")
+            outputs.append(Switched(output.source, safe=output.safe == "high"))
+        return HalWiring(board.name, tuple(axes), tuple(inputs), tuple(outputs), file)
+
+    # The tables of a board
+
+    def _axes(self, board: BoardTable) -> Iterator[tuple[int, BoardAxisTable]]:
+        for number, axis in enumerate(self._table.axis):
+            with self._scene.placing_errors("stand-in", "axis", number, "axis"):
+                _check_axis(self._bench, axis.axis)
+            if self._board(axis.board, "axis", number) == board.name:
+                yield number, axis
+
+    def _inputs(self, board: BoardTable) -> Iterator[tuple[int, BoardInputTable]]:
+        for number, given in enumerate(self._table.input):
+            with self._scene.placing_errors("stand-in", "input", number, "to"):
+                _check_pin(self._bench, given.to, output=False)
+            if self._board(given.board, "input", number) == board.name:
+                yield number, given
+
+    def _outputs(self, board: BoardTable) -> Iterator[tuple[int, BoardOutputTable]]:
+        for number, output in enumerate(self._table.output):
+            with self._scene.placing_errors("stand-in", "output", number, "from"):
+                _check_pin(self._bench, output.source, output=True)
+            if self._board(output.board, "output", number) == board.name:
+                yield number, output
+
+    def _board(self, name: str | None, kind: str, number: int) -> str:
+        names = list(self._boards)
+        with self._scene.placing_errors("stand-in", kind, number):
+            if name is None and len(names) > 1:
+                raise UsageError(f"the board is missing: expected board = one of {', '.join(names)}")
+            if name is not None and name not in names:
+                raise UsageError(f"no board {name!r}: there are {', '.join(names)}")
+        return name or names[0]
+
+    # Values
+
+    def _pin(self, kind: str, number: int, table: Table, key: str) -> BoardPin:
+        text = getattr(table, key)
+        with self._scene.placing_errors("stand-in", kind, number):
+            if text is None:
+                raise UsageError(f'{key} is missing: expected a pin of the board, e.g. {key} = "PD2"')
+        return BoardPin.read(text)
+
+    def _no_pin(self, kind: str, number: int, table: Table, key: str) -> None:
+        if getattr(table, key) is not None:
+            with self._scene.placing_errors("stand-in", kind, number, key):
+                raise UsageError(f"{key} is a pin of a board: at HAL, link the component's pins in the HAL file")
+
+    def _bounds(self, table: BoardAxisTable, number: int) -> _Bounds:
+        """Return the limits of an axis: travel in pulses and highest rate in pulses/s; None for no limit."""
+        name, _, axis = table.axis.rpartition(".")
+        units, bounds = self._bench[name].axes[axis].units, _Bounds(travel=None, max_rate=None)
+        with self._scene.placing_errors("stand-in", "axis", number, "travel"):
+            if table.travel is not None:
+                first, last = (position(end, units) for end in table.travel)
+                bounds["travel"] = first, last
+        with self._scene.placing_errors("stand-in", "axis", number, "max_rate"):
+            if table.max_rate is not None:
+                bounds["max_rate"] = rate(table.max_rate, units)
+        return bounds
 
 
-def _wiring(scene: Scene, bench: Bench, table: StandInTable, board: str) -> Wiring:
-    axes, inputs, outputs = [], [], []
-    for number, axis in enumerate(table.axis):
-        with scene.placing_errors("stand-in", "axis", number, "axis"):
-            _check_axis(bench, axis.axis)
-        if _board(scene, table, axis.board, "axis", number) == board:
-            pins = (BoardPin.read(axis.step), BoardPin.read(axis.direction), BoardPin.read(axis.enable))
-            travel, max_rate = _bounds(scene, bench, axis, number)
-            axes.append(AxisPins(axis.axis, *pins, axis.pulse_us, travel, max_rate))
-    for number, given in enumerate(table.input):
-        with scene.placing_errors("stand-in", "input", number, "to"):
-            _check_pin(bench, given.to, output=False)
-        if _board(scene, table, given.board, "input", number) == board:
-            stops_at = given.stops_at == "high"
-            inputs.append(InputPin(given.to, BoardPin.read(given.pin), DIRECTIONS[given.stops], stops_at))
-    for number, output in enumerate(table.output):
-        with scene.placing_errors("stand-in", "output", number, "from"):
-            _check_pin(bench, output.source, output=True)
-        if _board(scene, table, output.board, "output", number) == board:
-            outputs.append(OutputPin(output.source, BoardPin.read(output.pin), output.safe == "high"))
-    wiring = Wiring(board, tuple(axes), tuple(inputs), tuple(outputs), watchdog_s=table.watchdog_ms / 1e3)
-    with scene.placing_errors("stand-in"):
-        if not axes:
-            raise UsageError(f"board {board} has no axis: expected a [[stand-in.axis]] with board = {board!r}")
-        wiring.check()
-    return wiring
-
-
-def _board(scene: Scene, table: StandInTable, name: str | None, kind: str, number: int) -> str:
-    names = [board.name for board in table.board]
-    with scene.placing_errors("stand-in", kind, number):
-        if name is None and len(names) > 1:
-            raise UsageError(f"the board is missing: expected board = one of {', '.join(names)}")
-        if name is not None and name not in names:
-            raise UsageError(f"no board {name!r}: there are {', '.join(names)}")
-    return name or names[0]
+def _stops(given: BoardInputTable) -> _Stops:
+    return _Stops(stops=DIRECTIONS[given.stops], stops_at=given.stops_at == "high")
 
 
 def _check_axis(bench: Bench, whole: str) -> None:
@@ -107,8 +181,6 @@ def _check_axis(bench: Bench, whole: str) -> None:
     if controller not in bench.controllers or name not in bench[controller].axes:
         known = ", ".join(f"{each}.{axis}" for each in bench.controllers for axis in bench[each].axes)
         raise UsageError(f"no axis {whole!r}: there are {known}")
-    if not isinstance(bench[controller].axes[name], StepperAxis):
-        raise UsageError(f"{whole} is a servo axis: expected an axis with a stepper motor")
 
 
 def _check_pin(bench: Bench, whole: str, *, output: bool) -> None:
@@ -126,18 +198,23 @@ def lines(plan: Plan) -> list[str]:
     """Return the plan as lines of text: each pin with its use, and the limits of each axis."""
     found = [f"horizon {plan.horizon_s * 1e3:g} ms, watchdog {plan.watchdog_s * 1e3:g} ms, journal {plan.journal}"]
     for table, wiring in plan.boards:
-        found.append(f"board {wiring.name} on {table.port}, {table.baud} baud")
-        found += [f"  {pin!s:8} {use}{_note(wiring, use)}" for pin, use in wiring.used()]
+        if isinstance(wiring, HalWiring):
+            found.append(f"{wiring.name}: LinuxCNC HAL with {wiring.file}")
+            found += [f"  {pin:34} {use}{_note(wiring, pin.removeprefix('axistwin.'))}" for pin, use in wiring.used()]
+        else:
+            found.append(f"board {wiring.name} on {table.port}, {table.baud} baud")
+            found += [f"  {pin!s:8} {use}{_note(wiring, use.removesuffix(' input'))}" for pin, use in wiring.used()]
         for axis in wiring.axes:
             travel = "any" if axis.travel is None else f"{axis.travel[0]} to {axis.travel[1]}"
             rate = "any" if axis.max_rate is None else f"{axis.max_rate:g} pulses/s"
-            found.append(f"  {axis.axis}: pulse {axis.pulse_us:g} µs, travel {travel}, rate {rate}")
+            pulse = f"pulse {axis.pulse_us:g} µs, " if isinstance(axis, AxisPins) else ""
+            found.append(f"  {axis.axis}: {pulse}travel {travel}, rate {rate}")
     return found
 
 
-def _note(wiring: Wiring, use: str) -> str:
+def _note(wiring: Wiring | HalWiring, terminal: str) -> str:
     for given in wiring.inputs:
-        if use == f"{given.to} input" and given.stops is not None:
+        if given.to == terminal and given.stops is not None:
             which = {+1: "plus motion", -1: "minus motion", 0: "all motion"}[given.stops]
             return f", stops {which} at {'high' if given.stops_at else 'low'}"
     return ""

@@ -1,4 +1,4 @@
-"""A board on a serial port.  A separate thread serves the port, so that the emulation cannot delay the port."""
+"""A motion board on a serial port.  A separate thread serves the port, so that the emulation cannot delay it."""
 
 import os
 from collections.abc import Callable
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 WAIT_S = 0.002
-"""Longest wait for a byte from the board, and so the interval at which commands are sent."""
+"""Longest time to wait for a byte from the board; commands are sent at least at this interval."""
 IDENTIFY_S = 3.0
 _CHUNK = 40
 
@@ -56,7 +56,7 @@ def identify(port: str, baud: int) -> Dictionary:
 
 
 class Sender(Thread):
-    """Serves one board.  `deliver` is called in this thread with each event."""
+    """A thread that serves the port of one board.  `deliver` is called in this thread with each event."""
 
     def __init__(self, board: Board, port: serial.Serial, deliver: Callable[["Sender", Event], None]) -> None:
         super().__init__(name=f"board {board.wiring.name}", daemon=True)
@@ -90,7 +90,7 @@ class Sender(Thread):
             self._deliver(self, self._board.events.popleft())
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
-        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
+        """Plan pulses one horizon (a constant delay) after these times, in s of the host's clock."""
         with self._lock:
             self._board.queue(axis, direction, times_s)
 
@@ -103,6 +103,11 @@ class Sender(Thread):
         """Stop the axes of these controllers at once; () stops all axes."""
         with self._lock:
             self._board.stop(reason, groups)
+
+    @property
+    def stopped(self) -> frozenset[str]:
+        """Controllers whose axes are stopped; can be read in any thread."""
+        return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
         """Accept pulses of a stopped controller again."""

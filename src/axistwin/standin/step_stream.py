@@ -1,4 +1,4 @@
-"""The step commands of a board: planned from the times of pulses, and sent in time."""
+"""The step commands of a motion board: planned from the times of pulses, and sent before they are due."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TOLERANCE_S = 0.5e-6
-"""Largest difference between the planned time and the wanted time of a pulse."""
+"""Largest difference in seconds between the planned time and the requested time of a pulse."""
 LEAD_S = 0.01
-"""Least time from sending a step command to its first pulse."""
+"""Shortest time in seconds from sending a step command to its first pulse."""
 
 
 @dataclass
 class Motor:
-    """An axis on the board.  `last`: tick of its last planned pulse; `position`: net pulses planned."""
+    """An axis on the board.  `last`: tick of its last planned pulse; `position`: net number of planned pulses."""
 
     pins: AxisPins
     oid: int
@@ -30,9 +30,9 @@ class Motor:
     direction: int = 0
     position: int = 0
     origin: int | None = None
-    """The board's count at position 0."""
+    """The board's step count at position 0."""
     waiting: deque[tuple[int | None, int, int, Steps]] = field(default_factory=deque)
-    """Planned commands: base tick (None: the last pulse), tick of the first pulse, direction, steps."""
+    """Unsent commands: base tick (None: the last pulse), tick of the first pulse, direction, steps."""
 
     @property
     def due(self) -> int:
@@ -40,18 +40,12 @@ class Motor:
         return self.waiting[0][1]
 
     def refusal(self, direction: int, wanted: "NDArray[np.float64]", hz: float) -> str:
-        """Return the limit that pulses at these ticks would exceed; "": none."""
+        """Return an error message if pulses at these ticks would exceed a limit of the axis, else ""."""
         import numpy as np
 
-        pins = self.pins
         gaps = np.diff(wanted, prepend=self.last if self.last is not None else -np.inf)
         rate = hz / max(float(gaps.min()), 1e-9)
-        if pins.max_rate is not None and rate > pins.max_rate * 1.001:
-            return f"{pins.axis}: {rate:.0f} pulses/s is above max_rate {pins.max_rate:g}"
-        end = self.position + direction * len(wanted)
-        if pins.travel is not None and not pins.travel[0] <= end <= pins.travel[1]:
-            return f"{pins.axis}: position {end} is beyond travel {list(pins.travel)}"
-        return ""
+        return self.pins.refusal(rate, self.position + direction * len(wanted))
 
 
 class StepStream:
@@ -65,15 +59,15 @@ class StepStream:
         self._in_queue: list[float] = []
 
     def of(self, controllers: Sequence[str]) -> Iterator[Motor]:
-        """Return the motors of these controllers."""
+        """Return an iterator over the motors of these controllers."""
         return (motor for motor in self.motors.values() if motor.pins.controller in controllers)
 
     def forget_queue(self) -> None:
-        """Assume that the board's queue is empty."""
+        """Assume from now on that the board's queue is empty."""
         self._in_queue.clear()
 
     def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]") -> None:
-        """Plan pulses at these ticks.  Raises ValueError if no step command can make them."""
+        """Plan pulses at these ticks of the board's clock.  Raises ValueError if no step command can produce them."""
         connection = self._connection
         base, now = motor.last, connection.clock.ticks(connection.now_s)
         if base is None or (not motor.waiting and base < now - connection.ticks(2 * LEAD_S)):

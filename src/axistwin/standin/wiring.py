@@ -1,7 +1,7 @@
 """The wiring of a board: the use of its pins, and the commands that configure the board."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from zlib import crc32
@@ -35,54 +35,101 @@ class BoardPin:
 
 
 @dataclass(frozen=True)
-class AxisPins:
-    """An axis: pins of its drive, and limits that are checked before pulses are sent."""
+class DrivenAxis:
+    """An axis that drives a real motor, and the limits that are checked before pulses are sent."""
 
     axis: str
     """Name of the axis on the bench: "controller.axis"."""
+    travel: tuple[int, int] | None = field(default=None, kw_only=True)
+    max_rate: float | None = field(default=None, kw_only=True)
+
+    @property
+    def controller(self) -> str:
+        """Name of the controller that has this axis."""
+        return self.axis.rpartition(".")[0]
+
+    def refusal(self, rate: float, end: int) -> str:
+        """Return the limit that pulses at this rate, up to the position `end`, would exceed; "": none."""
+        if self.max_rate is not None and rate > self.max_rate * 1.001:
+            return f"{self.axis}: {rate:.0f} pulses/s is above max_rate {self.max_rate:g}"
+        if self.travel is not None and not self.travel[0] <= end <= self.travel[1]:
+            return f"{self.axis}: position {end} is beyond travel {list(self.travel)}"
+        return ""
+
+
+@dataclass(frozen=True)
+class AxisPins(DrivenAxis):
+    """An axis with the pins of its drive on a board."""
+
     step: BoardPin
     direction: BoardPin
     enable: BoardPin | None = None
     pulse_us: float = 2.0
-    travel: tuple[int, int] | None = None
-    max_rate: float | None = None
-
-    @property
-    def controller(self) -> str:
-        """Name of the controller with this axis."""
-        return self.axis.rpartition(".")[0]
 
 
 @dataclass(frozen=True)
-class InputPin:
+class Sensed:
     """An input.  `stops`: direction of motion that the input stops (+1, -1, 0: both); None: it stops no motion."""
 
     to: str
     """Terminal of the bench, as "controller.pin"."""
-    pin: BoardPin
-    stops: int | None = None
-    stops_at: bool = False
+    stops: int | None = field(default=None, kw_only=True)
+    stops_at: bool = field(default=False, kw_only=True)
     """Level of the terminal that stops the motion."""
 
     @property
     def controller(self) -> str:
-        """Name of the controller with this terminal."""
+        """Name of the controller that has this terminal."""
         return self.to.rpartition(".")[0]
 
 
 @dataclass(frozen=True)
-class OutputPin:
-    """An output, which has the level `safe` when the board has stopped."""
+class InputPin(Sensed):
+    """An input at a pin of a board."""
+
+    pin: BoardPin
+
+
+@dataclass(frozen=True)
+class Switched:
+    """An output, which has the level `safe` when the motors have been stopped."""
 
     source: str
     """Terminal of the bench, as "controller.pin"."""
+    safe: bool = field(default=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class OutputPin(Switched):
+    """An output at a pin of a board."""
+
     pin: BoardPin
-    safe: bool = False
+
+
+def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: DrivenAxis, direction: int) -> str:
+    """Return an error message if an open stop input forbids motion in this direction, else ""."""
+    for given in inputs:
+        blocks = given.controller == axis.controller and given.stops in (0, direction)
+        if blocks and levels[given.to] is given.stops_at:
+            return f"{axis.axis}: {given.to} is open: no motion in this direction"
+    return ""
+
+
+def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
+    """Return the names of the controllers with these axes; all axes of a controller stop together."""
+    return tuple(dict.fromkeys(axis.controller for axis in axes))
+
+
+def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
+    """Raise UsageError for an input that stops a controller other than these."""
+    for given in inputs:
+        if given.stops is not None and given.controller not in names:
+            raise UsageError(f"{given.to} stops {given.controller}: expected a controller with axes on this board")
 
 
 @dataclass(frozen=True)
 class Wiring:
-    """The axes, inputs and outputs on one board.  Times are in seconds."""
+    """The axes, inputs and outputs that are wired to one board.  Times are in seconds."""
 
     name: str
     axes: tuple[AxisPins, ...]
@@ -90,22 +137,22 @@ class Wiring:
     outputs: tuple[OutputPin, ...] = ()
     watchdog_s: float = 0.1
     stop_sample_s: float = 100e-6
-    """Interval at which the board samples inputs that stop motion."""
+    """Seconds between two readings of an input that stops motion."""
     sample_s: float = 1e-3
-    """Interval at which the board samples other inputs."""
+    """Seconds between two readings of any other input."""
 
     def interval_s(self, given: InputPin) -> float:
-        """Return the interval at which the board samples an input."""
+        """Return the seconds between two readings of this input by the board."""
         return self.sample_s if given.stops is None else self.stop_sample_s
 
     @cached_property
     def groups(self) -> tuple[str, ...]:
         """Names of the controllers with axes on the board; all axes of a controller stop together."""
-        return tuple(dict.fromkeys(axis.controller for axis in self.axes))
+        return groups(self.axes)
 
     @cached_property
     def enables(self) -> tuple[BoardPin, ...]:
-        """Enable pins without duplicates: several axes may share a pin."""
+        """Pins that enable drives, each once; several axes may share a pin."""
         return tuple(dict.fromkeys(axis.enable for axis in self.axes if axis.enable is not None))
 
     def used(self) -> Iterator[tuple[BoardPin, str]]:
@@ -130,9 +177,7 @@ class Wiring:
         for axis in self.axes:
             if axis.enable is None:
                 raise UsageError(f"{axis.axis} has no enable pin: expected a pin that switches the drive off")
-        for given in self.inputs:
-            if given.stops is not None and given.controller not in self.groups:
-                raise UsageError(f"{given.to} stops {given.controller}: expected a controller with axes on this board")
+        check_groups(self.inputs, self.groups)
 
     def check_pins(self, dictionary: Dictionary) -> None:
         """Raise UsageError for a pin that the board does not have, or that its firmware reserves."""

@@ -1,7 +1,7 @@
-"""Runs on a Dask cluster: the same rows as worker processes of this computer, streamed back as the runs end.
+"""Run a sweep on a Dask cluster; the rows are the same as with worker processes of this computer.
 
-A few tasks for each thread of the cluster are under way at a time.  Each thread has a process of its own for the runs,
-as Dask cannot stop a run that exceeds the time limit.  Dask repeats the run of a lost worker on another worker.
+Each thread of a worker runs its tasks in a separate process, because Dask cannot stop a run that exceeds the time
+limit.  Dask repeats the run of a lost worker on another worker.
 """
 
 import atexit
@@ -21,10 +21,10 @@ from axistwin.version import VERSION
 
 CONNECT_S = 10
 PER_THREAD = 4
-"""Tasks under way for each thread of the cluster, so that no worker waits for a task."""
+"""Number of submitted tasks for each thread of the cluster, so that no worker is idle."""
 _POLL_S = 0.5
 _processes: dict[int, tuple[bytes, Workers]] = {}
-"""The process of each thread of a Dask worker, and the pickled job of this process."""
+"""Pickled job and process by thread of a Dask worker."""
 
 
 class Cluster:
@@ -49,7 +49,7 @@ class Cluster:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(Exception):  # the scheduler may have ended
+        with suppress(Exception):  # the scheduler may have ended already
             self._client.close()
 
     def _check_workers(self) -> None:
@@ -64,7 +64,7 @@ class Cluster:
                 raise UsageError(f"{worker} has axistwin {found}: expected {VERSION}, as here")
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Yield the row of each task, as soon as its run ends."""
+        """Run the tasks; yield the row of results of each task as soon as its run ends."""
         waiting = iter(tasks)
         under_way: dict[Any, Task] = {}
         ended: SimpleQueue[Any] = SimpleQueue()
@@ -98,7 +98,7 @@ def _connect(address: str) -> None:
     """Raise OSError or ValueError at once if no program listens at the address of a scheduler."""
     found = urlsplit(address)
     if not found.hostname or found.port is None:
-        raise ValueError("not an address")
+        raise ValueError("invalid address of a scheduler")
     with socket.create_connection((found.hostname, found.port), CONNECT_S):
         pass
 
@@ -128,7 +128,7 @@ def perform(setup: bytes, task: Task, limit_s: float) -> Row:
 
 
 def end_processes() -> None:
-    """End the processes of this worker."""
+    """End the processes that this Dask worker has started."""
     while _processes:
         _, (_, process) = _processes.popitem()
         process.__exit__()

@@ -23,13 +23,13 @@ _SIGNS: dict[str, tuple[Callable[[Any, float], Any], Callable[[Any, float], Any]
     "=": (np.equal, lambda x, c: -np.abs(x - c)),
     "!=": (np.not_equal, lambda x, c: np.abs(x - c)),
 }
-"""Functions for the truth and the robustness of a comparison, by its sign."""
+"""Two functions for each comparison sign: one returns the truth of the comparison, one its robustness."""
 _TOKEN = re.compile(r"\s*(<=|>=|!=|[()|<>=]|[^\s()|<>=!]+)")
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition on signals, with functions that return its truth (1 or 0) and its robustness over time."""
+    """A condition on signals, with functions that return its truth (1 or 0) and its robustness (margin) over time."""
 
     text: str
     signals: tuple[str, ...]
@@ -38,7 +38,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions of a value: the truth and the robustness of its comparison with a number."""
+    """Return two functions of a value for its comparison with a number: the truth and the robustness (margin)."""
     try:
         limit = real(number)
     except NumberError as error:
@@ -48,12 +48,12 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions of a level: the truth and the robustness of "the level is high" (or low)."""
+    """Return two functions of a level for the condition "level high" (or low): the truth and the robustness."""
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
 
 def condition(text: str) -> Condition:
-    """Parse a condition.  Raises UsageError."""
+    """Parse the text of a condition.  Raises UsageError."""
     reader = _Reader(text)
     found = reader.either()
     if reader.tokens:
@@ -71,7 +71,7 @@ class _Reader:
         return UsageError(f"invalid condition {shortened(self.text)}{place}: expected e.g. {EXAMPLE}")
 
     def take(self, *wanted: str) -> str:
-        """Remove and return the next token if it is one of `wanted` (none given: any token), else return ""."""
+        """Return and remove the next token if `wanted` is empty or contains it; otherwise return ""."""
         if not self.tokens or (wanted and self.tokens[0] not in wanted):
             return ""
         return str(self.tokens.pop(0))

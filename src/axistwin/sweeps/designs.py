@@ -1,7 +1,7 @@
 """Designs: the combinations of values that a sweep runs.
 
-`grid` runs every combination.  `zip` runs the first values of all paths, then the second values, and so on.
-`random`, `lhs` (Latin hypercube) and `sobol` draw `runs` points from all values.  `saltelli` draws the points for Sobol
+`grid` runs every combination.  `zip` runs the first values of all paths, then all second values.  `random`, `lhs`
+(Latin hypercube) and `sobol` draw `runs` points from all values.  `saltelli` draws the points for Sobol
 indices: `runs` times the number of paths plus 2.  A grid runs each combination `runs`
 times; each of these runs draws its own values from distributions.
 """
@@ -17,9 +17,9 @@ from axistwin.sweeps import sensitivity
 from axistwin.sweeps.values import MOST, Value, Values
 
 Points = Sequence[tuple[Value, ...]]
-"""One tuple of values for each run, in the order of the paths."""
+"""One tuple of values for each run; the values are in the order of the paths."""
 _SEEDS_APART = 0x9E37_79B9
-"""Difference between the seeds of two paths."""
+"""Difference between the random seeds of two neighbouring paths."""
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
@@ -72,7 +72,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Insert random values for paths with distributions.  Each of these paths has its own random sequence."""
+    """Complete the points by random values for the paths with distributions; each path has its own random sequence."""
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
         if path not in listed:
@@ -96,7 +96,7 @@ def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 
 def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = _count(runs)
-    power = max(count - 1, 1).bit_length()  # only 2**n points of the sequence are balanced
+    power = max(count - 1, 1).bit_length()  # only the first 2**n points of the sequence are balanced
     return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
 
 
@@ -105,7 +105,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Return one point for each row of fractions; a fraction selects a value from its path's distribution."""
+    """Convert each row of fractions to a point; a fraction from 0 to 1 selects a value of its path's distribution."""
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
 
 

@@ -1,4 +1,4 @@
-"""A job of a sweep (scene, varied paths, measures and claims), and the runner of its points."""
+"""The job of a sweep (scene, varied paths, measures, claims), and the runner that runs its points."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -24,16 +24,16 @@ from axistwin.version import VERSION
 
 Row = dict[str, Any]
 BOUND_NS = 3600 * S
-"""Longest virtual time of a run if the sweep gives no time (`for`)."""
+"""Longest virtual time of a run in a sweep without `for`, in seconds."""
 OWN_COLUMNS = ("run", "ended", "seconds", "difference", "notes", "wall_s", "worker", "version", "scene")
-"""Columns of the results that are not for paths, measures or claims."""
+"""Columns of the results other than those of paths, measures and claims."""
 APART = ("wall_s", "worker", "version")
-"""Columns that may differ if a sweep is repeated."""
+"""Columns of the results that may differ if the same sweep is run again."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """The parts of a sweep that every worker needs."""
+    """The data of a sweep that every worker needs."""
 
     scene: Scene
     paths: tuple[str, ...]
@@ -84,7 +84,7 @@ class Runner:
         return running.scene_program() if self.job.program is None else running.load(self.job.program)
 
     def row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Run a point and return its row.  If the run fails, the row has the reason."""
+        """Run one point of the sweep and return its row; if the run fails, the row contains the reason."""
         begin_s = perf_counter()
         row = self.empty_row(number, values, worker)
         try:
@@ -97,7 +97,7 @@ class Runner:
         return row
 
     def empty_row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Return the row of a run without results."""
+        """Return the row for a run whose results are all missing."""
         row: Row = {"run": number, **dict(zip(self.job.paths, values, strict=True))}
         row |= dict.fromkeys(self.measures)
         for name in self.claims:
@@ -143,7 +143,7 @@ class Runner:
         return "bound"
 
     def files(self, row: Row) -> dict[str, str]:
-        """Return the texts of a scene that repeats a run, and of its programs, by file name."""
+        """Return the texts of the files that repeat a run (a scene and its programs), by file name."""
         scene = self.variation.scene([row[path] for path in self.job.paths])
         scene.build()
         data = {key: _without_ports(value) for key, value in scene.data.items()}
@@ -158,7 +158,7 @@ class Runner:
 
 
 def _without_ports(value: Any) -> Any:
-    """Return the tables of a scene without ports: in the panel, the scene's own hosts then act."""
+    """Return the tables of a scene without its ports; the panel then uses the simulated hosts of the scene."""
     if not isinstance(value, list):
         return value
     return [{key: each for key, each in table.items() if key not in ("ports", "rs485_ports")} for table in value]
@@ -187,7 +187,7 @@ def _function(name: str) -> Callable[[Bench], object]:
 
 
 def check_names(names: Iterable[str], paths: Iterable[str]) -> None:
-    """Raise UsageError if the name of a measure or claim cannot be the name of a column."""
+    """Raise UsageError if the name of a measure or claim is not a valid column name."""
     taken = {*paths, *OWN_COLUMNS}
     for name in names:
         if name in taken:

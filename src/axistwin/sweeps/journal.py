@@ -1,6 +1,7 @@
 """The results of a sweep: numbered part files during the sweep, joined to one Parquet file at the end.
 
-A part file gets its name only when it is complete.  The plan of the sweep is stored with the parts and in the Parquet
+A part file has a temporary name until it is complete.  The plan of the sweep is stored with the parts and in the
+Parquet
 file.  An interrupted sweep is resumed only if its plan has not changed.
 """
 
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 PLAN = b"axistwin.sweep"
-"""Key of the plan in the metadata of a Parquet file."""
+"""Metadata key under which a Parquet file stores the plan of its sweep."""
 ROWS, FLUSH_S = 1000, 2.0
-"""Largest number of rows in a part file, and the time after which a part file is written."""
+"""Largest number of rows in a part file, and seconds after which a part file is written."""
 Plan = Mapping[str, Any]
 
 
@@ -67,13 +68,13 @@ class Journal:
         return {run for column in columns for run in column}
 
     def add(self, row: Row) -> None:
-        """Add a row; write a part file if enough rows or enough time have passed."""
+        """Add a row; write a part file if it is full or if `FLUSH_S` seconds have passed."""
         self._rows.append(row)
         if len(self._rows) >= ROWS or monotonic() - self._written_s > FLUSH_S:
             self.flush()
 
     def flush(self) -> None:
-        """Write the rows that are in no file yet to a part file."""
+        """Write all rows that are not in a file yet to a new part file."""
         self._written_s = monotonic()
         if not self._rows:
             return
@@ -97,7 +98,7 @@ class Journal:
 
 
 def table(rows: Sequence[Row], types: Mapping[str, str], plan: Plan) -> "pa.Table":
-    """Return rows as a table.  `types`: type of each column: "number", "whole", "truth", "text" or "numbers"."""
+    """Convert rows to a table.  `types`: type of each column: "number", "whole", "truth", "text" or "numbers"."""
     import pyarrow as pa
 
     kinds = {
@@ -119,7 +120,7 @@ def _as_kind(value: Any, kind: str) -> Any:
 
 
 def kind_of(values: Sequence[Any]) -> str:
-    """Return the type of the column for these values of a path."""
+    """Return the column type for the values of a path."""
     if all(isinstance(value, bool) for value in values):
         return "truth"
     if all(isinstance(value, int) and not isinstance(value, bool) for value in values):
@@ -140,7 +141,7 @@ def _write(found: "pa.Table", path: Path) -> None:
 
 
 def is_sweep(path: Path) -> bool:
-    """True if a file holds the results of a sweep."""
+    """True if a file contains the results of a sweep."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -151,7 +152,7 @@ def is_sweep(path: Path) -> bool:
 
 
 def plan_of(path: Path) -> Plan:
-    """Return the plan stored in a file of results.  Raises TraceError for any other file."""
+    """Return the plan of a sweep from its results file.  Raises TraceError for any other file."""
     import pyarrow.parquet as pq
 
     if not is_sweep(path):
@@ -176,14 +177,14 @@ def read(path: Path) -> "pa.Table":
 
 
 def digest(found: "pa.Table") -> str:
-    """Return a hash of the sorted rows; columns that may differ if a sweep is repeated are left out."""
+    """Return a hash of the sorted rows; equal sweeps have equal hashes."""
     kept = found.select([name for name in found.column_names if name not in APART]).sort_by("run")
     rows = (json.dumps(row, sort_keys=True) for row in kept.to_pylist())
     return sha256("\n".join(rows).encode()).hexdigest()[:16]
 
 
 def check_plan(place: Path, old: Plan, new: Plan) -> None:
-    """Raise UsageError if two plans differ; the message gives the first difference."""
+    """Raise UsageError if two plans differ; the message contains the first difference."""
     new = json.loads(json.dumps(new))
     for key in dict.fromkeys((*old, *new)):
         if old.get(key) != new.get(key):

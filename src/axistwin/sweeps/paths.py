@@ -1,6 +1,6 @@
 """Paths: names for the values of a scene that a sweep can vary.
 
-table.X.load.torque      an option of an axis; in table.X.limits.1 the index of a list element, from 0
+table.X.load.torque      an option of an axis; table.X.limits.1 is the second element of a list
 table.wiring             an option of a controller
 knife.program.KP         the number first assigned to KP in the stored program
 knife.KP                 a variable or gain at power-up, before the program begins
@@ -28,10 +28,10 @@ from axistwin.sweeps.values import Value
 
 Keys = tuple[str | int, ...]
 TERMS = ("at", "nth", "duration", "seed")
-"""Properties that every fault has and that a sweep can vary."""
+"""Properties of every fault that a sweep can vary."""
 WIRE = ("delay_ms", "invert")
 OWN = ("line", "history", "master_ratio")
-"""Keys of a controller that can be varied; options of its model can be varied too."""
+"""Keys of a controller that a sweep can vary, in addition to the options of its model."""
 LISTS = {"fault": "fault.NAME.parameter", "script": "script.0.at", "wire": "wire.0.delay_ms"}
 _CODE = r"""(?:"[^"]*"|[^'"])*?"""
 
@@ -67,7 +67,7 @@ class Variation:
         return self.base.varied(data, texts)
 
     def check(self, number: int, value: Value) -> None:
-        """Raise UsageError if the scene cannot be built with this value of the path with index `number`."""
+        """Raise UsageError if the scene cannot be built with this value; `number`: index of the path."""
         place = self.places[number]
         alone = Variation.__new__(Variation)
         alone.base, alone.places, alone._texts = self.base, [place], self._texts
@@ -169,7 +169,7 @@ def _key(part: str) -> str | int:
 
 
 def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
-    """Return the keys.  Raises UsageError if they contain the index of a list element that is not in the scene."""
+    """Return `keys` unchanged.  Raises UsageError if they contain an index outside a list of the scene."""
     at: Any = scene.data
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
@@ -183,7 +183,7 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
 
 
 def _put(node: Any, keys: Keys, value: Value) -> Any:
-    """Return a copy of `node` with another value at `keys`; missing tables are added."""
+    """Return a copy of the table `node` in which `keys` lead to the new value; missing tables are added."""
     if not keys:
         return value
     key, rest = keys[0], keys[1:]
@@ -194,7 +194,7 @@ def _put(node: Any, keys: Keys, value: Value) -> Any:
     return {**table, key: _put(table.get(key), rest, value)}
 
 
-# Numbers in programs
+# Numbers in the programs of motors
 
 
 def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
@@ -216,7 +216,7 @@ def _program(scene: Scene, file: str) -> str:
 
 
 def _assigned(text: str, place: Place, value: Value) -> str:
-    """Return a program with `value` in place of the first number that is assigned to the variable."""
+    """Return the text of a program in which `value` replaces the first number that is assigned to the variable."""
     if type(value) is not int:
         raise UsageError(f"{place.path}={value}: expected a whole number in a program, e.g. {place.variable}=100")
     number = re.compile(rf"(?<![\w@.]){re.escape(place.variable)}=[ ]*(-?\d+)(?![\w.])", re.ASCII)

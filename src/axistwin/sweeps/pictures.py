@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PATHS = 4
-"""Largest number of scatter plots in a row; further paths are not drawn."""
+"""Largest number of scatter plots in a row; no plots are drawn for further paths."""
 WORST = 3
-"""Number of runs that are labelled for each claim."""
+"""Number of worst runs of each claim that are labelled."""
 _SIZE = 2.6, 2.2
 """Width and height of one plot in inches."""
 
@@ -77,7 +77,7 @@ def _is_number(table: "pa.Table", path: str) -> bool:
 
 
 def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Return values as an array: the mean of a list, nan for None and for infinity."""
+    """Convert values to an array: a list becomes its mean, None and infinity become nan."""
     flat = [np.mean(value) if isinstance(value, list) else np.nan if value is None else value for value in values]
     found = np.array(flat, float)
     found[~np.isfinite(found)] = np.nan
@@ -97,7 +97,7 @@ def _scatter(axes: "Axes", path: str, at: Any, values: Any, failing: Any) -> Non
 
 
 def _bars(axes: "Axes", shares: Mapping[str, Mapping[str, float]] | None) -> None:
-    """Draw the Sobol indices of a measure with their 95 % intervals: the first-order index above the total index."""
+    """Draw the first-order and the total Sobol index of each path as bars, with their 95 % intervals."""
     if shares is None:
         axes.set_axis_off()
         return

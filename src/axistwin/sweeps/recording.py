@@ -30,12 +30,12 @@ from axistwin.units import S
 
 SERVO = {"velocity": ("position",), "following_error": ("commanded", "position")}
 STEPPER = {"position": ("pulses",), "lost": ("pulses",)}
-"""Signals of an axis that are not in a trace, with the signals of a trace from which they are computed."""
+"""Computed signals of an axis, each with the signals of a trace that it is computed from."""
 
 
 @dataclass(frozen=True)
-class _Plan:
-    """Lost steps of a stepper motor since a time; `losing` returns their number after n pulses, if more are lost."""
+class _LostSteps:
+    """Number of lost steps from the time `since_ns`; `losing` (or None) returns the number after n more pulses."""
 
     since_ns: int
     lost: int
@@ -44,7 +44,7 @@ class _Plan:
 
 
 class Recording:
-    """Records signals and events of a bench, given by their names, within a `with` block."""
+    """A context manager that records the named signals and events of a bench."""
 
     def __init__(self, bench: Bench, signals: Iterable[str], events: Iterable[str]) -> None:
         self.bench = bench
@@ -54,9 +54,9 @@ class Recording:
         self._also = {f"{s.scope}.{name}": s.full for s in self._known.values() for name in s.also}
         self._names = {name: self._full(name) for name in signals}
         self._events: dict[str, list[int]] = {sentence: [] for sentence in events}
-        self._plans: dict[str, list[_Plan]] = {}
+        self._plans: dict[str, list[_LostSteps]] = {}
         self._periods: dict[str, int] = {}
-        """Sample period in ns, by servo axis."""
+        """Sample period of each servo axis in ns."""
         wanted = {part for name in self._names.values() for part in self._parts(name)}
         self._signals = [signal for name, signal in self._known.items() if name in wanted]
         self._stack = ExitStack()
@@ -91,15 +91,15 @@ class Recording:
         self._stack.close()
 
     def series(self, name: str) -> Series:
-        """Return a signal of the finished run."""
+        """Return the recorded values of a signal after the run."""
         return self._series(self._names[name])
 
     def times(self, sentence: str) -> Times:
-        """Return the times of an event, in order."""
+        """Return the times of an event in ascending order."""
         return np.array(self._events[sentence], np.int64)
 
     def energy(self, name: str) -> float:
-        """Return the energy in J that an axis has taken.  Raises UsageError for an axis without modelled windings."""
+        """Return the electrical energy in J that an axis has used.  Raises UsageError without modelled windings."""
         axes = {f"{scope}.{n}": axis for scope, each in self.bench.controllers.items() for n, axis in each.axes.items()}
         axis = axes.get(name) or axes.get(f"{self._here}.{name}")
         if axis is None:
@@ -112,8 +112,8 @@ class Recording:
         times.append(self.bench.now)
 
     def _note_plan(self, scope: str, axis: StepperAxis) -> None:
-        """Record the lost steps when a move begins or changes."""
-        self._plans[scope].append(_Plan(self.bench.now, axis.lost, axis.train.move.origin, axis.losing()))
+        """Record the number of lost steps at the start or change of a move."""
+        self._plans[scope].append(_LostSteps(self.bench.now, axis.lost, axis.train.move.origin, axis.losing()))
 
     def _note_period(self, scope: str, samples: Samples) -> None:
         if samples.period_ns:
@@ -126,7 +126,7 @@ class Recording:
     # Names
 
     def _full(self, name: str) -> str:
-        """Return the full name of a signal.  Raises UsageError if the bench has no such signal."""
+        """Return the full name (controller.scope.signal) of a signal.  Raises UsageError for an unknown signal."""
         for candidate in (name, f"{self._here}.{name}"):
             if candidate in self._known or self._parts(candidate) != (candidate,):
                 return candidate
@@ -144,7 +144,7 @@ class Recording:
         return found
 
     def _parts(self, name: str) -> tuple[str, ...]:
-        """Return the signals of a trace from which a signal is computed."""
+        """Return the names of the trace signals from which a signal is computed."""
         if name in self._known:
             return (name,)
         scope, _, which = name.rpartition(".")
@@ -182,7 +182,7 @@ class Recording:
         return Series.of(times, values, self.end_ns)
 
     def _lost_of(self, scope: str) -> Series:
-        """Return the number of lost steps over time; it changes only during moves that lose steps."""
+        """Return the number of lost steps of a stepper axis over time."""
         pulses, plans = self._traced(f"{scope}.pulses"), self._plans[scope]
         times: list[Times] = []
         values: list[list[int]] = []
@@ -196,7 +196,7 @@ class Recording:
         return Series.of(np.concatenate(times), np.concatenate(values).astype(float), self.end_ns)
 
     def _velocity(self, scope: str) -> Series:
-        """Return the velocity of a servo: the distance moved in a sample gives the velocity during the next sample."""
+        """Return the velocity of a servo axis over time, calculated from the distance of each sample."""
         position, period_ns = self._traced(f"{scope}.position"), self._periods.get(scope, S)
         moved, ways = position.times[1:], np.diff(position.values)
         ends = moved + period_ns

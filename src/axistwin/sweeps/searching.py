@@ -17,13 +17,13 @@ from axistwin.sweeps.values import Values
 from axistwin.sweeps.workers import Engine
 
 FAR = 1e12
-"""Robustness that the search uses in place of infinity."""
+"""Finite number that replaces an infinite robustness in a search."""
 SIGMA = 0.3
-"""Initial step size, as a fraction of the range."""
+"""Initial step size of the search, as a fraction of each range."""
 
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
-    """Raise UsageError if the sweep cannot be searched, MissingExtraError without the library."""
+    """Raise UsageError if a search is impossible for this sweep, MissingExtraError if its library is missing."""
     require("cmaes", "sweeps")
     if not claims:
         raise UsageError("--search needs a claim: add --claim 'NAME: SENTENCE'")
@@ -35,7 +35,7 @@ def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
 
 
 def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
-    """Return the rows of an interrupted search by run number; each row has the robustness of the claims."""
+    """Return the rows of an interrupted search by run number, each with the robustness of the claims."""
     import pyarrow.parquet as pq
 
     columns = ["run", *(f"{name}.robustness" for name in claims)]
@@ -44,7 +44,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the least robustness of a run's claims, limited to ±FAR; FAR if no claim has one."""
+    """Return the smallest robustness of all claims in a run, limited to ±FAR; FAR if all are missing."""
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]
     return min(finite, default=FAR)
@@ -58,7 +58,7 @@ def search(
     seed: int,
     before: Mapping[int, Row],
 ) -> Iterator[Row]:
-    """Yield the rows of a search of `count` runs; runs in `before` are not repeated."""
+    """Search for the worst run; yield the rows of `count` runs.  Runs in `before` are not repeated."""
     chance = Chance(seed)
     strategy, asked = _start(len(varied), chance, first=True), 0
     while asked < count:
@@ -86,6 +86,6 @@ def _start(dimensions: int, chance: Chance, *, first: bool = False) -> Any:
     import numpy as np
     from cmaes import CMA
 
-    size = max(2, dimensions)  # CMA needs at least two dimensions
+    size = max(2, dimensions)  # the CMA-ES library needs at least two dimensions
     mean = np.array([0.5 if first else chance.unit() for _ in range(size)])
     return CMA(mean, SIGMA, bounds=np.array([[0.0, 1.0]] * size), seed=chance.below(1 << 31))

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 DESIGN = "saltelli"
-"""Design whose points the indices need."""
+"""Design that a sweep must have for Sobol indices."""
 _SEED = 1
-"""Seed of the resampling that gives the confidence intervals."""
+"""Random seed for the resampling that estimates confidence intervals."""
 
 
 def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
-    """Return `runs` * (`paths` + 2) points of fractions.  Raises UsageError."""
+    """Return the points of a Saltelli design as fractions: `runs` * (`paths` + 2) points.  Raises UsageError."""
     if runs & (runs - 1):
         raise UsageError(f"--runs {runs}: the design {DESIGN} needs a power of 2, e.g. --runs {1 << runs.bit_length()}")
     if paths < 2:
@@ -33,7 +33,7 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
 
 
 def indices(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return for each measure the indices of each path; None for a measure with missing or with equal results."""
+    """Return the Sobol indices by measure and path; None for a measure whose results are missing or all equal."""
     if plan["design"] != DESIGN or table.num_rows != plan["runs"] * (len(plan["varied"]) + 2):
         return {}
     return {name: _indices(list(plan["varied"]), table[name].to_pylist()) for name in plan["measures"]}

@@ -25,7 +25,7 @@ _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of a measure or claim in one run.  `reason`: why a result is missing; `at_ns`: time of the failure."""
+    """The result of a measure or claim in one run.  `reason`: why a result is missing; `at_ns`: time of a failure."""
 
     value: Answer = None
     reason: str = ""
@@ -36,7 +36,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A parsed measure or claim, with the signals and events that it needs, and the axes whose energy it needs."""
+    """A parsed measure or claim, with the names of the signals, events and axes that must be recorded for it."""
 
     text: str
     signals: tuple[str, ...]
@@ -47,7 +47,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Form:
-    """A form of a measure or claim.  `read` converts the named groups of `pattern` to a sentence."""
+    """A form of a measure or claim: a pattern, and a function `read` that converts its groups to a sentence."""
 
     form: str
     pattern: str
@@ -57,12 +57,12 @@ class Form:
 
 
 def measure(text: str) -> Sentence:
-    """Parse a measure.  Raises UsageError."""
+    """Parse the sentence of a measure.  Raises UsageError."""
     return _read(text, MEASURES, "measure")
 
 
 def claim(text: str) -> Sentence:
-    """Parse a claim.  Raises UsageError."""
+    """Parse the sentence of a claim.  Raises UsageError."""
     return _read(text, CLAIMS, "claim")
 
 
@@ -78,7 +78,7 @@ def _read(text: str, forms: tuple[Form, ...], what: str) -> Sentence:
 
 
 def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
-    """Return the name of a signal, and a function that returns its values; `|X|` is the magnitude of X."""
+    """Parse a signal or its magnitude `|X|`; return its name, and a function that returns its values."""
     name = text.strip("|").strip()
     if not name or " " in name or (text.startswith("|") is not text.endswith("|")):
         raise UsageError(f"invalid signal {shortened(text)}: expected e.g. table.X.velocity or |motor.RPE|")
@@ -93,7 +93,7 @@ def _final(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _masked(series: Series, where: Series | None) -> tuple[Any, Any]:
-    """Return the values of a signal and their durations, as long as the condition `where` is true."""
+    """Return the values of a signal and their durations for all times at which the condition `where` is true."""
     if where is None:
         return series.values, series.seconds
     both = combined(lambda values, holds: np.stack((values, holds), axis=1), series, where)
@@ -155,7 +155,7 @@ def _from_to(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _two_events(text: str) -> tuple[str, str]:
-    """Split at the word `to` that has an event on both sides."""
+    """Split the text `EVENT to EVENT` into its two events.  Raises UsageError."""
     words = text.split(" to ")
     for n in range(1, len(words)):
         begin, end = " to ".join(words[:n]), " to ".join(words[n:])
@@ -165,7 +165,7 @@ def _two_events(text: str) -> tuple[str, str]:
 
 
 def _spans(begins: Any, ends: Any) -> Iterator[float]:
-    """Yield the seconds from each begin to the next end, without overlaps."""
+    """Yield the time in seconds from each begin to the next end; pairs do not overlap."""
     after_ns = -1
     for begin_ns in begins:
         if begin_ns < after_ns:
@@ -242,7 +242,7 @@ def _position(text: str) -> float:
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
-    """Robustness: the least distance from the position, or minus the distance moved beyond the position."""
+    """Return the result of "never AXIS passes POSITION"; its robustness is the distance that remained."""
     name, position, way = passing
     series, times = record.series(name), record.times(event)
     where = during.truth(record) if during else series.map(np.ones_like)
@@ -260,7 +260,7 @@ def _not_passing(record: Recording, event: str, passing: tuple[str, float, int],
 
 
 def _not_happening(record: Recording, event: str, during: Condition | None) -> Finding:
-    """Robustness: the least time in s between an event and the condition; infinite if either does not occur."""
+    """Return the result of "never EVENT while CONDITION"; its robustness is the time between them in s."""
     times = record.times(event)
     if during is None:
         return _verdict(not len(times), -np.inf if len(times) else np.inf, int(times[0]) if len(times) else None)
@@ -287,7 +287,7 @@ def _eventually(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _after(text: str, parts: Mapping[str, str]) -> Sentence:
-    """Read a claim about the time after each event: the condition becomes true (`within`) or stays true (`for`)."""
+    """Parse the claim "always within TIME after EVENT: CONDITION", or the same claim with `for`."""
     what, event, span_ns = condition(parts["what"]), _event(parts["event"]), _ns(parts["span"])
     assert span_ns is not None, "the form has a time"
     stays = parts["kind"] == "for"
@@ -330,7 +330,7 @@ def _until(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _until_value(first: Series, second: Series, end_ns: int) -> float:
-    """Return the maximum over all times of min(value of `second`, all earlier values of `first`)."""
+    """Return the robustness of "first until second": the maximum over time of min(`second`, earlier `first`)."""
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
     before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))  # of `first`
@@ -431,4 +431,4 @@ CLAIMS = (
         "the measure is within a limit", "from table.output1 rises to table.output1 falls < 1.5", _bounded,
     ),
 )  # fmt: skip
-"""Forms of claims, in the order in which they are tried."""
+"""Forms of claims; the parser tries them in this order."""

@@ -15,7 +15,7 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Series:
-    """A signal: `values[n]` applies from `times[n]` to `times[n + 1]`, the last value up to `end_ns`."""
+    """A signal over time: `values[n]` is valid from `times[n]` to `times[n + 1]`, the last value until `end_ns`."""
 
     times: Times
     values: NDArray[Any]
@@ -23,13 +23,13 @@ class Series:
 
     @classmethod
     def of(cls, times: Times, values: NDArray[Any], end_ns: int) -> "Series":
-        """Return a signal from changes in order of time; of several changes at one time the last applies."""
+        """Return a signal from its changes in order of time; of several changes at one time, the last is used."""
         last = np.append(np.diff(times) > 0, True)
         return cls(times[last], values[last], end_ns)
 
     @property
     def seconds(self) -> Numbers:
-        """Duration of each piece in seconds."""
+        """Duration of each value in seconds."""
         found: Numbers = np.diff(self.times, append=self.end_ns) / S
         return found
 
@@ -49,11 +49,11 @@ class Series:
 
 
 def combined(function: Callable[..., NDArray[Any]], *parts: Series) -> Series:
-    """Return a signal: `function` applied to the values of several signals, at the times of all of them."""
+    """Return the signal that `function` computes from several signals; it can change whenever one of them changes."""
     times = np.unique(np.concatenate([part.times for part in parts]))
     return Series(times, function(*(part.at(times) for part in parts)), max(part.end_ns for part in parts))
 
 
 def minimum(values: Sequence[float] | NDArray[Any]) -> float:
-    """Return the least value; infinity if there is none."""
+    """Return the smallest value; infinity if there are no values."""
     return float(np.min(values)) if len(values) else float("inf")

@@ -1,7 +1,7 @@
 """A study: the trials of a tuning, kept in an SQLite file of Optuna, which `optuna-dashboard` can show.
 
-Optuna proposes the trials in batches.  A batch depends on the seed and on the trials before it only, so an interrupted
-study proposes the same trials again, and the number of workers has no effect.
+Optuna proposes the trials in batches.  A batch depends only on the seed and on earlier trials.  So an interrupted study
+proposes the same trials again, and the number of workers has no effect.
 """
 
 import json
@@ -15,7 +15,7 @@ from axistwin.sweeps.journal import check_plan
 from axistwin.sweeps.values import Value, Values
 
 NAME = "axistwin"
-"""Name of the study in its file."""
+"""Name of the Optuna study in its database file."""
 BATCH = 4
 """Number of trials that Optuna proposes at once."""
 PLAN, DELIVERED, RESULTS, NOTES = "plan", "delivered", "results", "notes"
@@ -24,7 +24,7 @@ MAGIC = b"SQLite format 3\0"
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial: values by path, score, and the result of each run.  `violations`: by claim; above 0 the claim fails."""
+    """A trial: values by path, score, result of each run, and `violations` by claim (above 0: the claim fails)."""
 
     values: dict[str, Value]
     score: float
@@ -56,7 +56,7 @@ class Study:
 
     @property
     def delivered(self) -> Trial | None:
-        """The trial of the scene without changes."""
+        """The trial with the values of the unchanged scene."""
         told = self._stored.user_attrs.get(DELIVERED)
         return None if told is None else Trial(**told)
 
@@ -66,7 +66,7 @@ class Study:
 
     @property
     def best(self) -> Trial | None:
-        """The best trial in which all claims hold; the first of equal trials."""
+        """The trial with the best score in which all claims hold; the first of equal trials."""
         return best(self.trials, str(self.plan["goal"]))
 
     def add(self, trial: Trial) -> None:
@@ -75,14 +75,14 @@ class Study:
         self.trials.append(trial)
 
     def batches(self, count: int) -> Iterator[dict[int, dict[str, Value]]]:
-        """Yield the missing trials up to `count`: in each batch the values by path, by number of the trial."""
+        """Yield batches of missing trials up to `count`: values by path, by number of the trial."""
         while len(self.trials) < count:
             first = len(self.trials) // BATCH * BATCH
             proposed = self._proposed(first)
             yield {n: proposed[n - first] for n in range(len(self.trials), min(first + BATCH, count))}
 
     def _proposed(self, first: int) -> list[dict[str, Value]]:
-        """Return the batch that begins with the trial number `first`."""
+        """Return the batch of proposed values that begins with the trial number `first`."""
         optuna = _optuna()
         sampler = optuna.samplers.TPESampler(seed=(self._seed << 20) + first, multivariate=True)
         study = optuna.create_study(direction=_direction(str(self.plan["goal"])), sampler=sampler)
@@ -116,7 +116,7 @@ def is_study(path: Path) -> bool:
 
 
 def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
-    """Return the plan, the delivered trial and all trials of a study.  Raises UsageError."""
+    """Return the plan of a study, the trial of the unchanged scene, and all trials.  Raises UsageError."""
     stored = _open(path, create=False)
     told, plan = stored.user_attrs.get(DELIVERED), stored.user_attrs.get(PLAN)
     if told is None or plan is None:
@@ -145,7 +145,7 @@ def _trial(stored: Any) -> Trial:
 
 
 def _distribution(values: Values) -> Any:
-    """Return Optuna's distribution for a range or a list."""
+    """Convert a range or a list of values to a distribution of Optuna."""
     distributions = _optuna().distributions
     if values.interval is None:
         return distributions.CategoricalDistribution(list(values.listed))

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _SIZE = 9.0, 3.4
-"""Width and height of the picture in inches."""
+"""Width and height of the whole picture in inches."""
 
 
 def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], path: Path, title: str = "") -> None:
@@ -33,7 +33,7 @@ def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], pat
 
 
 def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial]) -> None:
-    """Draw the score of each trial; trials in which a claim fails are crosses."""
+    """Draw the score of each trial; a cross marks a trial in which a claim fails."""
     for feasible, colour, marker, label in ((True, COLOURS[0], "o", "trial"), (False, ALARM, "x", "a claim fails")):
         shown = [(n, trial.score) for n, trial in enumerate(trials) if trial.feasible is feasible and _drawable(trial)]
         if shown:
@@ -49,7 +49,7 @@ def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Seq
 
 
 def _results(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, found: Trial | None) -> None:
-    """Draw the result of each run, with the delivered values and with the best values, from the worst to the best."""
+    """Draw the sorted results of all runs, for the delivered values and for the best values."""
     from matplotlib.ticker import MaxNLocator
 
     worst_first = not plan["goal"].startswith("maximise")

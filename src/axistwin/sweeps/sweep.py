@@ -36,14 +36,14 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 KEPT = 20
-"""Largest number of failing runs that are saved as scenes."""
+"""Largest number of failing runs for which a scene is saved."""
 Progress = Callable[[int, int, int], object]
-"""Called with three numbers of runs: finished runs, all runs, runs in which a claim fails."""
+"""Function that is called with three numbers of runs: finished, all, and runs in which a claim fails."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """The choice of the points of a sweep.  `search`: number of runs of a search for the worst point."""
+    """The settings that determine the points of a sweep.  `search`: number of runs of a search for the worst run."""
 
     name: str = "grid"
     runs: int | None = None
@@ -61,7 +61,7 @@ class Sweep:
             self.scene = scene
         else:
             self.scene = Scene.given(scene) if isinstance(scene, Mapping) else Scene.load(scene)
-        self.scene.build()  # reads the files of its programs
+        self.scene.build()  # reads the program files of the scene
         self.program, self.host = None if program is None else Path(program), host
         self.varied: dict[str, Values] = {}
         self.measures: dict[str, str] = {}
@@ -90,7 +90,7 @@ class Sweep:
         return self
 
     def plan(self, design: Design, seconds: float | None) -> dict[str, Any]:
-        """Return all settings that determine the rows."""
+        """Return all settings on which the results of the sweep depend."""
         varied = {path: values.text for path, values in self.varied.items()}
         job = self._job(seconds)
         return {
@@ -178,7 +178,7 @@ class Sweep:
         yield from engine.map(_tasks(found, results.done))
 
     def _types(self, found: Points) -> dict[str, str]:
-        """Return the type of each column."""
+        """Return the type of each column of the results."""
         columns: list[Sequence[Value]] = [*zip(*found, strict=True)]
         columns = columns or [values.samples for values in self.varied.values()]
         types = {"run": "whole"}
@@ -191,10 +191,10 @@ class Sweep:
 
 
 def engine_for(runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
-    """Return worker processes, one for each core if `workers` is None, or with 0 workers this process."""
+    """Return the engine for the runs: worker processes (None: one for each core), or this process for 0 workers."""
     count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
     count = (os.cpu_count() or 1) if count is None else count
-    prepare(runner)  # compile once, before the workers start
+    prepare(runner)  # compile the servo code once, before the workers start
     return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
 
@@ -212,7 +212,7 @@ def _kept(out: Path) -> Path:
 
 
 def _keep(runner: Runner, row: Row, directory: Path) -> bool:
-    """Write a scene that repeats a failing run; return False if it cannot be written."""
+    """Write a scene that repeats a failing run; return False if the files cannot be written."""
     with suppress(OSError):
         for name, text in runner.files(row).items():
             file = directory / f"run-{row['run']}" / name

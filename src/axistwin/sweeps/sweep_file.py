@@ -62,7 +62,7 @@ class SweepFile(BaseModel):
     claim: Annotated[dict[str, str], Field(description=f"Claims by name.  {_told(CLAIMS)}")] = {}
 
     def sweep(self, file: Path) -> Sweep:
-        """Return the sweep.  Raises an error at its place in the file."""
+        """Return the sweep that the file describes.  Raises SceneError with the place of an error in the file."""
         text = read_text(file)
         program = None if self.program is None else file.parent / self.program
         made: Sweep = _placing(file, text, ("scene",), lambda: Sweep(file.parent / self.scene, program, self.host))
@@ -74,12 +74,12 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the design."""
+        """Return the settings that determine the points of the sweep."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 
 def is_sweep_file(file: Path) -> bool:
-    """True if a TOML file has the key `scene` and no [[controller]]."""
+    """True if a TOML file is a sweep file: it has the key `scene` and no [[controller]]."""
     try:
         data = tomllib.loads(read_text(file))
     except (ValueError, RecursionError):
@@ -114,15 +114,15 @@ def check(file: Path) -> None:
         tables = ((key, name) for key in ("vary", "measure", "claim") for name in getattr(contents, key))
         at = next((keys for keys in tables if keys[1] == named), ("design",))
         line, column = place_of(at, places(text))
-        raise SceneError(str(error), file=str(file), line=line, column=column) from None
+        raise SceneError(message=str(error), file=str(file), line=line, column=column) from None
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Return the result of `do`; an error without a place gets the place of `keys`."""
+    """Call `do` and return its result; add the place of `keys` in the file to an error without a place."""
     try:
         return do()
     except PlacedError:
         raise
     except AxistwinError as error:
         line, column = place_of(keys, places(text))
-        raise SceneError(str(error), file=str(file), line=line, column=column) from None
+        raise SceneError(message=str(error), file=str(file), line=line, column=column) from None

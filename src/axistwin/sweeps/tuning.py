@@ -1,4 +1,4 @@
-"""Tuning: find the values of a scene with the best worst case over its scatter, by Optuna.
+"""Tuning: find the values of a scene that give the best worst case over scattering values, with Optuna.
 
 from axistwin.sweeps.tuning import Tuning
 
@@ -32,13 +32,13 @@ from axistwin.version import VERSION
 GOAL = "goal"
 """Name of the measure that is minimised or maximised."""
 LEAST_VIOLATION = 1e-12
-"""Violation of a claim that fails with the robustness 0."""
+"""Violation that is stored for a claim that fails with a robustness of 0."""
 FAR = 1e12
-"""Score of a trial without a result, and limit of a violation."""
+"""Score of a trial without results, and upper limit of a violation."""
 GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
-"""Gains of a SmartMotor, which take effect with the command F."""
+"""Gains of a SmartMotor; a new value takes effect with the command F."""
 Progress = Callable[[int, int, Trial | None, Trial], object]
-"""Called with the finished trials, all trials, the best trial (None: no trial meets the claims), the delivered one."""
+"""Function that is called with two numbers (finished trials, all trials), the best trial and the delivered one."""
 
 
 class Tuning:
@@ -60,7 +60,7 @@ class Tuning:
         self.changed: dict[str, Values] = {}
 
     def change(self, path: str, values: Value) -> Self:
-        """Change the value at a path in a range or list: `.change("knife.KP", "10..400")`.  Raises UsageError."""
+        """Let the search choose the value at a path: `.change("knife.KP", "10..400")`.  Raises UsageError."""
         given = Sweep(self._scatter.scene).vary(path, values).varied[path]
         if path in {**self.changed, **self._scatter.varied}:
             raise UsageError(f"{path} is changed or varied twice: expected one range of values")
@@ -70,7 +70,7 @@ class Tuning:
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary a value that scatters: every trial runs with each of these values, and the worst run counts."""
+        """Add scatter: every trial runs with each of these values at the path, and its worst run counts."""
         if path in self.changed:
             raise UsageError(f"{path} is changed or varied twice: expected one range of values")
         self._scatter.vary(path, values)
@@ -94,7 +94,7 @@ class Tuning:
         progress: Progress | None = None,
         tell: Callable[[str], None] = lambda words: None,
     ) -> Study:
-        """Run up to `trials` trials and return the study, which is kept in the SQLite file `out`.
+        """Run up to `trials` trials; return the study, which is stored in the SQLite file `out`.
 
         A study in `out` is continued.  `design`: the combinations of varied values.  Raises UsageError.
         """
@@ -112,7 +112,7 @@ class Tuning:
         return study
 
     def check(self, design: Design, seconds: float | None) -> tuple[Runner, Runner, Points]:
-        """Return the runner of the scene as delivered, that of the trials, and the varied values of a trial."""
+        """Return the runner of the unchanged scene, the runner of the trials, and the varied values of a trial."""
         if not self.changed:
             raise UsageError("nothing changes: add --change PATH=VALUES, e.g. --change knife.KP=10..400")
         delivered, scatter = self._scatter.check(design, seconds)
@@ -126,7 +126,7 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield the lines for programs and for the scene that set these values."""
+        """Yield lines for programs and for the scene file that set the values at these paths."""
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
         for place, value in zip(variation.places, values.values(), strict=True):
@@ -191,7 +191,7 @@ def _rows(engine: Engine, tasks: Sequence[tuple[int, Sequence[Value]]]) -> list[
 
 
 def _result(row: Row, sign: float) -> float:
-    """Return the result of a run, to be minimised; of several results, the worst."""
+    """Return the result of a run as a number to minimise; of several results, the worst."""
     value = row[GOAL]
     if value is None:
         return FAR
@@ -199,7 +199,7 @@ def _result(row: Row, sign: float) -> float:
 
 
 def _violation(row: Row, name: str) -> float:
-    """Return 0 or less if a claim holds, else the amount by which it fails."""
+    """Return the amount by which a claim fails; 0 or less if the claim holds."""
     robustness = row[f"{name}.robustness"]
     if robustness is None:
         return FAR if row["ended"] in ("error", "limit", "killed") else 0.0

@@ -1,4 +1,4 @@
-"""VALUES of a variation: `1..5`, `0.05..0.4:8`, `1..1000:4:log`, `[a, b]`, `normal(m, s)`, `uniform(a, b)`.
+"""Parse the values of a varied path: `1..5`, `0.05..0.4:8`, `1..1000:4:log`, `[a, b]`, `normal(m, s)`, `uniform(a, b)`.
 
 A grid runs the listed values.  A random design draws from the same range: `a..b` is then the whole interval.
 """
@@ -16,7 +16,7 @@ from axistwin.errors import UsageError
 from axistwin.numbers import NumberError, check_values, real, shortened, whole
 
 Value = Any
-"""A number, a text or a list, as a scene may contain it."""
+"""A value in a scene file: a number, a text or a list."""
 MOST = 1_000_000
 """Largest number of values of one path."""
 EXAMPLES = "1..5, 0.05..0.4:8, 1..1000:4:log, [1, 2], normal(1, 0.1), uniform(0, 1) or triangular(0, 1, 3)"
@@ -33,15 +33,15 @@ class Values:
     text: str
     listed: Sequence[Value]
     at: Callable[[float], Value]
-    """Returns the value at a fraction of the distribution; 0 <= fraction < 1."""
+    """Function that returns the value at a fraction of the distribution; 0 <= fraction < 1."""
     interval: tuple[float, float, bool] | None = None
-    """Ends of a range without a count, and True for a logarithmic range; the ends of whole numbers are whole."""
+    """Both ends of a range, and True for a logarithmic range; the ends are integers in a range of integers."""
     ordered: bool = True
-    """False for a list with values other than numbers: a search needs numbers."""
+    """True if all values are numbers; a search needs numbers."""
 
     @property
     def samples(self) -> list[Value]:
-        """Values to check before a sweep: all values of a short list, else the first, the middle and the last."""
+        """Values that are checked before a sweep: all of a short list; otherwise the first, the middle and the last."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -51,7 +51,7 @@ _ENDS = (0.0, 0.001, 0.5, 0.999, 1 - 2**-53)
 
 
 def read(given: Value) -> Values:
-    """Return the values given by a text, a list or a single value.  Raises UsageError."""
+    """Convert a text, a list or a single value to the values of a path.  Raises UsageError."""
     if isinstance(given, list):
         return _listed(str(given), given)
     if not isinstance(given, str):
@@ -72,7 +72,7 @@ def read(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return a text without quotation marks.  Raises UsageError if the text begins like a list, a tuple or a quote."""
+    """Return the text as a value, without quotation marks.  Raises UsageError for an unfinished list or quotation."""
     if not text or text[0] in "[{(\"'":
         raise UsageError(f"{shortened(text)} cannot be read: expected e.g. {EXAMPLES}")
     return text
@@ -156,7 +156,7 @@ DISTRIBUTIONS: dict[str, tuple[Callable[..., float], str, Callable[[list[float]]
         lambda given: given[0] <= given[1] <= given[2] and given[0] < given[2],
     ),
 }  # fmt: skip
-"""By name: function that returns the value at a fraction, notation, and check of the parameters."""
+"""Distributions by name: function for the value at a fraction, notation, and check of the parameters."""
 
 
 def _distribution(text: str, name: str, given: str) -> Values:
@@ -166,7 +166,7 @@ def _distribution(text: str, name: str, given: str) -> Values:
     try:
         numbers = [real(part) for part in given.split(",")]
     except NumberError:
-        raise UsageError(f"{text}: expected {form}") from None
+        raise UsageError(f"{text}: invalid distribution: expected {form}") from None
     if len(numbers) != form.partition(")")[0].count(",") + 1 or not fits(numbers):
-        raise UsageError(f"{text}: expected {form}")
+        raise UsageError(f"{text}: invalid distribution: expected {form}")
     return Values(text, (), partial(value_at, *numbers))

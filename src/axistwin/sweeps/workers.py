@@ -21,7 +21,7 @@ from axistwin.sweeps.job import Job, Row, Runner
 from axistwin.sweeps.values import Value
 
 Task = tuple[int, Sequence[Value]]
-"""Number of a run and its values."""
+"""One task of a worker: the number of a run, and its values."""
 TRIES = 3
 LIMIT_S = 600.0
 _POLL_S = 0.2
@@ -34,14 +34,14 @@ class Engine(Protocol):
         """Start the workers."""
 
     def __exit__(self, *_: object) -> None:
-        """Stop the workers, even during runs."""
+        """Stop the workers; unfinished runs are lost."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Yield the row of each task, in any order."""
+        """Run the tasks; yield the row of results of each task, in any order."""
 
 
 class ThisProcess:
-    """Runs tasks in this process, one after the other, without a time limit."""
+    """Engine that runs tasks in this process, one after the other, without a time limit."""
 
     def __init__(self, runner: Runner) -> None:
         self._runner = runner
@@ -53,13 +53,13 @@ class ThisProcess:
         """Do nothing."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Yield the row of each task."""
+        """Run the tasks; yield the row of results of each task."""
         for number, values in tasks:
             yield self._runner.row(number, values)
 
 
 class Workers:
-    """Worker processes for one job."""
+    """Engine that runs the tasks of one job in worker processes."""
 
     def __init__(
         self, runner: Runner, count: int, limit_s: float = LIMIT_S, tell: Callable[[str], None] = print
@@ -86,7 +86,7 @@ class Workers:
         return [worker.process.pid for worker in self._workers if worker.process is not None]
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Yield the row of each task, as soon as its run ends."""
+        """Run the tasks; yield the row of results of each task as soon as its run ends."""
         waiting, rows = iter(tasks), SimpleQueue[Row | BaseException | None]()
         threads = [Thread(target=self._serve, args=(worker, waiting, rows), daemon=True) for worker in self._workers]
         for thread in threads:
@@ -114,7 +114,7 @@ class Workers:
     def _serve(
         self, worker: "_Worker", waiting: Iterator[Task], rows: "SimpleQueue[Row | BaseException | None]"
     ) -> None:
-        """Send tasks to a worker until none is left."""
+        """Send tasks to a worker until all tasks are taken."""
         try:
             while not self._ended:
                 with self._lock:
@@ -145,7 +145,7 @@ class Workers:
 
 
 class _Worker:
-    """One process, which receives tasks on its standard input."""
+    """One worker process, which receives tasks on its standard input."""
 
     def __init__(self, name: str, setup: bytes) -> None:
         self.name, self.late = name, False
@@ -154,13 +154,13 @@ class _Worker:
         self._since_s: float | None = None
 
     def start(self) -> None:
-        """Start the process, without waiting until it is ready."""
+        """Start the process; do not wait until it is ready."""
         package = str(Path(__file__).resolve().parents[2])
         path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
         self.process = subprocess.Popen(
             [sys.executable, "-c", "from axistwin.sweeps.workers import work; work()", self.name],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
-            start_new_session=True,  # Ctrl-C must reach only the parent
+            start_new_session=True,  # Ctrl-C must interrupt only the parent process
         )  # fmt: skip
         with suppress(OSError):
             self._pipe(self.process.stdin).write(self._setup)
@@ -176,18 +176,18 @@ class _Worker:
         return row
 
     def busy_s(self) -> float:
-        """Return the time in seconds since the current run began; 0 if the process is idle."""
+        """Return the seconds since the start of the current run; 0 if the process is idle."""
         since_s = self._since_s
         return 0.0 if since_s is None else monotonic() - since_s
 
     def interrupt(self) -> None:
-        """Kill the process; `perform`, in another thread, raises EOFError."""
+        """Kill the process; `perform` then raises EOFError in its thread."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()
 
     def kill(self) -> None:
-        """Kill the process, and close its pipes, from which no other thread reads."""
+        """Kill the process and close its pipes; no other thread may be using them."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()
@@ -207,11 +207,11 @@ def work() -> None:
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # keeps output of the user's host out of the rows
+    os.dup2(2, 1)  # the output of the user's host must not mix with the rows
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     prepare(runner)
-    with suppress(EOFError, BrokenPipeError):  # the parent has ended
+    with suppress(EOFError, BrokenPipeError):  # the parent process has ended
         while True:
             number, values = pickle.load(tasks)  # noqa: S301
             pickle.dump(runner.row(number, values, sys.argv[1]), rows)
@@ -219,7 +219,7 @@ def work() -> None:
 
 
 def prepare(runner: Runner) -> None:
-    """Compile the code that runs in every servo sample, once per process."""
+    """Compile the code of the servo loop, which is needed once per process."""
     controllers = runner.variation.base.build().controllers.values()
     for made in {controller.product.model: controller.product for controller in controllers}.values():
         made.prepare(None, len(controllers))

@@ -1,7 +1,8 @@
 """Tutor and lessons: explanations for new users in the terminal, the panel and the playground."""
 
-from axistwin.teaching.lessons import Lesson, course
+from axistwin.teaching.commands import own_command
+from axistwin.teaching.lessons import STARTED_S, Lesson, course
 from axistwin.teaching.pupil import Pupil
 from axistwin.teaching.tutor import Tutor
 
-__all__ = ["Lesson", "Pupil", "Tutor", "course"]
+__all__ = ["STARTED_S", "Lesson", "Pupil", "Tutor", "course", "own_command"]

@@ -35,7 +35,9 @@ class CompumotorGuide(Guide):
         return bool(int(self.value("status")) & Status.INPUT_READY)
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield why no move begins: power, failure, shutdown, limits, joystick, mode, missing definitions."""
+        """Yield the reasons why no move begins: power, failure, shutdown, limits, joystick, mode, missing
+        definitions.
+        """
         pins = self.controller.pins
         if not self.controller.powered:
             yield Reason("the power is off", "type  :drive power on")
@@ -56,17 +58,17 @@ class CompumotorGuide(Guide):
             yield Reason("a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}")
 
     def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # each message contains its opcode
-        """Return the meaning of the bits of 88h; the meaning of other messages is shown without the tutor."""
+        """Return the meaning of the bits in an answer to 88h; "" for other messages, which need no tutor."""
         return self.bits("move", reply[1], "at rest, no limit, not at home") if reply[0] == MOVE_STATUS else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings of a number as status byte and as answer to 88h."""
+        """Yield the meanings of a number: as the status byte, and as the answer to 88h."""
         if 0 <= value <= 0xFF:
             yield f"status byte: {self.bits('status', value)}"
             yield f"answer to 88h: {self.bits('move', value)}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of a command or message in hex, byte by byte, or of a command given by name."""
+        """Yield the meaning of each byte of a command or message in hex, or the meaning of a command given by name."""
         commands, language = self.controller.product.commands, self.controller.product.language
         assert language is not None, "a board has a language"
         if not _HEX.fullmatch(text):
@@ -99,11 +101,11 @@ class CompumotorGuide(Guide):
             yield f"  {data[at:].hex(' ').upper()}: fills the message up to 16 bytes"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield a wait for the end of the self-test; a board needs no other initialisation."""
+        """Yield the only action of a board's initialisation: a wait for the end of the self-test."""
         if not self.ready:
             yield Wait(S)
 
     def words(self) -> list[Term]:
-        """Return the commands for completion, by name."""
+        """Return the commands that the terminal can complete, by name."""
         opcodes = (each for each in self.controller.product.commands if isinstance(each, Opcode))
         return [Term(name_of(each), f"{each.opcode:02X}h {each.name}", each.syntax) for each in opcodes]

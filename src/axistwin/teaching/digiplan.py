@@ -19,7 +19,7 @@ DRIVEN = {
     "x_fault": "the drive of X reports a fault",
     "y_fault": "the drive of Y reports a fault",
 }
-"""Reason why no move begins, for each input that must be high."""
+"""Reason why no move begins, for each input that must be high during a move."""
 
 
 class DigiplanGuide(Guide):
@@ -36,11 +36,11 @@ class DigiplanGuide(Guide):
 
     @property
     def ready(self) -> bool:
-        """True if the data format has been received."""
+        """True if the controller has received the data format."""
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield why no move begins: power, data format, lock, open inputs, faults that K has not read."""
+        """Yield the reasons why no move begins: power, data format, lock, open inputs, faults that K has not read."""
         controller = self.controller
         if not controller.powered:
             yield Reason("the power is off", "type  :drive power on")
@@ -86,13 +86,13 @@ class DigiplanGuide(Guide):
         return self.shown(asked, text) if asked in ("E", "N", "O") else ""
 
     def notes(self, line: bytes) -> Iterator[str]:
-        """Yield a note about an index or a run without `$`."""
+        """Yield a note about a message with an index or a run that lacks the `$` to start it."""
         text = line.strip().decode("latin-1")
         if text[:1] in ("X", "Y", "Z") and not text.endswith("$"):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings of a number as an answer to K, F and I."""
+        """Yield the meanings of a number: as an answer to K, to F and to I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"
@@ -108,7 +108,7 @@ class DigiplanGuide(Guide):
         return f"no current flows in {', '.join(without)}" if without else "current flows in every input"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the commands of a message, in order, each with its numbers."""
+        """Yield the meaning of each command in a message, with its numbers."""
         seen = set()
         for piece in _COMMAND.findall(text.replace(" ", "")):
             found = self.controller.product.commands.get(piece[0])
@@ -117,7 +117,7 @@ class DigiplanGuide(Guide):
                 yield described(found)
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield open brackets until the interface answers, then the host's data format."""
+        """Yield the actions of an initialisation: send `(` until the interface answers, then send the data format."""
         if self.value("state") == Stage.RESET.value:
             yield Wait(to_ns(SELF_TEST_S))
         _, message = greeting(self.controller.serial.host.format)

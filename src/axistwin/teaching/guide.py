@@ -1,4 +1,4 @@
-"""The base class of each family's explanations for the tutor, with the explanations that all families share."""
+"""Base class of the tutor's explanations for one controller, with the explanations that all families share."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -12,7 +12,7 @@ from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.controllers.front import Lamp, Reading, Word
 
 Refused = Callable[[bytes], Sequence[Diagnostic]]
-"""Returns the diagnostics of a line that the host would send now."""
+"""Function that returns the diagnostics of a line that the host would send now."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class Term:
-    """A word that a host may send: its text, its meaning and its notation."""
+    """A command that a host may send: its text, its meaning and its notation."""
 
     text: str
     meaning: str
@@ -67,23 +67,23 @@ class Guide(ABC):
         """Yield the actions that make the controller ready; perform each one before requesting the next."""
 
     def notes(self, line: bytes) -> Iterator[str]:  # noqa: ARG002  # subclasses use it
-        """Yield notes about a line that is valid but may surprise a newcomer."""
+        """Yield notes about a line that is valid but may surprise a new user."""
         yield from ()
 
     suggestions: tuple[tuple[str, str], ...] = ()
-    """Lines to type when moves are possible, with their meanings."""
+    """Examples of lines to type when moves are possible, with their meanings."""
     single_characters = False
     """True if each command is one character, and commands follow each other without blanks."""
 
     def words(self) -> list[Term]:
-        """Return all words for completion."""
+        """Return all commands that the terminal can complete."""
         return [
             Term(str(command.code), command.name, show_controls(command.syntax))
             for command in self.controller.product.commands
             if command.implemented and not str(command.code).isspace()
         ]
 
-    # Shared by all families
+    # Functions for all families
 
     def value(self, source: str) -> int | str:
         """Return the value of a register, or the level of a terminal as 0 or 1."""
@@ -106,7 +106,7 @@ class Guide(ABC):
         return f"{lamp.label} {lamp.name}" + (f" ({lamp.doc.strip().rstrip('.')})" if one and lamp.doc else "")
 
     def shown(self, source: str, text: str) -> str:
-        """Return a reply as the front panel shows the register: a word, or a quantity with its unit."""
+        """Return a reply in the form that the front panel uses: a word, or a quantity with its unit."""
         for group in self.controller.product.front:
             for item in group.items:
                 if isinstance(item, Word) and item.source == source:

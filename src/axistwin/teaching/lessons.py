@@ -10,18 +10,21 @@ from dataclasses import dataclass
 from axistwin.bench import FAMILIES, Controller
 from axistwin.errors import UsageError
 
+STARTED_S = 1.5
+"""Virtual time in seconds from power-up until every model is ready for the first command of a lesson."""
+
 
 @dataclass(frozen=True)
 class Evidence:
-    """Data for the check of a step: the controller, and the texts sent and received during the step."""
+    """Data with which a step of a lesson is checked: the controller, and the texts sent and received."""
 
     controller: Controller
     said: str
     heard: str
     origin: Mapping[str, int]
-    """Positions at the beginning of the step."""
+    """Position of each axis at the beginning of the step."""
     rest: Mapping[str, int]
-    """Positions before the last move."""
+    """Position of each axis before its last move."""
 
 
 Check = Callable[[Evidence], bool]
@@ -29,7 +32,7 @@ Check = Callable[[Evidence], bool]
 
 @dataclass(frozen=True)
 class Step:
-    """One step: a task, lines that solve the task (`:drive` and `:wait` as in the terminal), and a check."""
+    """One step of a lesson: a task, lines that solve the task, and a check of the result."""
 
     task: str
     solution: tuple[str, ...]
@@ -38,7 +41,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Lesson:
-    """A lesson: steps that begin with a controller that has just been switched on."""
+    """A lesson: steps for a controller that has just been switched on."""
 
     title: str
     steps: tuple[Step, ...]
@@ -46,7 +49,7 @@ class Lesson:
 
 
 def answered(pattern: str, to: str = "") -> Check:
-    """Return a check for an answer that matches `pattern`, and for the request `to` before the answer."""
+    """Return a check: the controller has answered the request `to` with an answer that matches `pattern`."""
     return lambda it: re.search(pattern, it.heard) is not None and to in it.said
 
 
@@ -61,22 +64,22 @@ def moved(axis: str, by: int) -> Check:
 
 
 def moving(axis: str) -> Check:
-    """Return a check for an axis that moves."""
+    """Return a check: the axis is moving."""
     return lambda it: it.controller.axes[axis].moving
 
 
 def stopped(axis: str) -> Check:
-    """Return a check for an axis that does not move."""
+    """Return a check: the axis is at rest."""
     return lambda it: not it.controller.axes[axis].moving
 
 
 def level(pin: str, high: bool) -> Check:
-    """Return a check for the level of a terminal."""
+    """Return a check: the terminal has this level."""
     return lambda it: it.controller.pins[pin].level is high
 
 
 def register(name: str, value: int | str) -> Check:
-    """Return a check for the value of a register."""
+    """Return a check: the register has this value."""
     return lambda it: it.controller.registers[name].read() == value
 
 

@@ -12,11 +12,13 @@ HUNTING = 4
 
 
 class Pupil:
-    """Checks the steps of a lesson on the only controller of a bench, beginning with `step`."""
+    """A user's progress in a lesson on a controller, by default the only one of a bench; it begins at step `step`."""
 
-    def __init__(self, lesson: Lesson, bench: Bench, step: int = 0) -> None:
+    def __init__(self, lesson: Lesson, bench: Bench, step: int = 0, name: str | None = None) -> None:
         self.lesson, self.step = lesson, step
-        (self._controller,) = bench.controllers.values()
+        if name is None:
+            (name,) = bench.controllers
+        self._controller = bench[name]
         self._codec = codec_of(self._controller.product)
         self._stack = ExitStack()
         self._stack.enter_context(observing(bench, self._note))
@@ -32,15 +34,13 @@ class Pupil:
         return {name: axis.position for name, axis in self._controller.axes.items()}
 
     def _note(self, event: Event) -> None:
-        if isinstance(event, Sent):
-            self._said.append(event.data)
-        elif isinstance(event, Received):
-            self._heard.append(event.data)
+        if isinstance(event, Sent | Received) and event.controller == self._controller.name:
+            (self._said if isinstance(event, Sent) else self._heard).append(event.data)
         self._acted = True
 
     @property
     def finished(self) -> bool:
-        """True after the last step."""
+        """True after the last step of the lesson."""
         return self.step == len(self.lesson.steps)
 
     @property
@@ -54,7 +54,7 @@ class Pupil:
         return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:
-        """Return True, and go to the next step, if the current step is done."""
+        """If the current step is done, go to the next step and return True; otherwise return False."""
         if self.finished or not self._acted:
             return False
         shown = (self._show(self._said), self._show(self._heard))
@@ -74,7 +74,7 @@ class Pupil:
         return f"{', '.join(moves)}: the task is not done yet" if moves else ""
 
     def _show(self, data: list[bytes]) -> str:
-        """Return data as text: characters as they are, commands and messages in hex, one per line."""
+        """Return data as text: characters unchanged, commands and messages of a board in hex, one per line."""
         if self._controller.product.language is None:
             return b"".join(data).decode("latin-1")
         return "\n".join(self._codec.show(each) for each in data)

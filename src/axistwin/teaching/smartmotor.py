@@ -35,7 +35,7 @@ class SmartMotorGuide(Guide):
         return self.controller.powered
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield why no move begins: power, limits, historical faults, missing velocity or acceleration."""
+        """Yield the reasons why no move begins: power, limits, historical faults, missing velocity or acceleration."""
         if not self.controller.powered:
             yield Reason("the power is off", "type  :drive power on")
             return
@@ -59,7 +59,7 @@ class SmartMotorGuide(Guide):
             yield Reason("no velocity has been given", "type  V=100000")
 
     def answer(self, request: bytes, reply: bytes) -> str:
-        """Return the meaning of a report."""
+        """Return the meaning of the answer to a report command."""
         words, text = request.decode("latin-1").split(), reply.strip().decode("latin-1")
         asked = words[-1] if words else ""
         if asked in ("RW", "RS") and text.isdecimal():
@@ -73,7 +73,7 @@ class SmartMotorGuide(Guide):
         return found.name.removeprefix("report ") if found is not None else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meaning of a number as status word."""
+        """Yield the meaning of a number as the status word, bit by bit."""
         if 0 <= value <= 0xFFFF:
             yield "as status word W, bit by bit:"
             for lamp in self.lamps("RW"):
@@ -87,7 +87,7 @@ class SmartMotorGuide(Guide):
         yield from dict.fromkeys(described(command) for command in found if command is not None)
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the commands that clear the limit fault of an unwired motor."""
+        """Yield the commands that clear the limit fault of a motor without limit switches."""
         if self.controller.powered:
             yield Wait(STARTED)
             yield Say(READY)

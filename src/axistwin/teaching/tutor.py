@@ -14,7 +14,7 @@ from axistwin.sim.manual_actions import ManualAct
 from axistwin.teaching.guide import Guide, Refused, Term
 
 LONGEST = 400
-"""Number of earlier lines that are checked together with a new line."""
+"""Number of earlier lines that are checked together with a new line of the host."""
 _CODE = re.compile(r"[A-Z]{2}\d{3}")
 _NUMBER = re.compile(r"-?\d+")
 
@@ -53,7 +53,7 @@ class Tutor:
         return comments if refused else [*comments, *self.guide.notes(line)]
 
     def received(self, data: bytes) -> list[str]:
-        """Return comments on data from the controller, when a reply is complete."""
+        """Add data from the controller; return comments if the reply is complete."""
         if on_a_bus(self.controller):
             return self._answered(data)
         comments = []
@@ -65,7 +65,7 @@ class Tutor:
         return comments
 
     def unreadable(self, error: PlacedError) -> list[str]:
-        """Return comments on a line that is not sent because it is not a valid command."""
+        """Return comments on a line that cannot be sent, because it is not a valid command."""
         return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
 
     # Questions
@@ -80,7 +80,7 @@ class Tutor:
         return reasons or ([hint] if hint else ["a move is possible: try", *self._suggested(1)])
 
     def next(self) -> list[str]:
-        """Return lines to type next."""
+        """Return suggestions for the next lines to type, with their meanings."""
         remedies = [str(reason) for reason in self.guide.reasons()]
         return remedies[:1] or self._suggested(3)
 
@@ -99,7 +99,7 @@ class Tutor:
         return self.guide.initialisation()
 
     def words(self) -> list[Term]:
-        """Return the words that a host may send, for completion."""
+        """Return the commands that a host may send, for completion in the terminal."""
         return self.guide.words()
 
     # Parts
@@ -130,7 +130,7 @@ class Tutor:
             yield self._rule(found.code).explanation
 
     def _once(self, code: str) -> bool:
-        """Return True at the first call with this code."""
+        """Return True only at the first call with this diagnostic code."""
         first = code not in self._told
         self._told.add(code)
         return first
@@ -154,14 +154,14 @@ class Tutor:
         return [Sent(byte, 0, column) for column, byte in enumerate(line, start=1)]
 
     def _check(self, lines: Sequence[Sequence[Sent]]) -> list[Diagnostic]:
-        """Return the diagnostics of the last of these lines."""
+        """Check these lines together; return the diagnostics of the last line."""
         check = self.controller.product.check
         assert check is not None, "every family has a checker"
         numbered = (sent._replace(line=number) for number, line in enumerate(lines, start=1) for sent in line)
         return [found for found in check([Session(tuple(numbered), initialised=True)]) if found.line == len(lines)]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # earlier lines have no effect after power-up
+        if act == ManualAct.POWER:  # lines from before a power-up have no effect any more
             self._lines.clear()
 
 

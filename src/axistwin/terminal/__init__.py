@@ -1,1 +1,1 @@
-"""The terminal of `axistwin term`: screen, commands, and the controller or port at the other end."""
+"""The terminal of `axistwin term`: its screen, its commands, and its connection to a controller or a port."""

@@ -11,13 +11,12 @@ from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.columns import columns
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.teaching import Pupil, Tutor
+from axistwin.teaching import Pupil, Tutor, own_command
 from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
 from axistwin.units import to_seconds
 
 T = TypeVar("T")
-_COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 HELP = """\
 Enter sends a line to the controller.  Commands of the terminal:
@@ -43,20 +42,20 @@ MEANINGS = {
     for line in HELP.splitlines()
     if (found := re.match(r"  :([a-z]+)(?: \S+)*?  +(.*?)(?:  +virtual)?$", line))
 }
-"""The commands and their meanings, for completion."""
+"""The terminal's commands and their meanings, for completion."""
 
 
 class End(Protocol):
-    """The other end of the cable: a virtual controller or a port."""
+    """Interface of the other end of the cable: a virtual controller or a port."""
 
     def send(self, data: bytes) -> None:
-        """Transmit."""
+        """Send data to the controller."""
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller appears to be idle."""
+        """Wait until the controller is idle, or has been silent for a while."""
 
     async def wait(self, seconds: float) -> None:
-        """Wait for that duration at the controller's end."""
+        """Wait for this time: virtual time for a virtual controller, real time for a port."""
 
 
 class LocalCommands:
@@ -67,24 +66,22 @@ class LocalCommands:
         self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
-        """True for one of the terminal's own commands.  A sequence of an IF1 also begins with a colon, but is upper
-        case.
-        """
-        return _COMMAND.fullmatch(line.decode("latin-1")) is not None
+        """True if a line is a command of the terminal, which begins with a colon and a lower-case letter."""
+        return own_command(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
-        """Return the tutor's asides about a line that is sent next.  Raises ProgramError for an unknown command."""
+        """Return the tutor's comments on the next line to send.  Raises ProgramError for an unknown command."""
         if self._virtual is None or not self._virtual.tutor.on:
             return []
         tutor, data = self._virtual.tutor, self._virtual.read(line)
         return self._virtual.inspect(lambda: tutor.sending(data))
 
     def asides_about(self, error: ProgramError) -> list[str]:
-        """Return the tutor's asides about a line that cannot be sent."""
+        """Return the tutor's comments on a line that cannot be sent."""
         return [] if self._virtual is None or not self._virtual.tutor.on else self._virtual.tutor.unreadable(error)
 
     def check_lesson(self) -> bool:
-        """Show the next task if the present one is done.  Return True at the end of the lesson."""
+        """Show the next task if the present task is done.  Return True at the end of the lesson."""
         if self.lesson is None or self._virtual is None:
             return False
         while self._virtual.inspect(self.lesson.check):
@@ -95,10 +92,10 @@ class LocalCommands:
 
     async def obey(self, line: str) -> bool:
         """Execute a command, and show an error on the screen.  Return False for `:quit`, otherwise True."""
-        found = _COMMAND.fullmatch(line)
+        found = own_command(line)
         assert found is not None
         try:
-            return await self._obey(found[1], (found[2] or "").strip())
+            return await self._obey(*found)
         except AxistwinError as error:
             self.screen.show(f"{error}")
             return True
@@ -159,7 +156,7 @@ class LocalCommands:
         return self._virtual_end().tutor
 
     async def _initialise(self, end: VirtualEnd) -> None:
-        """Perform the acts that initialise the controller, in virtual time."""
+        """Perform the actions that initialise the controller, in virtual time."""
         acts = 0
         steps = end.tutor.initialisation()
         while (act := end.inspect(lambda: next(steps, None))) is not None:

@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from axistwin.terminal.virtual import VirtualEnd
 
 EVERY_S = 0.25
-"""Interval at which the status line is drawn again."""
+"""Interval in seconds at which the status line is updated."""
 Lines = Queue[bytes | LinkError | None]
 
 
 def history(model: str) -> History:
-    """Return the history of a model; it is not kept if its file cannot be written."""
+    """Return the history of typed lines for a model; without a writable file it lasts for one session only."""
     file = state_file(f"history-{model}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -42,14 +42,14 @@ def history(model: str) -> History:
 
 
 class Words(Completer):
-    """Completes the commands of the terminal, and of the controller."""
+    """Completes commands of the terminal and of the controller."""
 
     def __init__(self, tutor: Tutor | None) -> None:
         self._words = [] if tutor is None else tutor.words()
         self._single = tutor is not None and tutor.guide.single_characters
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
-        """Yield the possible words at the cursor."""
+        """Yield the completions of the word at the cursor."""
         text = document.text_before_cursor
         if text.startswith(":") and (len(text) == 1 or text[1].islower()):
             found = ((f":{name}", meaning) for name, meaning in MEANINGS.items())
@@ -91,7 +91,7 @@ class LineEditor:
         )
 
     async def read(self, lines: Lines) -> None:
-        """Put each line into the queue; None at the end.  Ctrl-C ends, too."""
+        """Put each typed line into the queue, and None at the end of the input or after Ctrl-C."""
         try:
             while True:
                 line = await self._session.prompt_async()
@@ -103,7 +103,7 @@ class LineEditor:
             lines.put_nowait(None)
 
     def close(self) -> None:
-        """End the input."""
+        """End the editor as if the user had ended the input."""
         if self._session.app.is_running and not self._session.app.is_done:
             self._session.app.exit(exception=EOFError())
 
@@ -116,7 +116,7 @@ class LineEditor:
 
 
 def meaning_of(tutor: Tutor, text: str) -> str:
-    """Return the table's line for the last command of a text; "" if the text ends in no command."""
+    """Return the meaning of the command at the end of a text, from the command table; "" if there is none."""
     if text.startswith(":") and (meaning := MEANINGS.get(text[1:].partition(" ")[0])):
         return meaning
     described = list(tutor.guide.command(text)) if text.strip() else []

@@ -13,11 +13,11 @@ from axistwin.sim.frames import UartFormat
 
 USUAL = UartFormat(9600, 8, "N", 2)
 QUIET_S = 0.3
-"""Time in seconds after which a silent controller counts as idle."""
+"""Seconds of silence after which a controller counts as idle."""
 
 
 class PortEnd:
-    """Connection to a port.  `receive` gets the data; `lost` gets the error if the port fails."""
+    """Connection to a port.  `receive` is called with received data, `lost` with the error if the port fails."""
 
     def __init__(
         self, target: str, line: str | None, receive: Callable[[bytes], None], lost: Callable[[LinkError], None]
@@ -31,7 +31,7 @@ class PortEnd:
         self._thread.start()
 
     def send(self, data: bytes) -> None:
-        """Transmit."""
+        """Send data to the port."""
         self._last_s = self._loop.time()
         try:
             self._port.write(data)
@@ -39,12 +39,12 @@ class PortEnd:
             self._failed(self._gone(error))
 
     async def run_until_quiet(self) -> None:
-        """Wait until the port has been silent for a while."""
+        """Wait until no data have arrived for a while."""
         while (left_s := self._last_s + QUIET_S - self._loop.time()) > 0:
             await asyncio.sleep(left_s)
 
     async def wait(self, seconds: float) -> None:
-        """Wait."""
+        """Wait for this real time."""
         await asyncio.sleep(seconds)
 
     def close(self) -> None:
@@ -82,7 +82,7 @@ def _open(target: str, line: str | None) -> serial.Serial:
 
 
 def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:
-    """Return the address in pyserial's form."""
+    """Return the URL for pyserial and the line format of a target."""
     if target.startswith(("pty:", "tcp:", "serial:")):
         port = parse(target)
         if port.scheme == "tcp":

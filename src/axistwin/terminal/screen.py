@@ -12,13 +12,13 @@ CLEAR = "\r\x1b[K"
 DIM, NORMAL = "\x1b[2m", "\x1b[0m"
 PROMPT, ANSWER = "> ", "< "
 OVER_S, PAUSE_S = 0.03, 0.4
-"""Silence after which an answer counts as finished, in seconds: after a <CR> (a <LF> may follow), and after other
+"""Seconds of silence after which an answer counts as finished: after a <CR> (a <LF> may follow), and after other
 characters.
 """
 
 
 class Line(Enum):
-    """Content of the last line."""
+    """Content of the last line on the screen."""
 
     EMPTY = "nothing yet"
     PROMPT = "the prompt and unfinished input"
@@ -27,7 +27,7 @@ class Line(Enum):
 
 
 class Screen:
-    """Writes to `out`.  `person`: a user is typing, so a prompt is shown and input is not repeated.
+    """The screen of the terminal, written to `out`.  `person`: input comes from a keyboard, so a prompt is shown.
 
     `editor`: a line editor shows the prompt.  `glyphs` converts characters for a national terminal.
     """
@@ -53,29 +53,29 @@ class Screen:
             self._line = Line.PROMPT
 
     def typed(self, line: str) -> None:
-        """Record that the user has typed a line, or show a line from a pipe."""
+        """Handle a line of input: a typed line is already visible, a line from a pipe is shown."""
         if self._editor:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
         elif self.person:
-            self._line = Line.EMPTY  # Enter has ended the line
+            self._line = Line.EMPTY  # the Enter key has already ended the line
         else:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
 
     def show_sent(self, data: bytes) -> None:
-        """Show data that the host has sent by itself."""
+        """Show data that the host has sent without a typed line."""
         self._fresh()
         self._write(PROMPT + "".join(map(self._word, data)) + "\n")
 
     def show(self, *lines: str) -> None:
-        """Show lines of the terminal itself."""
+        """Show messages of the terminal."""
         self._fresh()
         self._write("".join(f"{line}\n" for line in lines))
         self.prompt()
 
     def aside(self, *lines: str) -> None:
-        """Show lines of the tutor, in grey."""
+        """Show comments of the tutor, in grey."""
         if lines:
             self.show(*(f"{DIM}  {line}{NORMAL}" if self.colours else f"  {line}" for line in lines))
 
@@ -92,12 +92,12 @@ class Screen:
         self._again_after(OVER_S if self._line is Line.ENDED else PAUSE_S)
 
     def close(self) -> None:
-        """Finish the current line."""
+        """End an unfinished line with a line feed."""
         self._stop_timer()
         self._fresh()
 
     def _fresh(self) -> None:
-        """Go to the beginning of a line."""
+        """Begin a new line if the current line is not empty."""
         if self._line is Line.PROMPT:
             self._write(CLEAR)
         elif self._line is not Line.EMPTY:

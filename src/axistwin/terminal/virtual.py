@@ -1,4 +1,4 @@
-"""A virtual controller at the other end of a terminal: a session paced to the wall clock."""
+"""The connection of a terminal to a virtual controller, whose time is paced by the wall clock."""
 
 import asyncio
 from abc import ABC, abstractmethod
@@ -16,11 +16,11 @@ from axistwin.units import S
 
 T = TypeVar("T")
 PATIENCE_NS = 60 * S
-"""Longest virtual time to wait for an idle controller."""
+"""Longest virtual time to wait until the controller is idle."""
 
 
 class VirtualEnd(ABC):
-    """The only controller of a session, at the other end of a terminal."""
+    """Connection of a terminal to the only controller of a session."""
 
     def __init__(self, session: Session) -> None:
         self.session, self.bench = session, session.bench
@@ -35,10 +35,10 @@ class VirtualEnd(ABC):
 
     @abstractmethod
     def send(self, data: bytes) -> None:
-        """Transmit a typed line."""
+        """Send a typed line to the controller."""
 
     def read(self, line: bytes) -> bytes:
-        """Return the data that a typed line sends.  Raises ProgramError for an unknown command."""
+        """Convert a typed line to the data to send.  Raises ProgramError for an unknown command."""
         return line
 
     def do(self, target: str, value: str) -> None:
@@ -59,7 +59,7 @@ class VirtualEnd(ABC):
 
     @property
     def status(self) -> str:
-        """The virtual time, the positions and the state, in one line."""
+        """Return one line of text with the virtual time, the positions and the state."""
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
@@ -78,12 +78,12 @@ class VirtualEnd(ABC):
         self.session.speed = speed
 
     async def run_until_quiet(self) -> None:
-        """Wait until no event is due."""
+        """Wait until the controller is idle: no event is due."""
         until_ns = self.bench.now + PATIENCE_NS
         await self._advance(lambda: self.bench.clock.quiet or self.bench.now >= until_ns)
 
     async def wait(self, seconds: float) -> None:
-        """Let virtual time pass."""
+        """Wait for this virtual time."""
         pacer = self.session.pacer
         if pacer.speed is None:
             pacer.sync()
@@ -108,7 +108,7 @@ class VirtualEnd(ABC):
 
 
 class SerialEnd(VirtualEnd):
-    """A controller with a serial port.  `receive` gets the data, `aside` the lines of the tutor."""
+    """Connection to a serial controller.  `receive` is called with its data, `aside` with the tutor's comments."""
 
     def __init__(
         self, session: Session, receive: Callable[[bytes], None], aside: Callable[..., None] = lambda *lines: None
@@ -126,12 +126,12 @@ class SerialEnd(VirtualEnd):
             self._aside(*self.tutor.received(data))
 
     def send(self, data: bytes) -> None:
-        """Transmit a typed line, as fast as the serial line and the controller's DTR allow."""
+        """Send a typed line, as fast as the serial line and the controller's DTR allow."""
         self.session.say(self.controller.name, data)
 
 
 class BoardEnd(VirtualEnd):
-    """A board on a bus: a line is a command in hex or by name; messages are shown in hex and by name."""
+    """Connection to a board on a bus: typed lines are commands in hex or by name; messages are shown in both forms."""
 
     def __init__(
         self, session: Session, print_line: Callable[[str], None], aside: Callable[..., None] = lambda *lines: None
@@ -144,7 +144,7 @@ class BoardEnd(VirtualEnd):
         return self.controller.bus.subscribe_received(self._received)
 
     def read(self, line: bytes) -> bytes:
-        """Return the command of a line, in hex or by name."""
+        """Convert a line (a command in hex or by name) to the bytes of the command."""
         text = line.decode("utf-8", "replace").partition(";")[0].strip()
         return self._codec.read(text) if text else b""
 

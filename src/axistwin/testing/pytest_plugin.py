@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 RECORDED_FILES = pytest.StashKey[tuple[Path, ...]]()
 FAILED = pytest.StashKey[bool]()
 VERDICT = pytest.StashKey[tuple[str, str]]()
-"""Outcome of the test, and the text of its failure."""
+"""Key for the outcome of a test and the text of its failure."""
 MARKER = (
     "axistwin(what, *, scene=None, speed='manual', **options): the model, or the scene (a path relative to the test's "
     "file, or a dict), that the fixtures axistwin_twin, axistwin_port and axistwin_clock serve."
@@ -44,7 +44,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the marker."""
+    """Register the marker `axistwin` of the plug-in."""
     config.addinivalue_line("markers", MARKER)
 
 

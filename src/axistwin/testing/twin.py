@@ -33,7 +33,7 @@ from axistwin.scenes.toml_text import toml_value
 
 T = TypeVar("T")
 Writer = Callable[[Bench], AbstractContextManager[object]]
-"""A context manager that records a bench."""
+"""Context manager that records a bench to a file."""
 Speed = float | Literal["manual", "max"]
 FREE_PORTS = {"tcp": "tcp://127.0.0.1:0", "rfc2217": "rfc2217://127.0.0.1:0", "pty": "pty:", "bus": "bus://127.0.0.1:0"}
 SCHEMES = ("tcp", "rfc2217", "pty")
@@ -52,12 +52,12 @@ class Url(str):
 
     @property
     def host(self) -> str:
-        """Host name or IP address."""
+        """Host name or IP address of the port."""
         return self.address.rpartition(":")[0].strip("[]")
 
     @property
     def port(self) -> int:
-        """Port number."""
+        """TCP port number."""
         return int(self.address.rpartition(":")[2])
 
     @property
@@ -87,7 +87,7 @@ class HostCall:
 
 
 class _Service(NamedTuple):
-    """The objects that serve a twin within its `with` block."""
+    """The server, the thread and the clock of a twin within its `with` block."""
 
     loop: LoopThread
     server: Server
@@ -101,7 +101,7 @@ class Twin:
         self, bench: Bench, wanted: list[tuple[str, PortUrl]], speed: Speed, writers: Iterable[Writer] = ()
     ) -> None:
         self.bench = bench
-        """The virtual machines: `bench["if1"].axes["X"].position`."""
+        """The bench with the virtual machines: `bench["if1"].axes["X"].position`."""
         self.ports: dict[str, Url] = {}
         """URLs of controllers, second channels and lines of motors, by name."""
         self._wanted, self._speed, self._writers = wanted, speed, writers
@@ -235,7 +235,7 @@ def _check_speed(speed: Speed) -> None:
 def _bench(
     what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any]
 ) -> tuple[Bench, list[tuple[str, str]]]:
-    """Return the bench, and the ports of its scene."""
+    """Build the bench; return it, and the ports that its scene names."""
     if isinstance(what, str) and not what.endswith(".toml"):
         bench = Bench()
         bench.add(what, **options)

@@ -1,4 +1,4 @@
-"""Changes of the signals of axes.
+"""Traces of axes: find the changes of their signals.
 
 The pulses of a stepper axis are calculated from its moves when a trace is written.  The samples of a servo axis are
 stored until a trace is written.
@@ -134,7 +134,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # not <=: a move may start at the last pulse of the move before
+            if move.start_ns < since_ns:  # not <=, because a move may start at the last pulse of the previous move
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
@@ -160,7 +160,7 @@ class ServoTrace:
 
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
-        self._last = {"position": axis.position, "commanded": axis.position}  # no position error at rest
+        self._last = {"position": axis.position, "commanded": axis.position}  # at rest, there is no position error
         self.rows = Rows(3)
 
     def first(self, name: str) -> int:
@@ -181,6 +181,16 @@ class ServoTrace:
             return []
         values = {"position": positions, "commanded": commanded}
         return [self._part(name, times, values[name]) for name in self._places]
+
+    def present(self, now_ns: int) -> list[Part]:
+        """Return the present values that differ from the last sample, because a command has changed them since."""
+        import numpy as np
+
+        values = {"position": self.axis.position, "commanded": self.axis.setpoint}
+        changed = {name: value for name in self._places if (value := values[name]) != self._last[name]}
+        self._last |= changed
+        at = np.array([now_ns], np.int64)
+        return [Part(self._places[name], at, np.array([value], np.int64)) for name, value in changed.items()]
 
     def _part(self, name: str, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
         """Return those samples of a signal that differ from the sample before."""

@@ -11,7 +11,10 @@ BINARY: int = getattr(os, "O_BINARY", 0)
 
 
 class LimitReachedError(OSError):
-    """The file would become longer than its limit."""
+    """Raised if a file would become longer than its limit."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(EFBIG, message)
 
 
 class Output:
@@ -33,7 +36,7 @@ class Output:
         """Replace the last `of` bytes by a block.  Raises OSError; the bytes are then restored."""
         start = self._size - of
         if self._limit is not None and start + len(data) > self._limit:
-            raise LimitReachedError(EFBIG, f"the file has reached its limit of {self._limit / 1e6:g} MB")
+            raise LimitReachedError(f"the file has reached its limit of {self._limit / 1e6:g} MB")
         os.lseek(self._file, start, os.SEEK_SET)
         before = os.read(self._file, of)
         try:

@@ -66,10 +66,8 @@ class ParquetSink:
         self._rows = self._groups = 0
         self._new = False
         self._contents: Any = None
-        self._place, self._rewritable = (
-            len(MAGIC),
-            0,
-        )  # start of the present group; number of bytes from there to rewrite
+        # place in the file of the present group; number of bytes from this place that will be overwritten
+        self._place, self._rewritable = (len(MAGIC), 0)
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
         for n, value in enumerate(first):
@@ -162,9 +160,8 @@ class ParquetSink:
         tail = _Tail()
         file = pa.PythonFile(tail, mode="w")
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
-        while (
-            missing := self._place - file.tell()
-        ) > 0:  # addresses in the table of contents count from the start of the file
+        # addresses in the table of contents count from the start of the file
+        while (missing := self._place - file.tell()) > 0:
             file.write(NOTHING[:missing])
         tail.parts = []
         writer.write_table(table)

@@ -139,7 +139,7 @@ class _Rows:
         self._path, self._rows = path, csv.reader(_rows(self._counted(lines), about))
 
     def _counted(self, lines: Iterator[str]) -> Iterator[str]:
-        for self.line, line in enumerate(lines, start=1):  # the attribute is the loop variable
+        for self.line, line in enumerate(lines, start=1):  # `self.line` counts the lines for error messages
             yield line
 
     def __iter__(self) -> Iterator[list[str]]:
@@ -262,7 +262,7 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
 
 
 def _words(path: Path, text: str) -> str:
-    """Return the text that a VCD word stands for."""
+    """Decode a VCD word, in which escape sequences replace blanks, to a text."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as error:

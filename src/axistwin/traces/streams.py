@@ -58,7 +58,7 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Clear the signal, because the other end transmits; `answered`: forget the message, too."""
+        """Clear the signal, because the other end transmits; `answered`: True if the stored message is deleted, too."""
         if answered:
             self._message = b""
         self._show(time_ns, b"")

@@ -142,7 +142,7 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []  # their samples are computed ahead of the clock
+        self._computing_ahead: list[ServoAxis] = []  # axes whose samples are computed ahead of the clock
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
         self._rows: list[Rows] = []  # changes that servo axes and controllers have reported
@@ -174,6 +174,19 @@ class Tracer:
         self._write(self.bench.now)
         if self.sink is not None and for_others:
             self.sink.flush()
+
+    def show_present(self) -> None:
+        """Pass the changes up to and including now to the consumer.
+
+        Further changes may follow at this time, e.g. an action of a user.  A later call passes the changes at this time
+        again, so a consumer drops samples that are equal to the sample before.
+        """
+        self._poll_registers()
+        self._write(self.bench.now + 1)
+        self.written_ns = self.bench.now
+        parts = [part for servo in self._servos for part in servo.present(self.bench.now)]
+        if self.consumer is not None and parts:
+            self.consumer(parts, [])
 
     def finish(self) -> None:
         """Write the changes up to and including now, and the end time.
@@ -301,7 +314,7 @@ class Tracer:
 
     def _poll_registers(self) -> None:
         now_ns = self.bench.clock.now
-        for register in self._registers:  # no method call here, because this loop runs at every event
+        for register in self._registers:  # without method calls, because this loop runs at every event
             value = register.read()
             if value != register.known:
                 register.record(now_ns, value)

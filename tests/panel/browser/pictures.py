@@ -38,7 +38,7 @@ def drill(panel):
     panel.run_until("table.output1 rises")
     signals(panel, "table.X.velocity, table.Y.velocity, table.output1, table.input1, table.output4")
     move_on(panel, "table.X passes 5000")
-    keep(panel, "panel-drill", 1180)
+    keep(panel, "panel-drill", 1563)
 
 
 def cut_to_length(panel):
@@ -49,7 +49,7 @@ def cut_to_length(panel):
     panel.run_until("feeder.X passes 2000")
     signals(panel, "feeder.X.velocity, knife.shaft.position")
     move_on(panel, "feeder.X passes 4300")
-    keep(panel, "panel-cut-to-length", 1830)
+    keep(panel, "panel-cut-to-length", 2390)
 
 
 def signals(panel, names):

@@ -1,6 +1,7 @@
 """Machines on the page: power, terminals, faults, the X-Y table in 2-D and 3-D, and front panels."""
 
 import re
+from functools import partial
 
 from playwright.sync_api import expect
 
@@ -46,6 +47,31 @@ def test_a_pin_is_driven_and_released(panel):
         expect(panel.button(f"{word} {name}")).to_have_attribute("aria-pressed", "true")
     click(panel.button(f"release {name}"))
     expect(row).not_to_contain_text("driven")
+
+
+@on("drill")
+def test_switches_on_the_drawing_are_clicked_and_pressed_by_keys(panel):
+    moving(panel)
+    machine = panel.region("table")
+    for switch, pin in (
+        (machine.locator("button[data-act=input3]"), "input3"),
+        (machine.get_by_role("button", name="plus limit of X"), "limit_plus"),
+    ):
+        panel.tab("table", "Pins")
+        row = panel.page.get_by_role("group", name=f"table.{pin}", exact=True)
+        for act, pressed in (
+            (click, "true"),
+            (partial(press, key="Enter"), "false"),
+            (partial(press, key=" "), "true"),
+        ):
+            act(switch)
+            expect(switch).to_have_attribute("aria-pressed", pressed)
+            expect(switch).to_contain_text("pressed" if pressed == "true" else "free")
+            if pressed == "true":
+                expect(row).to_contain_text("driven")
+            else:
+                expect(row).not_to_contain_text("driven")
+        expect(panel.state).to_contain_text("paused")
 
 
 @on("drill")

@@ -4,7 +4,7 @@ import re
 
 from playwright.sync_api import expect
 
-from .using import click, on
+from .using import click, on, press
 
 
 def terminal(panel, who):
@@ -74,3 +74,20 @@ def test_how_a_line_ends_break_lines_and_format(panel):
         expect(switch).not_to_be_checked()
         click(switch)
         expect(switch).to_be_checked()
+
+
+@on("drill")
+def test_a_lesson_is_selected_by_keys(panel):
+    panel.begin()
+    tab, _ = terminal(panel, "table")
+    press(panel.button("Lessons", tab), "Enter")
+    first = panel.page.get_by_role("menuitem").first
+    expect(first).to_have_text("1 The first command")
+    press(first, "Enter")
+    lesson = tab.get_by_role("group", name="lesson for table")
+    expect(lesson.get_by_role("status")).to_contain_text(re.compile(r"^\d\. "))  # the scene's host does some steps
+    expect(panel.state).to_contain_text("running")
+    panel.pause()
+    click(panel.button("Show solution", lesson))
+    click(panel.button("End lesson", lesson))
+    expect(lesson).to_be_hidden()

@@ -96,6 +96,8 @@ class Facts:
     stop: str
     faults: tuple[tuple[str, str, dict[str, str]], ...]
     """One fault for each kind of thing that faults act on: kind of fault, name of the thing, parameters."""
+    last_message: str = ""
+    """Last message in the terminal when `moving` comes true."""
     talker: str = ""
     """Name of the controller whose terminal is used, if it is not `who`."""
 
@@ -113,6 +115,7 @@ FACTS = {
             ("lose", "serial line", {"count, characters": "3"}), STUCK, ("jam", "axis", {}),
             ("open_limit", "controller", {}),
         ),
+        last_message="4.049375 > [<CR>",
     ),
     "winder": Facts(
         who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2",
@@ -123,6 +126,7 @@ FACTS = {
         ),
         line="1:2", start="perform", stop="kill",
         faults=(STUCK, ("jam", "axis", {}), ("power_cut", "controller", {})),
+        last_message="2.240000 > 42",
     ),
     "cut-to-length": Facts(
         who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", says="RP", answer="<CR>",

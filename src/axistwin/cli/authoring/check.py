@@ -81,7 +81,7 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
 
 
 def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
-    """Return the model, if the user names one, and the files."""
+    """Split the arguments into the model (None if it is not given) and the files."""
     first = arguments[0] if arguments else ""
     named = first.lower() in FAMILIES or not Path(first).suffix
     made = product(first) if arguments and named else None
@@ -94,16 +94,16 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
 
 
 def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator[Checked]:
-    """Yield the file; after a scene, the programs that the scene names."""
+    """Check a file and yield the result; for a scene, also check the programs that the scene names."""
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.sweeps.sweep_file import is_sweep_file  # lazy import: pydantic
+        from axistwin.sweeps.sweep_file import is_sweep_file  # lazy import: imports pydantic
 
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
         return
     try:
         text = load(file)
-    except ProgramError as error:  # not a text file
+    except ProgramError as error:  # the file is not a text file
         yield Checked(file, "", [as_diagnostic(error)])
         return
     target = made or product_for(kind, text)
@@ -125,7 +125,7 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    from axistwin.diagnostics.scenes import (  # lazy import: pydantic and all families
+    from axistwin.diagnostics.scenes import (  # lazy import: imports pydantic and all families
         diagnose_scene,
         is_of_program,
         named_programs,
@@ -136,7 +136,7 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
     for endpoint, file, models in named_programs(scene):
         try:
             text = load(file)
-        except ProgramError:  # already reported by the scene's diagnostics
+        except ProgramError:  # the diagnostics of the scene have reported this error
             continue
         diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
         one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))

@@ -11,13 +11,13 @@ SCENES = (".toml",)
 PROGRAMS = (".if1", ".181x", ".sms", ".talk")
 TRACES = (".csv", ".vcd", ".parquet")
 MOST_DEEP, MOST_SEEN = 3, 2000
-"""Limits of a search: levels of folders below the typed folder, and number of files."""
+"""Limits of a search for files: depth of folders below the typed folder, and number of files."""
 
 Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def _of(names: Iterable[str], suffixes: tuple[str, ...] = ()) -> Complete:
-    """Return a completion function for these names, and for files with these suffixes."""
+    """Return a function that completes these names, and files with these suffixes."""
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
         found = [name for name in names if name.startswith(incomplete.lower())]
@@ -49,7 +49,7 @@ def complete_page(ctx: click.Context, param: click.Parameter, incomplete: str) -
 
 
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> Iterator[str]:
-    """Yield the paths that begin with the typed text, also in folders below."""
+    """Yield the paths of files that begin with the typed text, also in subfolders."""
     folder, _, begin = incomplete.rpartition("/" if "/" in incomplete else os.sep)
     above = incomplete[: len(incomplete) - len(begin)]
     seen = 0

@@ -1,4 +1,4 @@
-"""Rows of text: a table as wide as the terminal, or fields between tabs for a pipe."""
+"""Print rows of text: as a table that fits the terminal, or with tabs between the fields for a pipe."""
 
 import sys
 from collections.abc import Iterable, Sequence
@@ -8,11 +8,11 @@ from textwrap import wrap
 import click
 
 NARROWEST = 100
-"""Narrowest terminal, in characters, on which rows are printed as a table; below, one paragraph per row."""
+"""Width in characters that a terminal needs for a table; on a narrower one, each row is a paragraph."""
 
 
 def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
-    """Print the rows, fitted to the terminal; into a pipe or a file, one line per row."""
+    """Print rows as a table that fits the terminal, or as one line per row into a pipe or a file."""
     if not sys.stdout.isatty():
         for row in (headings, *rows):
             click.echo("\t".join(row))

@@ -10,7 +10,7 @@ from axistwin.numbers import NumberError, real, shortened
 FILE = click.Path(dir_okay=False, path_type=Path)
 """A file."""
 MOST_S = 1e9
-"""Longest accepted time in seconds, about thirty years; a longer time is refused as a typing error."""
+"""Longest accepted time in seconds, about thirty years; a longer time is probably a typing error."""
 UNITS = {"kb": 1e3, "mb": 1e6, "gb": 1e9, "tb": 1e12, "": 1}
 MOST_BYTES = 1e18
 TRACE_LIMIT = "1GB"
@@ -18,12 +18,10 @@ TRACE_LIMIT = "1GB"
 
 
 class Number(click.FloatRange):
-    """A finite number within limits.  Unlike the base class, this type refuses nan and numbers of thousands of
-    digits.
-    """
+    """A finite number within limits; nan and numbers with thousands of digits are refused."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the text as a number."""
+        """Convert the text of a parameter to a number."""
         try:
             number = real(value) if isinstance(value, str) else value
         except NumberError as error:
@@ -38,7 +36,7 @@ class Size(click.ParamType[Any]):
     name = "size"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the text as a number of bytes, or None."""
+        """Convert the text of a parameter to a number of bytes, or to None for `none`."""
         text = str(value).strip().lower()
         if text == "none":
             return None

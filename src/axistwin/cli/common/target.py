@@ -9,7 +9,7 @@ from axistwin.errors import UsageError
 
 
 def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:
-    """Return a bench with one controller, or with the controllers of a scene."""
+    """Return the bench for a command: one controller of a model, or the controllers of a scene file."""
     options = tuple(options)
     if not target.endswith(".toml"):
         bench = Bench()
@@ -17,7 +17,7 @@ def bench_for(target: str, options: Iterable[str] = (), state: Path | None = Non
         return bench
     if options or state:
         raise UsageError("--option and --state are for a MODEL: set these in the scene")
-    from axistwin.scenes.scene import Scene  # lazy import: pydantic
+    from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
 
     made: Bench = Scene.load(Path(target)).build()
     return made

@@ -1,4 +1,4 @@
-"""Show on a terminal that a command is working, and how far it is."""
+"""Show the progress of a command on a terminal."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -10,14 +10,14 @@ from axistwin.bench import Bench
 
 
 class RunProgress:
-    """The state of a run in one line: virtual time, per cent, times real time, size of the traces."""
+    """The progress of a run in one line: virtual time, percentage, speed, size of the traces."""
 
     def __init__(self, what: str, bench: Bench, seconds: float | None = None, traces: Sequence[Path] = ()) -> None:
         self._what, self._bench, self._seconds, self._traces = what, bench, seconds, traces
         self._began_s = monotonic()
 
     def __rich__(self) -> str:
-        """Return the line for the present virtual time."""
+        """Return the line of text at the present virtual time."""
         now_s = self._bench.seconds
         parts = [f"running {self._what}: {now_s:.1f} s"]
         if self._seconds:
@@ -30,7 +30,7 @@ class RunProgress:
 
 @contextmanager
 def working(what: str | RunProgress) -> Iterator[None]:
-    """Show what the command does, within this context and only on a terminal."""
+    """Show the text `what` with a spinner within a `with` block; only on a terminal."""
     if not sys.stderr.isatty():
         yield
         return

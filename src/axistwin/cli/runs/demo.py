@@ -17,9 +17,9 @@ from axistwin.reports.run_record import recording_run
 from axistwin.version import VERSION
 
 COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
-"""Colours of a host's messages, a controller's messages, actions at the machine, and reached states."""
+"""Colour of each kind of line: message of the host, message of the controller, action, reached state."""
 WIDTH = 22
-"""Width of a message; the note of a longer message is on the next line."""
+"""Width of the column of messages in characters; after a longer message, its note is on the next line."""
 
 NEXT = (
     ("axistwin learn if1", "six short lessons about an IF1"),
@@ -159,7 +159,7 @@ def two_registers() -> None:
 
 
 def motor_with_a_language() -> None:
-    """Move a SmartMotor, drive it into a limit switch, and hold its shaft."""
+    """Move a SmartMotor, run it into a limit switch, and block its shaft."""
     bench = Bench()
     motor = _MotorSession(bench, bench.add("smartmotor", shaft={"motor": "frame23", "limits": (-1000, 9000)}))
     _chapter("A SmartMotor is a servo motor with a language of its own")
@@ -183,18 +183,18 @@ def motor_with_a_language() -> None:
 
 
 class _Session:
-    """Operates a controller, and prints each act and its result."""
+    """Operates a controller for the demonstration, and prints each action and its result."""
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
         self.bench, self.controller = bench, controller
         self.received = b""
 
     def say(self, text: str, note: str = "", end: str = "\r") -> None:
-        """Transmit data from the host."""
+        """Send data to the controller as the host."""
         data = (text + end).encode()
         self._print(">", "".join(map(word, data)), note)
         self.controller.serial.write(data)
-        self.bench.run(0.002 + 0.00115 * len(data))  # transmission time at 9600 baud
+        self.bench.run(0.002 + 0.00115 * len(data))  # time of the transmission at 9600 baud
 
     def receive(self, note: str) -> None:
         """Wait for an answer from the controller."""
@@ -251,12 +251,12 @@ class _Session:
             click.echo(said + (gap + click.style(note, dim=True)) * bool(note))
 
     def explain(self, note: str) -> None:
-        """Print a note on the last act."""
+        """Print a note about the last action."""
         click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
 
 
 class _MotorSession(_Session):
-    """A session for a servo motor.  The state at rest is polled, because a servo has no single pulses."""
+    """A session for a servo motor, whose state must be polled because it has no pulses."""
 
     def come_to_rest(self) -> None:
         """Wait until the trajectory has ended and the shaft is at rest."""

@@ -13,7 +13,7 @@ from axistwin.traces.differences import Comparison, Difference, Tolerance, compa
 from axistwin.units import S, to_ns
 
 MOST = 20
-"""Maximum number of signals printed."""
+"""Largest number of differing signals that are printed."""
 
 
 @click.command()

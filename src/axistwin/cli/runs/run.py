@@ -158,7 +158,7 @@ def _page(
 
 
 def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outcome, bool]:
-    """Run the program.  Return the outcome, and True if the user has interrupted the run."""
+    """Run the program; return its outcome, and True if the user has interrupted the run."""
     try:
         return loaded.perform(bench, None if seconds is None else to_ns(seconds)), False
     except KeyboardInterrupt:
@@ -167,18 +167,18 @@ def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outc
 
 @contextmanager
 def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[MemoryTrace | None]":
-    """Trace the run in memory within this context, if any of the files is wanted."""
+    """Trace the run in memory within a `with` block, if at least one of the files is requested."""
     if not any(files):
         yield None
         return
-    from axistwin.traces.memory import tracing_in_memory  # lazy import: only for pictures
+    from axistwin.traces.memory import tracing_in_memory  # lazy import: needed only for pictures
 
     with tracing_in_memory(bench) as memory:
         yield memory
 
 
 def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
-    """Return the chart of the run, or None if no picture is wanted."""
+    """Return the chart of the run, or None if no picture is requested."""
     if memory is None:
         return None
     from axistwin.plots import of_trace
@@ -188,10 +188,10 @@ def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
 
 @contextmanager
 def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: int | None) -> Iterator[None]:
-    """Trace the run to files within this context."""
+    """Trace the run to files within a `with` block."""
     with ExitStack() as stack:
         for file in files:
-            from axistwin.traces.signals import split  # lazy import: only for traces
+            from axistwin.traces.signals import split  # lazy import: needed only for traces
             from axistwin.traces.trace import tracing
 
             stack.enter_context(
@@ -201,18 +201,18 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
 
 
 def _with_refusals(outcome: Outcome, refused: Sequence[Refusal], checked: str) -> Outcome:
-    """Add to the note of an outcome the number of refused lines, and the command that explains them."""
+    """Add the number of refused lines to the note of an outcome, with the command that explains them."""
     lines = len({(each.file, each.error.line) for each in refused})
     note = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
     return replace(outcome, note="; ".join(each for each in (outcome.note, note) if each))
 
 
 def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[HostProgram]:
-    """Return the programs that the run has sent or stored: the user's and those of the scene."""
+    """Return the programs that the run has sent or stored: the program of the user and the programs of the scene."""
     models = models_at(bench)
     named: list[tuple[str, Path]] = []
     if target.endswith(".toml"):
-        from axistwin.scenes.scene import Scene  # lazy import: pydantic
+        from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
 
         named += Scene.load(Path(target)).named_programs()
     if program is not None:

@@ -1,4 +1,4 @@
-"""The end of a serving program, by an interrupt, a termination or a defect of axistwin; the defect is raised.
+"""End a serving program after an interrupt, a termination signal, or an internal error of axistwin, which is raised.
 
 A defect of the web framework or of the panel is logged with its traceback, and the program continues.
 """
@@ -15,11 +15,11 @@ INTERRUPTED = 130
 ENDS = {"SIGINT": INTERRUPTED, "SIGTERM": 0, "SIGBREAK": 0}
 """Signals and their exit codes; SIGBREAK exists on Windows, for Ctrl-Break and service managers."""
 OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.panel.",)
-"""Modules whose callbacks and tasks serve the bench, and modules that only display the bench."""
+"""Modules whose errors end the program, and modules that only display the bench, whose errors do not."""
 
 
 def ending() -> asyncio.Future[int]:
-    """Return a future of the exit code: 130 after Ctrl-C, 0 after SIGTERM.  A defect in a callback is raised.
+    """Return a future for the exit code: 130 after Ctrl-C, 0 after SIGTERM; it raises an internal error of axistwin.
 
     An operating system error for one client and a defect of a module that only displays the bench are logged; the
     program continues.  Must be called within a running event loop.
@@ -34,15 +34,15 @@ def ending() -> asyncio.Future[int]:
 
 
 def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[[], None]) -> None:
-    """Call `callback` in the event loop for each of these signals."""
+    """Call `callback` in the event loop when the process receives this signal."""
     try:
         loop.add_signal_handler(number, callback)
-    except NotImplementedError:  # Windows: the interpreter calls the handler between two instructions
+    except NotImplementedError:  # on Windows, the interpreter calls the signal handler itself
         signal.signal(number, lambda *_: loop.is_closed() or loop.call_soon_threadsafe(callback))
 
 
 def fail(ended: asyncio.Future[int], error: BaseException) -> None:
-    """End the program with this error, unless the program is already ending."""
+    """End the program with this error, unless it is already ending."""
     if not ended.done():
         ended.set_exception(error)
 
@@ -63,12 +63,12 @@ def _handle_exception(ended: asyncio.Future[int], context: dict[str, Any]) -> No
 
 
 def _is_own(error: BaseException) -> bool:
-    """True if the callback or task that raised the error belongs to axistwin, and not to the panel."""
+    """True if the error was raised by a callback or task of axistwin, but not of the panel."""
     began_in = next((name for name in _modules(error) if not name.startswith("asyncio")), "")
     return began_in.startswith(OWN_MODULES) and not began_in.startswith(DISPLAY_MODULES)
 
 
 def _modules(error: BaseException) -> Iterator[str]:
-    """Yield the modules in the error's traceback, outermost first, each with a dot at its end."""
+    """Yield the module names in the traceback of an error, outermost first, each with a dot at its end."""
     for frame, _ in walk_tb(error.__traceback__):
         yield f"{frame.f_globals.get('__name__', '')}."

@@ -1,4 +1,4 @@
-"""Connection lines for the usual hosts: pyserial, PyVISA, EPICS asyn, and C for a board on a bus."""
+"""Lines of code that connect usual hosts to a port: pyserial, PyVISA, EPICS asyn, and C for a board on a bus."""
 
 import socket
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ ANY_ADDRESS = ("0.0.0.0", "::")  # noqa: S104  nothing is bound here
 
 
 def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
-    """Yield the lines for the port of controller `name` at `url`; `line`: the host's format."""
+    """Yield lines of code that connect hosts to the port `url` of a controller; `line`: the host's line format."""
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())
     match url.scheme:
@@ -29,7 +29,7 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
 
 
 def bus(url: PortUrl) -> Iterator[str]:
-    """Yield the lines for the registers of a board at `url`."""
+    """Yield commands and C lines that access the registers of a board at `url`."""
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())
     yield f"by hand   nc {url.host} {url.port}     then: r 1"

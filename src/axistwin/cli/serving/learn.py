@@ -62,7 +62,7 @@ def _bench(model: str) -> Bench:
 
 
 def _load(file: Path) -> dict[str, int]:
-    """Return the number of the last finished lesson, by model."""
+    """Return the number of the last finished lesson for each model, from a file."""
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:

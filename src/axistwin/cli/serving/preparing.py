@@ -1,7 +1,8 @@
-"""Slow preparations of controllers while they are already served, such as the compiled code of SmartMotors.
+"""Prepare controllers in the background while they are served, e.g. load the compiled code of SmartMotors.
 
-A thread loads what is in the user's cache.  What is missing is compiled before in a child process, because the compiler
-would hold the interpreter for up to a tenth of a second.  The controllers run in plain Python until then; the results
+A thread loads compiled code from the user's cache.  A child process first compiles missing code, because a compiler in
+this process would block the interpreter for up to a tenth of a second.  The controllers run in plain Python until then;
+the results
 are the same.
 """
 
@@ -19,9 +20,9 @@ from axistwin.bench import Bench, product
 from axistwin.errors import UsageError
 
 DELAY_S = 0.1
-"""Time for the first answers, before the thread takes a share of the interpreter."""
+"""Seconds before the thread starts, so that the first answers are not delayed."""
 SWITCH_S = 0.0005
-"""Maximum time for which the thread keeps the interpreter, unless a library holds it for longer."""
+"""Longest time in seconds for which the thread keeps the interpreter, except in a library."""
 CHILD = """
 import os, sys
 hasattr(os, "nice") and os.nice(10)
@@ -32,7 +33,7 @@ product(sys.argv[1]).prepare(None, 1)
 
 @contextmanager
 def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
-    """Prepare the controllers of a bench in a thread; log notes for the user.  Yields an event for the end."""
+    """Prepare the controllers of a bench in a thread; yield an event that is set at the end."""
     models = Counter(controller.product.model for controller in bench.controllers.values())
     for model in models:
         if note := product(model).note():
@@ -48,20 +49,20 @@ def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
 
 
 class _Preparation:
-    """The preparations of all models of a bench, one after the other."""
+    """A thread that prepares all models of a bench, one after the other."""
 
     def __init__(self, models: Counter[str], speed: float | None) -> None:
         self._models, self._speed = models, speed
         self._stopped = Event()
         self.ended = Event()
-        """Set when all models are prepared."""
+        """Event that is set when all models are prepared."""
 
     def stop(self) -> None:
-        """Stop after the present step; a child process is ended."""
+        """Stop after the present step, and end the child process."""
         self._stopped.set()
 
     def run(self) -> None:
-        """Prepare each model."""
+        """Prepare each model of the bench: the main function of the thread."""
         if self._stopped.wait(DELAY_S):
             return
         for model, number in self._models.items():
@@ -79,7 +80,7 @@ class _Preparation:
             logging.getLogger("axistwin").warning("%s", error)
 
     def _compile(self, model: str) -> None:
-        """Fill the user's cache in a child process; if that fails, `prepare` compiles in this process."""
+        """Compile the code of a model into the user's cache, in a child process."""
         logging.getLogger("axistwin").info(
             "compiling for the %s takes some seconds, once for each version; until then it runs in plain Python", model
         )
@@ -93,7 +94,7 @@ class _Preparation:
 
 @contextmanager
 def _short_turns() -> Iterator[None]:
-    """Let other threads have the interpreter often; a garbage collection of all new objects would hold it too long."""
+    """Within a `with` block, let other threads run often, and delay garbage collection."""
     before_s = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
     gc.disable()

@@ -32,7 +32,7 @@ log = logging.getLogger("axistwin")
 USUAL = UartFormat(9600, 8, "N", 2)
 ON_FOR_S = 2.0
 RESOLUTION_NS = US
-"""Resolution of recorded real time."""
+"""Resolution of the recorded times in ns."""
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -108,7 +108,7 @@ def _format(model: str | None, line: str | None) -> UartFormat:
 
 
 def _headers(device: str, model: str | None, line: UartFormat, on_for: float) -> dict[str, str]:
-    """Return the headers of the recording: its first comments."""
+    """Return the headers of the recording, which are its first comments."""
     now = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
     return {
         "model": model or "",
@@ -119,7 +119,7 @@ def _headers(device: str, model: str | None, line: UartFormat, on_for: float) ->
 
 
 def _record_lines(relay: Relay, name: str, recorder: Recorder) -> None:
-    """Record changes of the host's control lines as acts, and of the controller's lines as states."""
+    """Record changes of control lines: those of the host as actions, those of the controller as states."""
     port = relay.port
     for subject, line in (("dtr", port.dtr_line), ("rts", port.rts_line)):
         line.subscribe(partial(_record_shown, recorder, name, subject))
@@ -146,9 +146,9 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
 
 
 def _catch_up_regularly(pacer: Pacer, recorder: Recorder) -> None:
-    """Write the last answer to the file, now and at regular intervals."""
+    """Write new data to the recording at regular intervals."""
     pacer.sync()
-    if recorder.silent_ns > LF_NS:  # after a pause the answer counts as complete
+    if recorder.silent_ns > LF_NS:  # an answer counts as complete after a pause
         recorder.catch_up()
     asyncio.get_running_loop().call_later(CATCH_UP_S, _catch_up_regularly, pacer, recorder)
 

@@ -17,7 +17,7 @@ from axistwin.programs import running
 from axistwin.units import MS
 
 WIDEST = 40
-"""Widest message in the table, in characters."""
+"""Largest width of a message in the table, in characters."""
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -70,7 +70,7 @@ def replay(
 
 
 def table(comparison: Comparison, *, brief: bool = False) -> Iterator[str]:
-    """Yield the table; a difference in bytes is shown in full, with a caret under the first wrong character."""
+    """Yield the lines of the table; a caret marks the first character that differs."""
     acts = comparison.different if brief else comparison.acts
     if not acts:
         return
@@ -87,7 +87,7 @@ def _ms(ns: int | None) -> str:
 
 
 def _reply_text(act: Compared) -> str:
-    """Return the act of the host and the reply: `> E\\r  < C\\r`."""
+    """Return the action of the host and the reply as text: `> E\\r  < C\\r`."""
     words = act.expected if act.same else "differs"
     return "  ".join(_short(text) for text in (act.after, f"< {words}" if act.same else words) if text)
 
@@ -104,7 +104,7 @@ def _difference(act: Compared) -> Iterator[str]:
 
 
 def summary(comparison: Comparison) -> Iterator[str]:
-    """Yield the summary: the number of differences, and the delays."""
+    """Yield the lines of the summary: number of differences, and delays of the twin."""
     count, different = len(comparison.acts), len(comparison.different)
     yield f"{count} {'act' if count == 1 else 'acts'} of the controller, {different or 'none'} different in bytes"
     worst = comparison.worst

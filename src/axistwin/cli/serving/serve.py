@@ -161,7 +161,7 @@ def _served(
     *,
     with_panel: bool,
 ) -> what_is.Served:
-    """Return the model or scene with its ports.  Raises UsageError, e.g. for an option with a scene."""
+    """Return the requested model or scene with its ports.  Raises UsageError, e.g. for an option with a scene."""
     given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
     given += [parse(text) for text in ports["port"]]
     second = [parse_as("tcp", text) for text in ports["rs485"]]
@@ -173,7 +173,7 @@ def _served(
 
 
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
-    """Return the panel if the user requested a panel.  Raises UsageError."""
+    """Return the panel, or None if the user has not requested a panel.  Raises UsageError."""
     if panel is None:
         if token is not None:
             raise UsageError("--panel-token needs a panel: expected also --panel, e.g. --panel 8080")
@@ -187,7 +187,7 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
 
 
 class _Files:
-    """The trace and the recording of a run."""
+    """The files that are written while controllers are served: a trace and a recording."""
 
     def __init__(self) -> None:
         self._stack = ExitStack()
@@ -205,7 +205,7 @@ class _Files:
         self._stack.close()
 
     def write(self, *writers: AbstractContextManager[Callable[[], None] | None]) -> None:
-        """Open the files of these writers."""
+        """Begin to write the trace and the recording."""
         begun = (self._stack.enter_context(writer) for writer in writers)
         self._catch_up = [catch_up for catch_up in begun if catch_up is not None]
 
@@ -220,7 +220,7 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the files when the session goes back in time and so has a new bench."""
+        """Return a function for new benches; it closes the files when the session goes back in time."""
 
         def end(another: Bench) -> None:
             if another is not bench and self.open:
@@ -235,7 +235,7 @@ class _Files:
 def _tracing(
     bench: Bench, path: str | None, signals: str | None, limit: int | None
 ) -> Iterator[Callable[[], None] | None]:
-    """Trace within this context; yield a function that writes pending data to the file, or None without a file."""
+    """Trace within a `with` block; yield a function that writes pending data, or None without a trace."""
     if path is None:
         yield None
         return
@@ -248,7 +248,7 @@ def _tracing(
 
 @contextmanager
 def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[Callable[[], None] | None]:
-    """Record within this context; yield a function that writes pending data to the file, or None without a file."""
+    """Record within a `with` block; yield a function that writes pending data, or None without a recording."""
     if path is None:
         yield None
         return
@@ -259,20 +259,20 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
 
 
 def _log_hints(bench: Bench) -> None:
-    """Log each status hint of a controller."""
+    """Log each new status hint of a controller, e.g. the reason why no move begins."""
     for name, controller in bench.controllers.items():
         controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
 
 
 def _log_to_stderr() -> None:
-    """Log the events on ports to stderr."""
+    """Show log messages about the ports on stderr."""
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
     for handler in logging.getLogger().handlers:
         handler.addFilter(Sparing())
 
 
 Show = Callable[[str | None], None]
-"""Prints the ports; the argument is the panel's address."""
+"""Function that prints the ports; its argument is the address of the panel."""
 
 
 async def _serve(
@@ -284,7 +284,7 @@ async def _serve(
     files: _Files,
 ) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances virtual time
+    server.pacer.on_defect = partial(fail, ended)  # errors while the panel advances virtual time end the program, too
     try:
         for name, url in wanted:
             await server.open(name, url)
@@ -300,7 +300,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # the power-off at the end is not part of the run
+        files.close()  # the power-off at the end must not be recorded
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():
@@ -308,7 +308,7 @@ async def _serve(
 
 
 async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: float | None) -> None:
-    """Start virtual time, or (`waits`) let the first browser or host start it, or pause at the time `to` in seconds."""
+    """Start virtual time now, at the first connection (`waits`), or run to the time `to` in seconds and pause."""
     if shown is not None and to is not None:
         await shown.session.advance_to(to)
     elif shown is not None:
@@ -343,7 +343,7 @@ def _show_json(server: Server, show_hosts: bool, panel: str | None) -> None:
 
 
 def _host_lines(server: Server, name: str, url: PortUrl) -> Iterator[str]:
-    from axistwin.cli.serving import host_lines  # lazy import: only on request
+    from axistwin.cli.serving import host_lines  # lazy import: needed only on request
 
     if url.scheme == "bus":
         return host_lines.bus(url)

@@ -20,12 +20,12 @@ Ports = list[tuple[str, PortUrl]]
 
 @dataclass(frozen=True)
 class Served:
-    """A model or a scene on ports.  Each call of `build` makes a new bench."""
+    """A model or a scene with its ports.  Each call of `build` returns a new bench."""
 
     title: str
     build: Callable[[], Bench]
     ports: Callable[[Bench], Ports]
-    """Return the name and URL of each port.  Raises UsageError for impossible ports."""
+    """Function that returns the name and URL of each port.  It raises UsageError for impossible ports."""
     scene: "Scene | None" = None
     """The scene; None for a model."""
 
@@ -36,13 +36,13 @@ class Served:
 
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
-    """Return one controller on the given ports, or on any free port."""
+    """Return a model to serve on the given ports, or on any free port."""
 
     def build() -> Bench:
         bench = Bench()
         made = bench.add(name, **options)
         if second:
-            bench.port(f"{made.name}.rs485")  # makes the channel observable
+            bench.port(f"{made.name}.rs485")  # creates the channel, so that it can be observed
         return bench
 
     def ports(bench: Bench) -> Ports:
@@ -53,8 +53,8 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
 
 
 def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
-    """Return a scene on its own ports, or on the given ports; `alone`: the scene may have no ports."""
-    from axistwin.scenes.scene import Scene  # lazy import: pydantic
+    """Return a scene to serve on its own or the given ports; `alone`: the scene may have no ports."""
+    from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
 
     loaded = Scene.load(Path(path))
 

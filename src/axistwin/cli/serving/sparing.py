@@ -4,12 +4,12 @@ import logging
 from collections import Counter
 
 IN_FULL = 10
-"""Number of records of one logger that are written in full, with their tracebacks."""
+"""Number of log records of each logger that are written in full, with their tracebacks."""
 OURS = "axistwin"
 
 
 class Sparing(logging.Filter):
-    """Pass the first records of each logger in full; later, only one line with the count at 16, 32, 64, … records.
+    """Log filter that passes the first records of each logger, later only their count at 16, 32, 64, … records.
 
     Limited are records with a traceback and all records of libraries, but not one-line records of axistwin.
     """
@@ -19,7 +19,7 @@ class Sparing(logging.Filter):
         self._counted: Counter[str] = Counter()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return False for a record that is only counted; shorten a record that reports a count."""
+        """Return False for a record that is only counted; shorten the record that reports the count."""
         if record.name.partition(".")[0] == OURS and not record.exc_info:
             return True
         self._counted[record.name] += 1

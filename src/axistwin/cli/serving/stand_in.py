@@ -1,16 +1,21 @@
 """`axistwin stand-in`: a legacy host drives real motors through a motion board."""
 
 import asyncio
+import gc
 import sys
-from collections.abc import Callable, Coroutine
+import threading
+from collections.abc import Callable, Coroutine, Sequence
+from importlib import import_module
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 import click
 
 from axistwin.bench import Bench
 from axistwin.cli.serving import served
 from axistwin.cli.serving.ending import ending
+from axistwin.cli.serving.preparing import preparing
 from axistwin.errors import UsageError
 from axistwin.links.server import Server
 from axistwin.scenes.scene import Scene
@@ -18,11 +23,19 @@ from axistwin.standin import reading
 from axistwin.standin.board import Board
 from axistwin.standin.driver import Driver
 from axistwin.standin.events import Event
+from axistwin.standin.hal.board import HalBoard
+from axistwin.standin.hal.sender import HalSender
+from axistwin.standin.hal.wiring import HalWiring
 from axistwin.standin.journal import Journal, last_positions
 from axistwin.standin.sender import Sender, open_port
+from axistwin.standin.stop_page import StopPage
 
+AnySender = Sender | HalSender
+
+POLL_S = 0.02
+"""Interval in seconds at which the end of a preparation is checked."""
 COLLECT_S = 0.01
-"""Interval in seconds at which pulses are sent to the boards."""
+"""Seconds between two transfers of pulses to the motion boards."""
 WARNING = "axistwin is not a safety controller: wire the emergency stop and the limit chain to the drives' enable."
 
 
@@ -30,9 +43,10 @@ WARNING = "axistwin is not a safety controller: wire the emergency stop and the 
 @click.argument("scene", metavar="SCENE.toml")
 @click.option("--board", metavar="DEV", help="Serial port of the only board, instead of the scene's.")
 @click.option("--dry-run", is_flag=True, help="Print every pin and check the scene; open no port, move nothing.")
+@click.option("--panel", metavar="[H:]P", help="Serve a page with the state of the motors and a stop at this port.")
 @click.option("--unhomed", is_flag=True, help="Start although the last position is unknown: home the machine first.")
-def stand_in(scene: str, board: str | None, dry_run: bool, unhomed: bool) -> int:
-    """Take the place of a dead controller: its host talks to the emulated one, and real motors turn.
+def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, unhomed: bool) -> int:
+    """Replace a defective controller: its host talks to an emulated controller, which drives the real motors.
 
     The scene's table [stand-in] maps axes, inputs and outputs to the pins of a board with Klipper's micro-controller
     firmware.  All pin events happen later by a constant delay, the horizon.  While the motors are live, type `stop`
@@ -45,6 +59,7 @@ def stand_in(scene: str, board: str | None, dry_run: bool, unhomed: bool) -> int
     axistwin stand-in table.toml --dry-run
     axistwin stand-in table.toml
     axistwin stand-in table.toml --board /dev/ttyACM0
+    axistwin stand-in table.toml --panel 8080             then open http://127.0.0.1:8080/
     """
     loaded = Scene.load(Path(scene))
     bench = loaded.build(served=True)
@@ -61,55 +76,75 @@ def stand_in(scene: str, board: str | None, dry_run: bool, unhomed: bool) -> int
             "start with --unhomed, then home the machine"
         )
     ports = served.scene(scene, [], alone=False).ports(bench)
-    return asyncio.run(_Run(bench, plan, known or {}).serve(ports))
+    with preparing(bench, 1.0) as prepared:
+        return asyncio.run(_Run(bench, plan, known, panel).serve(ports, prepared))
 
 
 class _Run:
-    """A run with its boards, driver and journal."""
+    """A run of a stand-in: its boards, its driver and its journal."""
 
-    def __init__(self, bench: Bench, plan: reading.Plan, positions: dict[str, int]) -> None:
-        self.bench, self.plan, self._at_start = bench, plan, positions
+    def __init__(self, bench: Bench, plan: reading.Plan, positions: dict[str, int] | None, panel: str | None) -> None:
+        """`positions`: positions at the end of the last run; None: unknown.  `panel`: address of the page."""
+        self.bench, self.plan, self._at_start, self._panel = bench, plan, positions, panel
+        self._senders: list[AnySender] = []
+        self._positions: dict[str, int] = {}
         self._changed = asyncio.Event()
         self._ending = self._proper_end = False
 
-    async def serve(self, ports: served.Ports) -> int:
-        lines = [(open_port(table.port, table.baud), wiring) for table, wiring in self.plan.boards]
+    async def serve(self, ports: served.Ports, prepared: threading.Event) -> int:
+        lines = [open_port(table.port, table.baud) if table.port is not None else None for table, _ in self.plan.boards]
         journal = Journal(self.plan.journal)
         loop = asyncio.get_running_loop()
         server = Server(self.bench)
 
-        def deliver(sender: Sender, event: Event) -> None:
+        def deliver(sender: AnySender, event: Event) -> None:
             loop.call_soon_threadsafe(self._handle, sender, event)
 
-        senders = [
-            Sender(Board(wiring, self.plan.horizon_s, journal.note, self._at_start), line, deliver)
-            for line, wiring in lines
-        ]
+        options = self.plan.horizon_s, journal.note, self._at_start
+        senders = self._senders
+        for line, (_, wiring) in zip(lines, self.plan.boards, strict=True):
+            if isinstance(wiring, HalWiring):
+                senders.append(HalSender(HalBoard(wiring, *options), deliver))
+            elif line is not None:
+                senders.append(Sender(Board(wiring, *options), line, deliver))
         self._driver, self._server = Driver(self.bench, senders, _tell), server
+        for sender in senders:
+            if isinstance(sender, HalSender):
+                self._driver.collected.subscribe(sender.complete)
+        page = None if self._panel is None else StopPage(self._panel, self._state, self._stop_from_page)
+        if page is not None:
+            click.echo(f"panel on {page.url}")
         journal.begin(", ".join(self._driver.axes))
         try:
-            return await self._drive(senders, ports)
+            return await self._drive(senders, ports, prepared)
         finally:
             self._ending = True
+            if page is not None:
+                page.close()
             server.close()
             for sender in senders:
                 sender.close()
             if self._proper_end:
                 journal.end(self._driver.positions)
+            elif not self._driver.live and self._at_start is not None:
+                journal.end(self._at_start)  # nothing has moved
             journal.close()
             for controller in self.bench.controllers.values():
                 controller.power(False)
 
-    async def _drive(self, senders: list[Sender], ports: served.Ports) -> int:
+    async def _drive(self, senders: Sequence[AnySender], ports: served.Ports, prepared: threading.Event) -> int:
         ended = ending()
         for sender in senders:
             sender.start()
-        while not (self._driver.all_ready or self._driver.failed):
-            await self._change_or(ended)
+        while not ((self._driver.all_ready and prepared.is_set()) or self._driver.failed):
+            await self._change_or(asyncio.sleep(POLL_S))
             if ended.done():
                 return await ended
         if self._driver.failed:
             return 1
+        import_module("numpy")  # the first import is slow, so before the motors are live
+        gc.collect()
+        gc.freeze()  # shortens the pauses of the garbage collector
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()
@@ -121,7 +156,22 @@ class _Run:
         await self._end(senders)
         return code
 
-    async def _end(self, senders: list[Sender]) -> None:
+    def _state(self) -> dict[str, Any]:
+        """Return the values of the page.  Called in any thread: reads only what other threads replace as a whole."""
+        stopped = frozenset().union(*(sender.stopped for sender in self._senders))
+        live = [axis for axis in self._driver.axes if axis.rpartition(".")[0] not in stopped]
+        if not self._driver.live:
+            return {"state": "Connecting to the boards", "live": False, "reason": "", "positions": {}}
+        state = f"LIVE: {', '.join(live)}" if live else "STOPPED"
+        reasons = ", ".join(dict.fromkeys(tuple(self._driver.stopped.values())))
+        return {"state": state, "live": bool(live), "reason": reasons, "positions": self._positions}
+
+    def _stop_from_page(self) -> None:
+        """Stop all motors.  Called in any thread."""
+        for sender in self._senders:
+            sender.stop("stopped from the page")
+
+    async def _end(self, senders: Sequence[AnySender]) -> None:
         """Stop the motors, read their positions, and switch the drives off."""
         if not self._driver.failed:
             self._driver.stopped.clear()
@@ -129,7 +179,7 @@ class _Run:
             for _ in range(50):
                 if self._driver.stopped:
                     break
-                await self._change_or(asyncio.sleep(0.02))
+                await self._change_or(asyncio.sleep(POLL_S))
             self._proper_end = bool(self._driver.stopped) and not self._driver.failed
         self._ending = True
         for sender in senders:
@@ -137,7 +187,7 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait for an event of a board, or until `other` is done."""
+        """Wait until a board has an event or the future `other` is done."""
         self._changed.clear()
         waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
         _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
@@ -145,7 +195,7 @@ class _Run:
             if each is not other:
                 each.cancel()
 
-    def _handle(self, sender: Sender, event: Event) -> None:
+    def _handle(self, sender: AnySender, event: Event) -> None:
         if self._ending:
             return
         self._server.pacer.sync()
@@ -155,10 +205,11 @@ class _Run:
 
     def _collect(self) -> None:
         self._server.pacer.inspect(self._driver.collect)
+        self._positions = self._driver.commanded
         asyncio.get_running_loop().call_later(COLLECT_S, self._collect)
 
     def _said(self, word: str) -> None:
-        """Execute a word that the user has typed: stop or go."""
+        """Execute a command of the user: stop or go."""
         if word == "go":
             self._driver.go_on(monotonic())
             _tell("going on")
@@ -171,7 +222,7 @@ def _tell(line: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Call `said` with each typed line, but not at the end of the input."""
+    """Call `said` with each line that the user types; ignore the end of the input."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:

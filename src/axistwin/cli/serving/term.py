@@ -20,7 +20,7 @@ from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines
 from axistwin.programs.keyboards import KEYBOARDS, to_codes, to_glyphs
-from axistwin.teaching import Lesson, Pupil
+from axistwin.teaching import STARTED_S, Lesson, Pupil
 from axistwin.terminal.commands import LocalCommands
 from axistwin.terminal.screen import Screen
 from axistwin.units import S
@@ -30,15 +30,13 @@ if TYPE_CHECKING:
 
 ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
 INITIALISED_NS = 30 * S
-"""Longest initialisation, in virtual time; after that the user has to initialise the controller."""
+"""Longest virtual time of an automatic initialisation; after it, the user must initialise the controller."""
 
-STARTED_S = 1.5
-"""Virtual time in seconds from power-up until every model is ready for the first command of a lesson."""
 LOOK_S = 0.1
 """Interval in seconds between two checks of a lesson's step."""
 
 Lines = asyncio.Queue[bytes | LinkError | None]
-"""Typed lines; None: end of the input; an error: the port has failed."""
+"""Queue of typed lines, of None at the end of the input, and of the error of a failed port."""
 
 
 @click.command()
@@ -148,7 +146,7 @@ async def _virtual(
 
 
 async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) -> tuple[bool, int]:
-    """Open a terminal for a lesson.  Return True if the lesson is finished, and the exit code."""
+    """Open a terminal for a lesson; return True if the lesson has been finished, and the exit code."""
     from axistwin.sessions.session import Session
     from axistwin.terminal.virtual import BoardEnd, SerialEnd
 
@@ -181,7 +179,7 @@ async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) 
 
 
 async def _watch(commands: LocalCommands, lines: Lines) -> None:
-    """End the input when the lesson is finished."""
+    """Check the lesson at regular intervals, and end the input when the lesson is finished."""
     while not commands.check_lesson():
         await asyncio.sleep(LOOK_S)
     lines.put_nowait(None)
@@ -207,10 +205,10 @@ async def _with_person(
     keyboard: str,
     virtual: "VirtualEnd | None" = None,
 ) -> int:
-    """Process lines from a line editor, or from a plain terminal, a pipe or a file."""
+    """Process the lines that a line editor, a plain terminal, a pipe or a file provides."""
     if not _edited():
         return await _converse(screen, commands, _typed(lines), end, keyboard)
-    from prompt_toolkit.patch_stdout import patch_stdout  # lazy import: only for the line editor
+    from prompt_toolkit.patch_stdout import patch_stdout  # lazy import: needed only for the line editor
 
     from axistwin.terminal.editor import LineEditor, history
 
@@ -228,7 +226,7 @@ async def _with_person(
 
 
 def _edited() -> bool:
-    """True if a person types at a terminal that a line editor can use."""
+    """True if stdin and stdout are a terminal on which the line editor works."""
     return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "") not in ("", "dumb")
 
 
@@ -244,7 +242,7 @@ def _greet(what: str) -> None:
 
 
 def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
-    """Initialise the controller before the first line, in zero real time."""
+    """Initialise the controller before the first line; no real time passes."""
     ends = (
         controller.serial.subscribe_sent(screen.show_sent),
         controller.serial.subscribe_received(lambda byte, _: screen.show_received(bytes([byte]))),
@@ -286,7 +284,7 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """Return the characters that a terminal with this keyboard sends."""
+    """Return the characters that a terminal with this keyboard layout sends for a typed line."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
@@ -309,5 +307,5 @@ def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:
         if rest:
             loop.call_soon_threadsafe(lines.put_nowait, rest)
         loop.call_soon_threadsafe(lines.put_nowait, None)
-    except RuntimeError:  # the loop is closed: the terminal has ended
+    except RuntimeError:  # the event loop is closed, because the terminal has ended
         return

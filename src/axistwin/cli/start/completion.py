@@ -21,7 +21,7 @@ def completion(shell: str) -> None:
       fish          axistwin completion fish | source
       PowerShell    axistwin completion powershell | Out-String | Invoke-Expression
     """
-    from axistwin.cli.main import axistwin  # lazy import: the table of commands
+    from axistwin.cli.main import axistwin  # lazy import: needed only for this command
 
     kind = get_completion_class(shell)
     assert kind is not None

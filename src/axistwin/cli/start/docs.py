@@ -52,7 +52,7 @@ def docs(
         raise UsageError("--json is for the list of pages: expected axistwin docs --list --json")
     wanted = page.removesuffix(".md")
     if wanted not in names:
-        raise unknown("page", page, names)
+        raise unknown(kind="page", name=page, names=names)
     if as_text:
         _print(pages.text(wanted))
         return
@@ -94,7 +94,7 @@ def _print(page: str) -> None:
     if not sys.stdout.isatty():
         click.echo(page)
         return
-    from rich.console import Console  # lazy import: only for a terminal
+    from rich.console import Console  # lazy import: needed only for a terminal
     from rich.markdown import Markdown
 
     Console().print(Markdown(page))

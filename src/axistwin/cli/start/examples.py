@@ -36,7 +36,7 @@ def examples(name: str | None, directory: Path | None, as_json: bool) -> None:
         print_rows(("example", "title"), ((one.name, one.title) for one in found.values()))
         return
     if name not in found:
-        raise unknown("example", name, found)
+        raise unknown(kind="example", name=name, names=found)
     if directory is None:
         raise UsageError(f"the directory for the copy is missing: e.g. axistwin examples {name} my-{name}")
     paths = found[name].copy(directory)

@@ -81,7 +81,7 @@ def _ask(question: str, default: str, read: Callable[[str], Any]) -> Any:
             click.echo(f"axistwin: {error}", err=True)
         except click.Abort as end:
             if isinstance(end.__context__, EOFError):
-                raise UsageError("the answers have ended: expected five, or --yes for the defaults") from None
+                raise UsageError("the input has ended: expected five answers, or --yes for the defaults") from None
             raise
 
 

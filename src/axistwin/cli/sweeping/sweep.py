@@ -124,7 +124,7 @@ def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design,
 
 
 def path_and_values(option: str, text: str) -> tuple[str, str]:
-    """Split PATH=VALUES.  Raises UsageError."""
+    """Split an argument PATH=VALUES into its two parts.  Raises UsageError."""
     path, equals, values = text.partition("=")
     if not equals or not path:
         raise UsageError(f"--{option} {text!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
@@ -132,7 +132,7 @@ def path_and_values(option: str, text: str) -> tuple[str, str]:
 
 
 def named(option: str, text: str) -> tuple[str, str]:
-    """Split NAME:SENTENCE.  Raises UsageError."""
+    """Split an argument NAME:SENTENCE into its two parts.  Raises UsageError."""
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
         raise UsageError(f"--{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
@@ -153,7 +153,7 @@ def _has_parts(out: Path) -> bool:
 
 
 def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
-    """Print the requested summary; return the exit code."""
+    """Print the summary of the results as text or JSON; return the exit code."""
     table = journal.read(out)
     plan = journal.plan_of(out) if out.exists() else json.loads(table.schema.metadata[journal.PLAN])
     found = summary(table, plan)
@@ -177,7 +177,7 @@ def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
 
 @contextmanager
 def _progress() -> Iterator[Progress | None]:
-    """Show the number of runs, of failing runs, and the remaining time, on a terminal."""
+    """Show a progress bar on a terminal, with the number of failing runs and the remaining time."""
     if not sys.stderr.isatty():
         yield None
         return

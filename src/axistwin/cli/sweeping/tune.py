@@ -142,7 +142,7 @@ def _words(trial: Trial) -> str:
 
 @contextmanager
 def _progress() -> Iterator[Progress | None]:
-    """Show the number of trials, the best score and the remaining time, on a terminal."""
+    """Show a progress bar on a terminal, with the best score and the remaining time."""
     if not sys.stderr.isatty():
         yield None
         return

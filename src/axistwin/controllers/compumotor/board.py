@@ -27,7 +27,7 @@ FLOATING = ("output1", "output2", "shutdown", "direction", "remote_acknowledge")
 
 
 class Board(State):
-    """An 1810 or 1811 with power.  A reset replaces this object by a new one."""
+    """An 1810 or 1811 with its power on; a reset replaces this object by a new one."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
@@ -55,7 +55,7 @@ class Board(State):
 
     @property
     def procedures(self) -> list[Process]:
-        """Processes that are running on the board."""
+        """Procedures that are running on the board."""
         singular = self.host.singular, self.sequence.singular
         stream = self.stream.process, self.stream.marker_process
         possible = (*self._processes, *singular, self.sequencer.process, *stream)
@@ -110,7 +110,7 @@ class Board(State):
             self.handshake.ready()
             data = yield from self.handshake.next_command(drain_ns)
             yield self._queue.put(data)
-            yield self.clock.timeout(0)  # a command that takes no time ends before the IDB is ready again
+            yield self.clock.timeout(0)  # lets a command that takes no time end before the IDB is ready again
 
     def _obey_all(self) -> Procedure:
         while self.alive:

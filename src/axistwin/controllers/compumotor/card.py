@@ -57,7 +57,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            self.pins[name].restless = True  # the level changes at each command
+            self.pins[name].restless = True  # not observed, because its level changes at each command
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
             "cw_step": lambda: not self._steps(+1),
@@ -116,7 +116,7 @@ class Card:
         return {} if self._board is None else _listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
-        """Return the readable registers: status byte, data buffers (hex), answer to 88h, mode, phase, queued commands.
+        """Return the registers: status byte, data buffers (hex), answer to 88h, mode, phase, queued commands.
 
         `sequence` and `command` are the numbers, from 1, of the sequence and the command being performed; 0: none.
         Without power the numbers are 0 and the texts empty.

@@ -36,7 +36,7 @@ from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.compumotor.parts.pulses import Phase
 
-# A letter for each attribute, in the order of `Accept`: SINGULAR, INDEXER, STREAMING and so on
+# One letter for each attribute of a command, in the order of `Accept`: SINGULAR, INDEXER, STREAMING and so on
 S, I, V, Q, C, W, D, E = Accept  # noqa: E741
 ANY = I | V | Q | C | W
 ASK = I | V | C | W

@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            self.port.clock.call_later(0, self._serve)  # later than the board's present step
+            self.port.clock.call_later(0, self._serve)  # runs after the present step of the board
 
     def _serve(self) -> None:
         self._due = False

@@ -20,50 +20,50 @@ LONGEST = 16
 class Accept(Flag):
     """The attributes of a command (chapter Command attributes), which decide when a command is performed."""
 
-    SINGULAR = auto()  # takes time; no two such commands run at the same time
+    SINGULAR = auto()  # a command that takes time; only one such command runs at a time
     INDEXER = auto()  # valid in indexer mode
     STREAMING = auto()  # valid in the streaming modes
     SEQUENCE = auto()  # may be placed in a sequence buffer
     DURING_SEQUENCE = auto()  # valid from the host while a sequence is being performed
     DURING_STREAMING = auto()  # valid from the host while the streaming buffer is being performed
-    DEFINING = auto()  # performed even between D9h and D8h
+    DEFINING = auto()  # performed even between D9h and D8h, while a sequence is defined
     ENCODER = auto()  # 1811 only
 
 
 @dataclass(frozen=True)
 class Number(Field):
-    """A number of `size` bytes."""
+    """Parameter type: a number of `size` bytes."""
 
     size: int = 1
     signed: bool = False
 
     def decode(self, data: bytes) -> Any:
-        """Return the value, or None if it is out of range."""
+        """Convert parameter bytes to a value; None if the value is out of range."""
         value = int.from_bytes(data, "big", signed=self.signed)
         return value if self.allows(value) else None
 
     def encode(self, value: Any) -> bytes:
-        """Return the bytes of a value."""
+        """Convert a value to parameter bytes."""
         return int(value).to_bytes(self.size, "big", signed=self.signed)
 
 
 @dataclass(frozen=True)
 class Ranges(Number):
-    """One byte: the velocity range in the upper nibble, the acceleration range in the lower one."""
+    """Parameter type: one byte, with the velocity range in the upper nibble, the acceleration range in the lower."""
 
     def decode(self, data: bytes) -> tuple[int, int] | None:
-        """Return both ranges, or None if one of them is not defined."""
+        """Convert the byte to both ranges; None if one of the ranges does not exist."""
         velocity, acceleration = divmod(data[0], 0x10)
         return (velocity, acceleration) if velocity <= 5 and acceleration <= 2 else None
 
     def encode(self, value: tuple[int, int]) -> bytes:
-        """Return both ranges as one byte."""
+        """Convert both ranges to one byte."""
         return bytes([value[0] << 4 | value[1]])
 
 
 @dataclass(frozen=True)
 class StreamedVelocity(Number):
-    """Two bytes: bit 15 is the direction (1 = CCW), the other bits are the velocity number."""
+    """Parameter type: two bytes with the direction in bit 15 (1 = CCW) and the velocity number in the other bits."""
 
     def __str__(self) -> str:
         return f"{self.name} 0…{CCW - 1} {self.unit}, CCW {CCW} more"
@@ -71,7 +71,7 @@ class StreamedVelocity(Number):
 
 @dataclass(frozen=True)
 class Switch(Number):
-    """One byte: off is 00, on is any other value."""
+    """Parameter type: one byte, in which 00 means off and any other value means on."""
 
     def decode(self, data: bytes) -> bool:
         """True if the byte is not 00."""
@@ -80,7 +80,7 @@ class Switch(Number):
 
 @dataclass(frozen=True)
 class OneOf(Number):
-    """One byte with a list of valid values."""
+    """Parameter type: one byte with a list of valid values."""
 
     choices: tuple[int, ...] = ()
 
@@ -91,7 +91,7 @@ class OneOf(Number):
 
 @dataclass(frozen=True)
 class DontCare(Number):
-    """Required bytes without a meaning, which are not passed to the handler."""
+    """Parameter bytes that are required but have no meaning."""
 
 
 def _number(
@@ -111,7 +111,7 @@ class Opcode(Command):
 
     @property
     def opcode(self) -> int:
-        """The command byte."""
+        """Opcode of the command as a byte."""
         return int(self.code)
 
     @property
@@ -145,7 +145,7 @@ class Opcode(Command):
         return tuple(values)
 
     def string(self, parameters: bytes) -> bytes:
-        """Return the command string without surplus bytes."""
+        """Return the command string; additional parameter bytes are left out."""
         return bytes([self.opcode]) + parameters[: self.size]
 
 

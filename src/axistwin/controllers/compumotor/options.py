@@ -1,4 +1,4 @@
-"""Differences between installed boards, and figures that the manual gives only as "about"."""
+"""Options for differences between installed boards, and for values that the manual gives only as "about"."""
 
 from dataclasses import dataclass, fields
 from typing import Literal, get_args, get_type_hints

@@ -40,11 +40,11 @@ class Status(IntFlag):
 
 
 JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Status.FAILED}
-"""Pins at the right sides of the interrupt jumpers: separate interrupt lines, which the mask does not affect."""
+"""Pins at the right sides of the interrupt jumpers, which are separate interrupt lines without a mask."""
 
 
 class Handshake:
-    """The board's side of the bus registers, while the board has power."""
+    """The board's side of the bus registers, while the power is on."""
 
     def __init__(self, clock: Clock, port: RegisterPort, pins: Mapping[str, Pin], options: Options) -> None:
         self.clock, self.port = clock, port
@@ -95,8 +95,10 @@ class Handshake:
         self._change(Status.INPUT_READY, Status.INPUT_READY)
 
     def _change(self, mask: Status, bits: Status) -> None:
-        self._status = (self._status & ~mask) | bits
-        self._show()
+        status = (self._status & ~mask) | bits
+        if status != self._status:
+            self._status = status
+            self._show()
 
     def _show(self) -> None:
         """Update the status byte and the interrupt lines; all conditions share one interrupt line."""

@@ -33,7 +33,7 @@ RULES = (
     ),
     SURPLUS := Rule(
         "CM104", "too many parameter bytes", E, LANGUAGE,
-        "Surplus bytes must be 00; otherwise the command is ignored.",
+        "Bytes after the last parameter must be 00; otherwise the board ignores the command.",
         "70 00 00 01",
     ),
     RANGE := Rule(
@@ -43,33 +43,33 @@ RULES = (
     ),
     NOTHING := Rule(
         "CM106", "a command that does nothing", W, LANGUAGE,
-        "The opcode is in the manual's list, but has no effect.",
+        "The manual lists this opcode, but the board does nothing when it receives it.",
         "FE",
     ),
     UNKNOWN_NAME := Rule(
         "CM110", "no command of this name", E, LANGUAGE,
-        "A command is written in hex or by the name that `axistwin commands` lists, its blanks as `_`.",
+        "Write a command in hex, or by the name that `axistwin commands` lists, with `_` instead of blanks.",
         "go_relatve 25000",
     ),
     WORD := Rule(
         "CM111", "a value that cannot be read", E, LANGUAGE,
-        "After a command's name follow its values: decimal, hex after 0x, ranges as two digits, switches as on or "
-        "off.  In hex every byte is two digits.",
+        "After a command's name write its values: decimal numbers, hex numbers after 0x, ranges as two digits, and "
+        "switches as on or off.  In a command in hex, write two digits for each byte.",
         "set_user_bit 3",
     ),
     NUMBER_OF_VALUES := Rule(
         "CM112", "too few or too many values", E, LANGUAGE,
-        "After a command's name follows one value per parameter; parameters without a meaning are left out.",
+        "After a command's name write one value for each parameter; leave out parameters that have no meaning.",
         "go_relative",
     ),
     NOT_IN_SEQUENCE := Rule(
         "CM201", "a command that is not allowed in a sequence", E, SEQUENCES,
-        "While a sequence is being defined (D9 … D8) this command is neither stored nor obeyed.",
+        "Between D9 and D8, while a sequence is being defined, the board neither stores nor obeys this command.",
         "D9 01\n70\nD8",
     ),
     ONLY_IN_SEQUENCE := Rule(
         "CM202", "a command for sequences only", E, SEQUENCES,
-        "Waits and repeats are valid between D9 and D8 only.",
+        "Commands that wait or repeat are valid only in the definition of a sequence, between D9 and D8.",
         "wait_seconds 2",
     ),
     ONLY_STREAMING := Rule(
@@ -84,7 +84,7 @@ RULES = (
     ),
     NESTED := Rule(
         "CM205", "a loop within a loop", E, SEQUENCES,
-        "20 and 21 cannot be nested: the inner command is ignored.",
+        "A loop (20 or 21) cannot contain another loop: the board ignores the inner 20 or 21.",
         "D9 01\nrepeat 3 2\nrepeat 1 2\n83\n83\nD8",
     ),
     LOOP_TOO_LONG := Rule(
@@ -94,7 +94,7 @@ RULES = (
     ),
     UNENDED := Rule(
         "CM207", "a sequence definition that never ends", W, SEQUENCES,
-        "All further commands are stored in the sequence until D8.",
+        "The board stores all further commands in the sequence until it receives D8.",
         "D9 01\n83",
     ),
     NOT_DEFINING := Rule(
@@ -104,7 +104,8 @@ RULES = (
     ),
     NO_SEQUENCE := Rule(
         "CM209", "a sequence that is not defined", E, SEQUENCES,
-        "41 performs a sequence that has been defined with D9.  Entering a streaming mode deletes all sequences.",
+        "The command 41 performs a sequence that has been defined with D9.  Entering a streaming mode deletes all "
+        "sequences.",
         "41 02",
     ),
     NO_SUCH_MOVE := Rule(
@@ -114,27 +115,28 @@ RULES = (
     ),
     VELOCITY := Rule(
         "CM302", "a velocity beyond its range", E, "Positions and moves",
-        "Each velocity range has its highest rate; a faster move is not performed.",
+        "Each velocity range has a highest velocity; the board does not perform a faster move.",
         "31 00 00 00 10 00 00 00 00 00 01",
     ),
     ACCELERATION := Rule(
         "CM303", "acceleration 0", W, "Positions and moves",
-        "A move that cannot accelerate is never performed.",
+        "The board never performs a move whose acceleration is 0.",
         "31 00 00 00 00 61 A8 00 00 00 00",
     ),
     NO_MOVE := Rule(
         "CM304", "a move that is not defined", E, DEFINE,
-        "40 performs a move that has been defined before.",
+        "The command 40 performs a move that has been defined before.",
         "40 07",
     ),
     NOT_GIVEN := Rule(
         "CM305", "ignored, because a definition is missing", E, "Positions and moves",
-        "Default moves need 31, a search for home needs 38, closed-loop moves need B0 to B4.",
+        "A default move needs the command 31 before it, a search for home needs 38, and a closed-loop move needs B0 "
+        "to B4.",
         "33 00 00 00 01",
     ),
     TRIGGER := Rule(
         "CM306", "a trigger with two functions", E, "Stop and kill",
-        "A trigger has one function at a time; the first one must be disabled.",
+        "A trigger has one function at a time; disable the first function before you set the second.",
         "stop_on_trigger 1 on off\ninterrupt_on_trigger 1 on",
     ),
     NO_ENCODER := Rule(
@@ -161,7 +163,7 @@ RULES = (
     ),
     NOT_MARKED := Rule(
         "CM404", "a command that cannot be in a marker", E, STREAM,
-        "A marker holds a command that is valid while streaming, with two parameter bytes at most.",
+        "A marker can contain only a command that is valid while streaming and has at most two parameter bytes.",
         STREAMING + "EE 7F FE 7C 01 01",
     ),
 )  # fmt: skip

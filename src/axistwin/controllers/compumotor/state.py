@@ -37,7 +37,7 @@ IN_DEADBAND = 0x80
 
 
 class State(ABC):
-    """The state of an 1810 or 1811 with power, as a set of parts."""
+    """The state of an 1810 or 1811 with power; it consists of parts such as the pulse generator."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
@@ -63,7 +63,7 @@ class State(ABC):
         self.stream = Stream(clock, options.buffer_bytes, self.send, self.refresh)
         self.host, self.sequence = Owner(clock), Owner(clock)
         """The two sources of commands, each with a SINGULAR command of its own in progress."""
-        # Inputs and outputs
+        # Parts for inputs and outputs
         self.events = Events(self.send)
         self.triggers = Triggers(
             clock,
@@ -102,7 +102,7 @@ class State(ABC):
         """Raise the board monitor alarm."""
 
     def occupy(self, duration_ns: int) -> Event:
-        """Keep the processor busy for this time, without commands.  Return the event at the end of the time."""
+        """Keep the processor busy for this time, in which it performs no commands; return the event at the end."""
         self.busy_until_ns = max(self.busy_until_ns, self.clock.now + duration_ns)
         return self.clock.timeout(duration_ns)
 
@@ -177,5 +177,5 @@ class State(ABC):
 
 
 def ns(amount: float, unit_ns: int = MS) -> int:
-    """Return an option's time in nanoseconds."""
+    """Convert the time of an option to nanoseconds."""
     return round(amount * unit_ns)

@@ -22,7 +22,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # longest message: enough for 63 steps of the greatest length
+MOST_CHARACTERS = 2048  # longest message, which is enough for 63 steps of the greatest length
 LINE_FAULTS = {Fault.DATA: LineFault.DATA, Fault.RANGE: LineFault.RANGE}
 
 
@@ -48,7 +48,7 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._eighth: list[bool] = []  # bit 8 of each character of the message
+        self._eighth: list[bool] = []  # bit 8 of each character of the present message
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
         self._live_process = self.clock.process(self._live())
@@ -85,7 +85,7 @@ class Interface(State):
         self.stage, self.hint = Stage.READY, ""
         self._break_in.enable(self.locked)
         self.faults.show()
-        self._begin_sequence()  # the sequence kept by a locked IF2
+        self._begin_sequence()  # runs the sequence that a locked IF2 has kept
 
     def _obey_until_broken_in(self) -> Procedure:
         """Obey messages until a `(` begins the initialisation again."""
@@ -98,14 +98,14 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # the work must end before the next character is read
+                yield self.clock.timeout(0)  # lets the work end before the next character is read
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
 
     @property
     def procedures(self) -> list[Process]:
-        """The procedures in progress."""
+        """The procedures that are running."""
         return [process for process in (self._live_process, self.work.process, self.transmitter.urgent) if process]
 
     def _recall(self) -> None:
@@ -170,7 +170,7 @@ class Interface(State):
             self.transmitter.send_flow_control(stop=full)
 
     def _cancel_at_once(self) -> None:
-        """Obey a received `# <CR>`, even while a message is held or an answer cannot be sent."""
+        """Perform a received `# <CR>`, even while a message is held or an answer cannot be sent."""
         if self.work.turn is not None:
             self.buffer.drop_before_cancel()
             self.work.drop_held()
@@ -182,7 +182,7 @@ class Interface(State):
             return None
         message = read(text)
         command = message.alone
-        if self.locked:  # other messages than status requests and `]` are ignored
+        if self.locked:  # while locked, only status requests and `]` are performed
             heeded = command is not None and not message.problems and Accept.LOCKED in command.accepted
             return self._answer(command) if command is not None and heeded else None
         if command is not None and command.code == "#":
@@ -191,7 +191,7 @@ class Interface(State):
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
         if command is not None and Accept.REQUEST in command.accepted:
-            return self._answer(command)  # requests are answered even while a message is held
+            return self._answer(command)  # a request is answered even while a message is held
         return self._carry_out_later(message) if self.work.held is not None else self._carry_out(message)
 
     def _answer(self, command: Command) -> Procedure | None:
@@ -206,7 +206,7 @@ class Interface(State):
             return self.work.when_free(self._give_control_back())
         if not message.start:
             if self._in_range(message.steps[0]):
-                self.set_parameters(message.steps[0])  # without `$`, only keep the parameters
+                self.set_parameters(message.steps[0])  # a message without `$` only sets parameters
         elif not (self.work.busy and self.options.busy == "ignore"):
             return self.work.when_free(self._start(message))
         return None
@@ -260,7 +260,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        if self.work.control is not None:  # a host that has control may send moves, but not a sequence
+        if self.work.control is not None:  # a host in control may send moves, but no sequence
             self.faults.raise_line(LineFault.DATA)
             return
         if any(not self._in_range(step) for step in message.steps):
@@ -283,5 +283,5 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event after which the work has begun, so that the next status request reports busy."""
+        """Return an event after which the next status request reports busy, because the work has begun."""
         return self.clock.timeout(0)

@@ -23,7 +23,7 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
 class Accept(Flag):
-    """Kinds of message and states in which a command is allowed."""
+    """Kinds of messages and states of the interface in which a command is allowed."""
 
     DIRECT = auto()  # allowed in a message that is executed at once
     STEP = auto()  # allowed in a step of a sequence
@@ -37,7 +37,7 @@ class Accept(Flag):
 class Order(IntEnum):
     """Order of commands in a message or step (chapter Combining inputs and outputs with move instructions)."""
 
-    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # MOVE may be repeated
+    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # only MOVE may be repeated
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Instruction(Command):
 
 @dataclass(frozen=True)
 class Written(Field):
-    """A parameter written as text; `pattern` is a regular expression with one group."""
+    """Base class of parameters in the text of a message; `pattern` is a regular expression with one group."""
 
     pattern: str = r"(\d+)"
 
@@ -85,7 +85,7 @@ class Written(Field):
 
 @dataclass(frozen=True)
 class Direction(Written):
-    """A direction, `+` or `-`; no sign means `+`."""
+    """Parameter type: a direction, `+` or `-`; no sign means `+`."""
 
     pattern: str = r"([+-]?)"
 
@@ -101,7 +101,7 @@ class Direction(Written):
 
 @dataclass(frozen=True)
 class Lines(Written):
-    """The numbers of one or more inputs or outputs, one digit each."""
+    """Parameter type: the numbers of one or more inputs or outputs, one digit each."""
 
     def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
         """Return the numbers of the lines, and True if all are within the range."""
@@ -175,11 +175,11 @@ class _Reader:
         if not self.message.start or not self.text[:end].endswith(":"):
             self._wrong(rules.SEQUENCE_END, "a sequence ends in :$", len(self.text))
         while self.at < end:
-            self.at += 1  # skip the colon
+            self.at += 1  # skips the colon
             colon = self.text.find(":", self.at, end)
             stop = end if colon < 0 else colon
             if stop == self.at and stop >= end - 1:
-                break  # the end of the sequence: `:$` or `::$`
+                break  # `:$` or `::$` ends the sequence
             self._read_step(stop)
             self.at = stop
             self._check_sequence_step()
@@ -292,7 +292,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # the number is too long or has another form: the next character is reported
+            return  # the number is too long or has another form; its first wrong character causes an error later
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -310,4 +310,4 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Do nothing: the character is read together with another command."""
+    """Do nothing, because the character is parsed together with another command."""

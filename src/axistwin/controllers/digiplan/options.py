@@ -1,4 +1,4 @@
-"""Options of an installed IF1 or IF2, and figures for which the manual gives only a bound."""
+"""Options of an installed IF1 or IF2, and values for which the manual gives only a limit."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -40,7 +40,7 @@ class Options:
     strobe_ms: float = 1.0
     """Interval of transfers from the UART to the input buffer, "at approximately 1mS intervals"."""
     strict_format: bool = False
-    """True: characters within 5 ms of the data format message are lost."""
+    """True if characters within 5 ms after the data format message are lost."""
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
@@ -54,4 +54,4 @@ class Options:
             raise UsageError("strobe_ms=0: expected a number above 0")
         for name in ("fault_output", "strict_format"):
             if not isinstance(getattr(self, name), bool):
-                raise UsageError(f"{name}={getattr(self, name)!r}: give true or false")
+                raise UsageError(f"{name}={getattr(self, name)!r}: expected true or false")

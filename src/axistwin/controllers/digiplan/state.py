@@ -61,14 +61,14 @@ class State(ABC):
         self.parameters = Parameters()
         self.sequence = ""
         self.step_number = 0
-        """The step that was begun last, as O reports it."""
+        """Number of the latest step of a sequence that has begun, as O reports it."""
         self.step = 0
-        """The step of the sequence in progress; 0: no sequence runs."""
+        """Number of the present step of the running sequence; 0 if no sequence runs."""
         self.on_step: Callable[[int], None] = lambda number: None
         self.waiting: Step | None = None
         """The step that waits for inputs."""
         self.hint = ""
-        """Before READY: reason for dropping the host's characters, and the remedy."""
+        """Reason why the host's characters are dropped before the stage READY, and the remedy."""
         self.on_hint: Callable[[str], None] = lambda hint: None
         self._ramp_before: Parameters | None = None
         """Parameters before the new ramp data, until the new ramp is calculated; otherwise None."""
@@ -110,7 +110,7 @@ class State(ABC):
             self.pins["led"].set(on)
 
     def set_parameters(self, step: Step) -> None:
-        """Keep the parameters of a direct message; new ramp data take effect when nothing is in progress."""
+        """Store the parameters of a direct message; new ramp data take effect when no work is in progress."""
         before, self.parameters = self.parameters, self.parameters.after(step)
         self.transmitter.delay = self.parameters.character_delay
         if RAMP_SETTINGS & step.settings.keys():
@@ -128,7 +128,7 @@ class State(ABC):
         return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def calculate_ramp(self) -> None:
-        """Calculate a ramp: for up to a second, characters stay in the buffer and none is processed or echoed."""
+        """Calculate a ramp; for up to a second, characters stay in the buffer without being processed or echoed."""
         self._ramp_before = None
         self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 
@@ -138,7 +138,7 @@ class State(ABC):
 
     @property
     def muted(self) -> bool:
-        """True while a ramp is being calculated."""
+        """True while the interface calculates a ramp and therefore processes no characters."""
         return self._muted_until_ns > self.clock.now
 
     def until_unmuted(self) -> Procedure:

@@ -7,7 +7,7 @@ from axistwin.controllers.diagnostics import Rule
 
 
 class EndOfWork(Exception):  # noqa: N818  # not a programming error
-    """Raised to end the work in progress: a move is refused, or a parameter is out of range."""
+    """Raised to end the work in progress after a refused move or a parameter out of range."""
 
 
 class Fault(Enum):
@@ -81,9 +81,9 @@ class Parameters:
     speed: int = 400  # steps/s
     start_stop: int = 4  # x 100 steps/s
     acceleration: int = 10  # x 1000 steps/s²
-    distance: int = 0  # steps; in linear interpolation, of the major axis
+    distance: int = 0  # number of steps; in linear interpolation, of the major axis
     minor_distance: int = 0
-    backlash: int = 0  # steps, signed
+    backlash: int = 0  # signed number of steps
     pulse_length: int = 10  # x 10 ms
     character_delay: int = 0  # x 10 ms
 

@@ -17,10 +17,10 @@ class Work:
         self.clock, self.motion, self._on_free = clock, motion, on_free
         self.process: Process | None = None
         self.control: Event | None = None
-        """While the host has control: the event that continues the sequence."""
+        """Event that continues the sequence, while the host has control; otherwise None."""
         self.held: Process | None = None
         self.turn: Event | None = None
-        """Event that the message after the held message waits for; its value is True if both are cancelled."""
+        """Event for a message that waits after the held message; its value is True if both are cancelled."""
         self._freed: Event | None = None
 
     @property
@@ -62,13 +62,14 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            if self.process is self.clock.active_process:  # a step switched an output that is wired to a fault input
+            # the step itself has switched an output that is wired to a fault input
+            if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
                 interrupt(self.process)
 
     def stop(self) -> None:
-        """End the work and the held message at once: the power is off."""
+        """End the work and the held message at once, because the power is off."""
         for process in (self.held, self.process):
             if process is not None:
                 kill(process)

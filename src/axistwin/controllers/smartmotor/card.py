@@ -1,11 +1,11 @@
 """The SmartMotor as a device: its terminals and plugs exist with and without power."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from axistwin.controllers.diagnostics import Diagnostic, Session
 from axistwin.controllers.product import Abilities, Order, Product, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, inhibition
-from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.front import FRONT
 from axistwin.controllers.smartmotor.kernel import jit
@@ -43,7 +43,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # the processor before power-off; its shaft may still turn
+        self._before: Motor | None = None  # the processor before power-off, whose shaft may still turn
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
@@ -81,7 +81,7 @@ class SmartMotor:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
     def hint(self) -> str:
-        """Return why the motor does not move, and the remedy; empty if nothing inhibits a move."""
+        """Return the reason why the motor does not move, and the remedy; "" if a move is possible."""
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
             return low if self._switched_on else ""
@@ -89,7 +89,7 @@ class SmartMotor:
         return inhibition(self._motor)
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable such as `a`, a motion parameter or a gain; gains are in force at once.  Raises UsageError."""
+        """Set a variable such as `a`, a motion parameter or a gain, at once.  Raises UsageError for an unknown name."""
         statement = command(f"{name}={value}")
         if self._motor is None or statement.problem is not None or not name.isalnum():
             raise UsageError(
@@ -105,10 +105,17 @@ class SmartMotor:
         self.power(True)
 
     def _let_go(self) -> None:
-        """Switch all outputs off and engage the static brake, as without power."""
+        """Set the state without power: all outputs off, static brake engaged."""
         for pin in self._fittings.user_pins.values():
             pin.input()
         self.pins["brake"].set(True)
+
+
+def _check(sessions: Sequence[Session]) -> list[Diagnostic]:
+    """Return the diagnostics of stored programs and of what a host sends."""
+    from axistwin.controllers.smartmotor.checker.program import check  # lazy import: no run needs it
+
+    return check(sessions)
 
 
 GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
@@ -125,7 +132,7 @@ PRODUCTS = {
         axes=("shaft",),
         options=Options,
         build=SmartMotor,
-        check=check,
+        check=_check,
         note=jit.note,
         prepare=prepare,
         prepared=prepared,

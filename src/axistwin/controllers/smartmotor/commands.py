@@ -24,11 +24,11 @@ from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
 from axistwin.controllers.smartmotor.serial import program_store, serial_data
 
-# Sources of a command
+# Sources from which a command is accepted
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# Chapters: those with a number are of the 4.76 manual, the others of the guide for the base language
+# Chapters: numbered ones are of the 4.76 manual, all others of the guide to the base language
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"
@@ -120,7 +120,7 @@ COMMANDS = CommandSet(
     I("THD=",      "time allowed too hot",               MOTION,   (HOT_TIME,),     BOTH,   kept(state.THD, HOT_TIME),                             L),
     I("CLK=",      "sample counter",                     MOTION,   (TICKS,),        BOTH,   modes.clock,                                           L),
 
-    # Modes (section 5), mode cam (9)
+    # Modes of operation (section 5) and mode cam (chapter 9)
     I("MP",        "mode position",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_POSITION)),
     I("MV",        "mode velocity",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_VELOCITY)),
     I("MT",        "mode torque",                        MODES,    (),              BOTH,   modes.torque),
@@ -147,7 +147,7 @@ COMMANDS = CommandSet(
     I("ENC0",      "servo from the internal encoder",    MODES,    (),              BOTH,   modes.internal_encoder),
     I("ENC1",      "servo from the external encoder",    MODES,    (),              BOTH,   modes.external_encoder),
 
-    # Chapter 3, limits
+    # Limits (chapter 3)
     I("UCP",       "pin C is the positive limit",        HARD,     (),              BOTH,   limits.limit_pin_c),
     I("UDM",       "pin D is the negative limit",        HARD,     (),              BOTH,   limits.limit_pin_d),
     I("LIMD",      "limits are directional, as always",  HARD,     (),              BOTH,   limits.directional),
@@ -156,7 +156,7 @@ COMMANDS = CommandSet(
     I("SLN=",      "negative software limit",            SOFT,     (COUNTS,),       BOTH,   limits.soft_negative,                                  L),
     I("SLP=",      "positive software limit",            SOFT,     (COUNTS,),       BOTH,   limits.soft_positive,                                  L),
 
-    # Variables (section 6), arrays (8)
+    # Variables (section 6) and arrays (chapter 8)
     I("a…zzz=",    "variable a…z, aa…zz, aaa…zzz",       EQUAL,    (ANY,),          BOTH,   variables.assign,                                      Form.VARIABLE, "a=exp"),
     I("ab[]=",     "bytes 0…203",                        ARRAYS,   (INDEX, ANY),    BOTH,   variables.assign_elements,                             Form.ARRAY, "ab[exp]=exp"),
     I("aw[]=",     "words 0…101",                        ARRAYS,   (INDEX, ANY),    BOTH,   variables.assign_elements,                             Form.ARRAY, "aw[exp]=exp"),
@@ -192,7 +192,7 @@ COMMANDS = CommandSet(
     I("!",         "pause until a character arrives",    FLOW,     (),              INSIDE, flow.pause),
     I("Z",         "total reset",                        FLOW,     (),              BOTH,   flow.reset),
 
-    # Fault handling (4), the F= functions (7)
+    # Fault handling (chapter 4) and the F= functions (chapter 7)
     I("ZS",        "clear all flags",                    CLEARING, (),              BOTH,   faults.clear_all),
     I("Zr",        "clear Br, positive limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BR)),
     I("Zl",        "clear Bl, negative limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BL)),
@@ -208,7 +208,7 @@ COMMANDS = CommandSet(
     I("Zf",        "clear Bf, framing error",            STATUS,   (),              BOTH,   partial(faults.clear, slot=state.BF)),
     I("F=",        "functions",                          F_WORD,   (SWITCHES,),     BOTH,   functions.functions,                                   L),
 
-    # Inputs and outputs (chapter 6), brakes (chapter 5)
+    # Inputs and outputs (chapter 6) and brakes (chapter 5)
     *(I(f"U{pin}I", f"pin {pin} is an input",            PINS,     (),              BOTH,   partial(io.direction_in, pin=pin)) for pin in state.USER_PINS),
     *(I(f"U{pin}O", f"pin {pin} is an output",           PINS,     (),              BOTH,   partial(io.direction_out, pin=pin)) for pin in state.USER_PINS),
     *(I(f"U{pin}=", f"output latch of pin {pin}",        PINS,     (LEVEL,),        BOTH,   partial(io.latch, pin=pin),                            L) for pin in state.USER_PINS),
@@ -242,7 +242,7 @@ COMMANDS = CommandSet(
     I("LOCKP",     "prevent upload",                     STORAGE,  (),              BOTH,   program_store.lock),
     I("RCKS",      "report checksums",                   STORAGE,  (),              BOTH,   program_store.checksum_report),
 
-    # Reports (section 9), of inputs and outputs (6)
+    # Reports (section 9), also of inputs and outputs (chapter 6)
     I("RP",        "report position",                    REPORTS,  (),              BOTH,   partial(reports.variable, name="@P")),
     I("RPE",       "report position error",              REPORTS,  (),              BOTH,   partial(reports.variable, name="@PE")),
     I("RV",        "report velocity now",                REPORTS,  (),              BOTH,   partial(reports.variable, name="@V")),
@@ -284,7 +284,7 @@ COMMANDS = CommandSet(
     I("PRINT1()",  "print on channel 1",                 IO,       (ITEMS,),        BOTH,   partial(reports.print_, channel=1),                    P, "PRINT1(item,…)"),
     *(I(f"PRINT{p}()", f"print on AniLink device {p}",   ANILINK,  (ITEMS,),        BOTH,   partial(reports.print_device, device=p),               P, f"PRINT{p}(item,…)") for p in "ABCDEFGH"),
 
-    # Commands removed in 4.76 (1.3)
+    # Commands that firmware 4.76 has removed (1.3)
     I("ES400",     "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter is fixed: remove this command"),
     I("ES1000",    "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter is fixed: remove this command"),
     I("KGON",      "removed",                            REMOVED,  (),              GONE,   None, instead="KG acts whenever it is not 0, KG=0 F switches it off"),

@@ -33,7 +33,7 @@ BITS = (
     ("Ba", "over-current", WARNING, "The amplifier has limited the current.  Za or ZS clears it."),
     ("Bk", "stored program corrupt", FAULT, "The checksum is wrong.  Cleared when a valid program is stored."),
 )
-"""The bits of W from 0 on: letter, name, what it means that it is 1, and what clears it."""
+"""The bits of the status word W in order: letter, name, meaning of the value 1, and how the bit is cleared."""
 LINE = (
     ("Bb", "parity error", "Zb or ZS clears it."),
     ("Bf", "framing error", "Zf or ZS clears it."),

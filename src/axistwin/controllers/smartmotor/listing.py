@@ -47,7 +47,7 @@ class Rows:
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the statements to announce so that the start of these lines is reported; None: of all lines."""
+        """Return the statements that must be announced to report the start of these lines; None means all lines."""
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
         if rows is None or any(len(numbers) > 1 for numbers in found):
@@ -154,7 +154,7 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Map places in one code to places in the other, for statements with and without announcement."""
+    """Return the place in a new code for each place in the old code; the codes differ only in announcements."""
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):
         moved[old + before.announcement(old)] = new + after.announcement(new)

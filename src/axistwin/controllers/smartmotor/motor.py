@@ -36,7 +36,7 @@ DEFAULTS = {
     s.BUFFERED_MODE: s.M_POSITION, s.DIRECTION: 1, s.RESOLUTION: 4, s.LIMIT_C: 1, s.LIMIT_D: 1, s.GO_PIN: 1,
     s.INDEX_ARMED: 1, s.MC_BASE: 1, s.MC_SIZE: 1, s.MC_FACTOR: 1,
 }  # fmt: skip
-"""Power-on values that are not 0 (chapter 2, and 16 of the base language)."""
+"""Power-on values of parameters, if they are not 0 (chapter 2, and 16 of the base language)."""
 IDEAL_TUNING = (42, 28, 550, 15, 1, 0, 0, 0)
 """KP … KG of a motor without a data sheet."""
 UNPOWERED = s.LIMIT_C, s.LIMIT_D, s.SOFT_LIMITS, s.BT, s.VELOCITY, s.STOPPING, s.MASTER_LEFT, s.PWM, s.PENDING
@@ -73,9 +73,9 @@ class Motor(Processor):
         super().__init__(fittings.axis, fittings.user_pins, fittings.brake, fittings.uarts, fittings.store, options)
         self._fittings, self._restart = fittings, restart
         self.on_program: Callable[[Program], Program] = lambda program: program
-        """Called when a program comes into the memory.  Returns the program with the announcements that are wanted."""
+        """Function that is called with each new program; it returns the program with the needed announcements."""
         self.on_statement: Callable[[int], None] = lambda number: None
-        """Called with the number of an announced statement before it is executed."""
+        """Function that is called with the number of an announced statement before its execution."""
         self._compilation: Compilation | None = None
         self._program = Program.compile("")
         self._set_defaults()
@@ -131,7 +131,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # already complete, or replaced
+            return  # the compilation is already complete, or the program has been replaced
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -163,10 +163,10 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # no flag can be set any more
+            i[slot] = slot in LATCHED  # from now on, no flag can be set
 
     def leave(self) -> None:
-        """Keep the present state of the machine for the processor of the next power-up."""
+        """Store the present state of the machine for the next power-up."""
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]
@@ -183,11 +183,11 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Apply the axis's motor and load; the position begins at 0 wherever the shaft is."""
+        """Use the motor and the load of the axis; the position is 0 at the present place of the shaft."""
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # the machine has been in use before
+        if axis.f:  # the machine has been used before, so its state is kept
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value
@@ -232,23 +232,23 @@ class Motor(Processor):
         self.on_statement(~number)
 
     def _call(self) -> None:
-        """Call C1 or C2 at the end of a statement.  With both pending, C2 is not called at all (table 7.1)."""
+        """Call C1 or C2 at the end of a statement; if both calls are pending, C2 is not called (table 7.1)."""
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
-                flow.end(self)  # no room for the call; a motor protection fault still ends the program
+                flow.end(self)  # the stack has no room for the call, but a motor protection fault ends the program
         elif pending & s.CALL_INPUT:
             flow.call(self, INPUT_2, s.CALL_INPUT)
 
     def _go_edge(self) -> None:
-        """Handle a falling edge of pin G: G, if the pin has the go role, and C2 with F=64."""
+        """Handle a falling edge of pin G: perform G if the pin is the go input, and call C2 with F=64."""
         i = self.i
         if i[s.GO_PIN] and not self.pins["G"].is_output:
             modes.go(self)
         if not i[s.F] & CALL_C2 or INPUT_2 not in self.program.labels or flow.within(self, s.CALL_INPUT):
             return
         i[s.PENDING] |= s.CALL_INPUT
-        i[s.WAIT_UNTIL] = 0  # "the only motor instruction that will be truncated"
+        i[s.WAIT_UNTIL] = 0  # WAIT is "the only motor instruction that will be truncated"
 
     def _trajectory(self) -> None:
         if self.i[s.BT]:
@@ -273,4 +273,4 @@ _EVENTS: tuple[tuple[int, Callable[[Motor, int], None]], ...] = (
     (kernel.TRAJECTORY, lambda motor, _: motor._trajectory()),
     (kernel.INDEX_MARK, lambda motor, _: motor._fittings.index.show()),
 )
-"""The reasons of the kernel, and what handles them, in this order."""
+"""Reasons of the kernel for a stop, each with its handler, in the order of handling."""

@@ -15,14 +15,14 @@ ERASED = 0xFF
 
 @dataclass
 class Nonvolatile:
-    """The contents of both memories."""
+    """The contents of program memory and data EEPROM."""
 
     program: str = ""
     """The text of the program as `image.strip` makes it."""
     broken: bool = False
-    """A download has not been finished, or was damaged."""
+    """True if a download was interrupted or damaged."""
     locked: bool = False
-    """LOCKP: the program cannot be uploaded."""
+    """True if the command LOCKP has forbidden uploads of the program."""
     eeprom: bytearray = field(default_factory=bytearray)
     """The data EEPROM as far as it has been written to; the rest is erased."""
 

@@ -29,7 +29,7 @@ class Options:
     statements_per_sample: int = 1
     """Statements of its program that the motor executes in a sample of 245,760 ns."""
     cam_multiplier: Literal["master", "table"] = "master"
-    """The numbers that MC2, MC4 and MC8 multiply: the external encoder's counts, or the entries of the cam table."""
+    """Numbers that MC2, MC4 and MC8 multiply: counts of the external encoder, or entries of the cam table."""
     array_overlay: bool = True
     """True if aa…zz and aaa…yyy share the memory of al[0…50]."""
     boot_window_s: float = 0.2
@@ -62,7 +62,7 @@ class Options:
                 raise UsageError(f"{name}={value!r}: expected a number from {low} to {high}")
         for name in ("array_overlay", "brake"):
             if not isinstance(getattr(self, name), bool):
-                raise UsageError(f"{name}={getattr(self, name)!r}: give true or false")
+                raise UsageError(f"{name}={getattr(self, name)!r}: expected true or false")
         for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
                 raise UsageError(f"{name}={getattr(self, name)!r}: expected one of {', '.join(map(repr, choices))}")

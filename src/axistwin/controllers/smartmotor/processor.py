@@ -24,7 +24,7 @@ from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
 
 CHANNEL_1 = 4
-"""The bit of F that sends what a program prints to channel 1 (table 7.1)."""
+"""Bit of F that sends the output of a program to channel 1 (table 7.1)."""
 
 
 class Control(Enum):
@@ -53,7 +53,7 @@ class StoredProgram(Protocol):
 
     @property
     def labels(self) -> Mapping[int, int]:
-        """The place in the code of each label."""
+        """Places of the labels in the code, by label."""
 
     @property
     def statements(self) -> Sequence[object]:
@@ -85,15 +85,15 @@ class Processor(Dispatcher, ABC):
         self.brake_control, self.mtb_enabled = Control.SERVO, True
         self.powered = True
         self.refused = False
-        """True if a fault has prevented a movement."""
+        """True if a fault has prevented the last requested movement."""
         self.host: Channel | None = None
-        """The channel whose command is being executed; None: a statement of the program, or nothing."""
+        """Channel whose command is being executed; None if no host's command is being executed."""
         self.statement_before = s.NOTHING_YET
         """The statement that was announced last since the program was started."""
         self.on_pin_use: Signal[[]] = Signal()
-        """Emitted when pins A and B become the inputs of an encoder, or of steps and direction."""
+        """Event: pins A and B become the inputs of an encoder, or of steps and direction."""
         self.on_fault: Callable[[str], None] = lambda name: None
-        """Called with the flag's name when a fault of table 4.1 occurs."""
+        """Function that is called with the name of the flag when a fault of table 4.1 occurs."""
 
     @property
     @abstractmethod
@@ -113,7 +113,7 @@ class Processor(Dispatcher, ABC):
         """Handle the events at which the kernel has stopped."""
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state to the last sample up to now.  Afterwards the state may be changed, if `changing`."""
+        """Advance the state to the last sample up to now.  `changing`: True if the caller will change the state."""
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
@@ -121,11 +121,11 @@ class Processor(Dispatcher, ABC):
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self) -> None:
-        """Flag invalid text, or an impossible command: Bs, and RCHN of the host's channel."""
+        """Set the flags for invalid text or an impossible command: Bs, and RCHN of the host's channel."""
         self._flag(s.BS, ChannelError.SCAN)
 
     def overflow(self) -> None:
-        """Flag data that does not fit: Bc, and RCHN of the host's channel."""
+        """Set the flags for data that does not fit: Bc, and RCHN of the host's channel."""
         self._flag(s.BC, ChannelError.OVERFLOW)
 
     def _flag(self, slot: int, error: ChannelError) -> None:

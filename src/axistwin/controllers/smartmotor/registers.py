@@ -43,7 +43,7 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a follower of all these names that passes only the changes of this follower's registers on."""
+        """Return a follower of all these names, which forwards only the changes of some registers to this follower."""
         place = {names.index(name): k for k, name in enumerate(self.names)}
 
         def report(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
@@ -111,7 +111,7 @@ class Registers:
         return names, report
 
     def _value(self, name: str) -> int:
-        """Return a register's value at the last sample; without power 0, and no mode."""
+        """Return the value of a register at the last sample; 0 while the power is off."""
         if self._motor is None:
             return state.NO_POWER if name == "RMODE" else 0
         value = self._read(name)

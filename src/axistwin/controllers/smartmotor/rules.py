@@ -8,7 +8,7 @@ from axistwin.controllers.diagnostics import Rule, Severity
 
 E, W = Severity.ERROR, Severity.WARNING
 
-# Chapters: those with a number are of the 4.76 manual, the others of the guide for the base language
+# Chapters: numbered ones are of the 4.76 manual, all others of the guide to the base language
 LEXICAL, EXPRESSIONS, FLOW, F_WORD = "Lexical rules", "Variables and mathematics", "Program flow", "7.0 F="
 EQUAL, ARRAYS, CAM, ON_THE_FLY = "8.1 Forced equal sign", "8.2 Arrays", "9.1 Mode cam", "9.5 On-the-fly changes"
 LIMITATIONS, HARD, BRAKE, HOST = (
@@ -22,7 +22,7 @@ WIRED = "UCI UDI ZS "
 RULES = (
     UNKNOWN := Rule(
         "SM101", "unknown command", E, LEXICAL,
-        "The motor sets Bs and continues with the next statement.",
+        "The motor sets the status bit Bs (syntax error) and continues with the next statement.",
         "FLY",
     ),
     REMOVED := Rule(
@@ -32,37 +32,37 @@ RULES = (
     ),
     EQUAL_SIGN := Rule(
         "SM103", "an assignment without its equal sign", E, EQUAL,
-        "Before 4.76 `A100` was `A=100`; now it sets Bs.",
+        "Before firmware 4.76, `A100` was the same as `A=100`; since 4.76, `A100` sets Bs (syntax error).",
         "A100",
     ),
     BLANKS := Rule(
         "SM104", "blanks around =", E, LEXICAL,
-        "A blank ends a statement, so `a = 1` is three statements, and all of them set Bs.",
+        "A blank ends a statement, so `a = 1` is three statements, and each sets Bs (syntax error).",
         "a =1",
     ),
     VALUE := Rule(
         "SM105", "a value where a command is expected", E, LEXICAL,
-        "A variable alone sets Bs; R and the variable's name report the value.",
+        "A variable alone sets Bs (syntax error).  To report its value, write R and the variable's name, e.g. Ra.",
         "a",
     ),
     CASE := Rule(
         "SM106", "a command in lower case", E, LEXICAL,
-        "Commands are upper case, variables lower case.",
+        "Commands are in upper case, variables in lower case.",
         "g=5 endif",
     ),
     NO_COMMENT := Rule(
         "SM107", "a line of punctuation that is not a comment", E, LEXICAL,
-        "A comment begins with an apostrophe and ends with the line.",
+        "A comment begins with an apostrophe and ends at the end of the line.",
         "-----",
     ),
     PROGRAM_ONLY := Rule(
         "SM108", "a command for programs only", E, LEXICAL,
-        "A host cannot send this command; the motor sets Bs.",
+        "This command is valid only in a program; if a host sends it, the motor sets Bs (syntax error).",
         "> WAIT=5\\r", ".talk",
     ),
     NUMBER := Rule(
         "SM109", "a number in a command's name is out of range", E, LEXICAL,
-        "Labels go from 0 to 999, addresses from 0 to 120; the command sets Bs.",
+        "Labels are numbers from 0 to 999, addresses from 0 to 120; any other number sets Bs (syntax error).",
         "GOSUB1000",
     ),
     RANGE := Rule(
@@ -72,7 +72,8 @@ RULES = (
     ),
     INDEX := Rule(
         "SM111", "an array index out of range", E, ARRAYS,
-        "Valid are ab[0] to ab[203], aw[0] to aw[101] and al[0] to al[50], in the same memory.",
+        "The valid elements are ab[0] to ab[203], aw[0] to aw[101] and al[0] to al[50]; the three arrays share one "
+        "memory.",
         "a=aw[102]",
     ),
     EXPRESSION := Rule(
@@ -87,7 +88,7 @@ RULES = (
     ),
     ELEMENTS := Rule(
         "SM114", "a malformed list of array values", E, "1.1 Features added",
-        "The values follow the array element after blanks, and the last value ends with a period.",
+        "Write the values after the array element, with blanks between them and a period after the last value.",
         "aw[0] 1 2 3",
     ),
     PRINTED := Rule(
@@ -103,12 +104,12 @@ RULES = (
     ),
     OVERFLOW := Rule(
         "SM117", "a number that does not fit 32 bits", E, EXPRESSIONS,
-        "Bd is set and the statement is not carried out.",
+        "The motor sets the status bit Bd (arithmetic overflow) and does not carry out the statement.",
         "a=3000000000",
     ),
     ZERO := Rule(
         "SM118", "a division by 0", E, EXPRESSIONS,
-        "Bd is set and the statement is not carried out.",
+        "The motor sets the status bit Bd (arithmetic overflow) and does not carry out the statement.",
         "a=b/0",
     ),
     LATER := Rule(
@@ -119,12 +120,13 @@ RULES = (
     ),
     BLOCK := Rule(
         "SM201", "a block without its end, or a part without its block", E, FLOW,
-        "ENDIF ends IF, LOOP ends WHILE, ENDS ends SWITCH, nested.  A part without its counterpart sets Bs.",
+        "Each IF needs its ENDIF, each WHILE its LOOP and each SWITCH its ENDS.  A part without its counterpart sets "
+        "Bs (syntax error).",
         "IF a",
     ),
     NO_LABEL := Rule(
         "SM202", "a missing label", E, FLOW,
-        "GOTO and GOSUB set Bs and the program continues after them.",
+        "A GOTO or GOSUB to a missing label sets Bs (syntax error), and the program continues with the next statement.",
         "GOTO5",
     ),
     LABEL_TWICE := Rule(
@@ -134,12 +136,12 @@ RULES = (
     ),
     RETURN := Rule(
         "SM204", "a return without a call", W, FLOW,
-        "The program reaches RETURN without a GOSUB: RETURN sets Bs and ends the program.",
+        "The program reaches RETURN without a GOSUB: RETURN sets Bs (syntax error) and ends the program.",
         "GOSUB5 C5 a=1 RETURN",
     ),
     OTHER_RETURN := Rule(
         "SM205", "the wrong return for this routine", W, F_WORD,
-        "C1, called by a fault, returns with RETURNF; C2, called by pin G, with RETURNI.",
+        "The routine C1, which a fault calls, ends with RETURNF; the routine C2, which pin G calls, ends with RETURNI.",
         "F=32 END C1 RETURN",
     ),
     STRAY_RETURN := Rule(
@@ -160,7 +162,8 @@ RULES = (
     ),
     CALLS_NOTHING := Rule(
         "SM209", "F= calls a missing label", W, F_WORD,
-        "F=32 calls C1 on a fault and F=64 calls C2 on pin G.",
+        "With F=32 a fault calls the routine C1, and with F=64 pin G calls C2; the program does not have "
+        "this label.",
         "F=32 END",
     ),
     STACK := Rule(
@@ -175,12 +178,12 @@ RULES = (
     ),
     SWITCHES := Rule(
         "SM212", "too many nested SWITCH", W, FLOW,
-        "The guide allows four.",
+        "The guide allows four nested SWITCH.",
         "SWITCH a CASE 1 " * 5 + "ENDS " * 5,
     ),
     SIZE := Rule(
         "SM301", "a cam table that is too small", W, LIMITATIONS,
-        "SIZE, the highest index of the table, is at least 4.  The motor accepts a smaller one.",
+        "SIZE, the highest index of a cam table, should be 4 or more.  The motor accepts a smaller SIZE.",
         WIRED + "BASE=800 SIZE=3 MC G",
     ),
     TABLE := Rule(
@@ -190,72 +193,76 @@ RULES = (
     ),
     BASE := Rule(
         "SM303", "a cam cycle without length", E, CAM,
-        "BASE, the master's counts in one cycle, is positive.",
+        "BASE, the number of counts of the master in one cam cycle, must be positive.",
         WIRED + "BASE=0 SIZE=5 MC",
     ),
     SHORT_BASE := Rule(
         "SM304", "a cam cycle that is too short for the master's speed", W, LIMITATIONS,
-        "The master must move less than a quarter of BASE in a sample.",
+        "In one sample the master must move less than a quarter of BASE.",
         WIRED + "BASE=4 SIZE=4 MC",
     ),
     BASE_BELOW_SIZE := Rule(
         "SM305", "a cam cycle of fewer counts than table entries", E, CAM,
-        "BASE is at least SIZE.",
+        "BASE must not be smaller than SIZE.",
         WIRED + "BASE=9 SIZE=10 MC",
     ),
     NOT_GIVEN := Rule(
         "SM306", "mode cam before BASE= or SIZE=", W, CAM,
-        "MC uses the present values of both.",
+        "MC uses the values that BASE and SIZE have when it is executed.",
         WIRED + "MC BASE=9 SIZE=5",
     ),
     NO_DWELL := Rule(
         "SM307", "a dwell without effect", W, ON_THE_FLY,
-        "D= is a dwell with F=16 or F=128 only.",
+        "D= sets a dwell only with F=16 or F=128.",
         WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. D=50 MC G",
     ),
     INVALID := Rule(
         "SM308", "a change that makes a CI invalid", W, ON_THE_FLY,
-        "CI waits for the zero point of the cam; until then D=, BASE=, SIZE=, F= and MC cancel it.",
+        "CI waits for the zero point of the cam; until then D=, BASE=, SIZE=, F= and MC cancel the CI.",
         WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G CI D=5",
     ),
     STALE := Rule(
         "SM309", "a CI without a new MC", W, ON_THE_FLY,
-        "BASE= and SIZE= take effect by MC and then CI.",
+        "New values of BASE= and SIZE= take effect only after MC and then CI.",
         WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G BASE=9000 CI",
     ),
     NO_TABLE := Rule(
         "SM310", "a cam table without an interval", E, ON_THE_FLY,
-        "BASE/SIZE is the length of an interval.  With SIZE=0 MC sets Bs and nothing changes.",
+        "The length of an interval of a cam table is BASE/SIZE.  With SIZE=0, MC sets Bs (syntax error) and nothing "
+        "changes.",
         WIRED + "BASE=800 SIZE=0 MC",
     ),
     LIMITS := Rule(
         "SM401", "a move of a motor without limit switches", W, HARD,
-        "Since 4.76 limits are active high: with nothing wired the motor is in a limit fault when it is switched on.",
+        "Since firmware 4.76 the limit inputs are active high: a motor without wired limit switches has a limit fault "
+        "when it is switched on.",
         "MP G",
     ),
     LIMIT_FAULTS := Rule(
         "SM402", "limit faults that are not cleared", W, HARD,
-        "UCI and UDI make the limit pins ordinary inputs, but the fault from power-up must be cleared.",
+        "UCI and UDI make the limit pins ordinary inputs, but the program must also clear the limit fault that the "
+        "motor has since it was switched on.",
         "UCI UDI G",
     ),
     DIRECTION := Rule(
         "SM403", "F=2 has a new meaning", W, "1.4 Commands modified",
-        "Since 4.76 F=2 reverses the shaft's direction.",
+        "Since firmware 4.76, F=2 reverses the direction of the shaft.",
         "F=2",
     ),
     ENDS_PROGRAM := Rule(
         "SM404", "a fault that the program cannot test for", W, "4.3 Fault handling",
-        "Since 4.76 a position error or overheating ends the program, unless F=32 calls C1.",
+        "Since firmware 4.76 a position error or overheating ends the program, unless F=32 is set and the fault calls "
+        "C1.",
         "IF Be a=1 ENDIF",
     ),
     SOFT_LIMITS := Rule(
         "SM405", "software limits changed while they are enabled", E, "3.2 Software limits",
-        "The motor refuses the new value: SLD before, SLE after.",
+        "The motor refuses the new value: disable the limits with SLD, change them, then enable them with SLE.",
         "SLE SLN=5",
     ),
     BRAKE_PIN := Rule(
         "SM406", "a brake pin that is not an output", W, BRAKE,
-        "UCO or UGO comes before BRKC or BRKG.",
+        "Make the pin an output with UCO or UGO before BRKC or BRKG.",
         "BRKG",
     ),
     BRAKE_USED := Rule(
@@ -275,12 +282,12 @@ RULES = (
     ),
     UNENDED := Rule(
         "SM503", "a command without its end", W, HOST,
-        "A blank or <CR> ends a command; until then the motor waits.",
+        "The motor executes a command when it receives a blank or <CR> after it.",
         "> RP", ".talk",
     ),
     DOWNLOAD := Rule(
         "SM504", "a download without its end", E, "Program storage",
-        "After LOAD all characters up to FFh FFh are the program.",
+        "After LOAD the motor stores all characters as the program until it receives FFh FFh.",
         "> LOAD\\r\n> GOTO5 C5 END", ".talk",
     ),
 )  # fmt: skip

@@ -23,9 +23,9 @@ class EncoderPin(UserPin):
         super().__init__(clock, name)
         self._bit, self._master = s.USER_PINS.index(name), master
         self.levels: Callable[[int], int] = quadrature
-        """Returns the levels of pins A (1) and B (2) at a count of the external encoder."""
+        """Function that returns the levels of pins A (1) and B (2) at a count of the external encoder."""
         self.on_wiring: Callable[[], None] = lambda: None
-        """Called when another source may set the level from now on."""
+        """Function that is called when another source may determine the level."""
         self._edges: Signal[Pin] = Signal()
         self._last = True
         self._disarm: Callable[[], object] = lambda: None
@@ -104,7 +104,7 @@ class EncoderPin(UserPin):
         return next((count + way * n for n in (1, 2) if self._level_at(count + way * n) is not level), None)
 
     def _arm_run(self) -> None:
-        """Arm the next edge of a run at constant speed."""
+        """Schedule the next edge of a run at constant speed."""
         run, clock = self._master.run, self.clock
         count = self._next_count(1 if run.counts > 0 else -1)
         if count is None or abs(count - run.base) > abs(run.counts) or clock.now >= run.end_ns:
@@ -126,7 +126,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Arm the nearest axis position on each side at which the level changes."""
+        """Subscribe to the nearest axis position on each side at which the level changes."""
         master = self._master
         axis, ratio = master.followed, master.ratio
         up, down = self._next_count(1), self._next_count(-1)
@@ -155,7 +155,7 @@ class IndexLine(Pin):
             self._report_changes()
 
     def _report_changes(self) -> None:
-        """Make the kernel stop at every change of the line."""
+        """Let the kernel stop at every change of the index line."""
         if self._motor is not None:
             self._motor.catch_up()
             self._motor.i[s.OBSERVE_INDEX] = 1
@@ -170,7 +170,7 @@ class IndexLine(Pin):
         return bool(motor.i[s.BX])
 
     def drive(self, level: bool) -> None:
-        """Force the line; a rising edge captures the position, as the mark does."""
+        """Force the line with a test lead; a rising edge captures the position, as the mark does."""
         before = self.level
         super().drive(level)
         self._force(bool(level), rising=bool(level) and not before)
@@ -197,6 +197,6 @@ class IndexLine(Pin):
         return super().subscribe(callback)
 
     def show(self) -> None:
-        """Report that the shaft has reached or left the mark."""
+        """Update the line after the shaft has reached or left the mark."""
         if not self.driven:
             self._announce()

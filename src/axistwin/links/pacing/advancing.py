@@ -1,4 +1,4 @@
-"""Advancing a bench: report failed acts, apply changes of the speed, and send pending output afterwards."""
+"""Advance a bench: report failed actions, apply changes of the speed, and then send pending output."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -20,20 +20,18 @@ class Port(Protocol):
 
 
 class Advancer(ABC):
-    """Advances the clock of one bench.  If an event starts or stops virtual time or changes its speed, `plan` is
-    counted up.
-    """
+    """Advances the clock of one bench.  `plan` counts events that start or stop virtual time, or change its speed."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
         self.advancing = False
-        """True while the bench is being advanced.  An act in this state comes from the bench itself."""
+        """True while the bench is being advanced; an action at this time is an action of the bench itself."""
         self.passes = 0
         """Number of advances.  Inputs between two advances have the same number: they arrive at the same time."""
         self.on_failure: Callable[[AxistwinError], None] | None = None
-        """Called with the error when a planned act on the bench fails; the run continues.  None: raise the error."""
+        """Function that is called with the error of a failed planned action; None: the error is raised."""
         self.on_defect: Callable[[Exception], None] | None = None
-        """Called with any other error that the bench raises, a defect of axistwin, before the error is raised."""
+        """Function that is called with any other error of the bench (a bug of axistwin) before it is raised."""
         self._to_flush: list[Port] = []
         self._advanced: Signal[[]] = Signal()
         self.plan = 0
@@ -55,7 +53,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # after a failed act, advance again
+        while not found:  # after a failed action, the bench is advanced again
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
@@ -80,7 +78,7 @@ class Advancer(ABC):
             self.follow_plan()
 
     def _succeeds(self, advance: Callable[[], None]) -> bool:
-        """Advance the bench.  Return False after a failed act."""
+        """Advance the bench; return False after a failed action."""
         try:
             advance()
         except AxistwinError as error:
@@ -96,7 +94,7 @@ class Advancer(ABC):
 
     @abstractmethod
     def follow_plan(self) -> None:
-        """Follow a start, a stop or a new speed that an event has caused."""
+        """Apply a start, a stop or a new speed that an event has requested."""
 
     def flush(self) -> None:
         """Send pending output, then report the advance."""

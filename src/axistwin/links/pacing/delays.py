@@ -5,16 +5,16 @@ LATE_S = 0.025
 
 
 class Delays:
-    """Counts of blocks (advances by the wall clock in which an event was due) and of overruns."""
+    """Number of paced advances with a due event (blocks), and number of late ones (overruns)."""
 
     def __init__(self) -> None:
         self.blocks = 0
         self.overruns = 0
-        """Number of blocks whose first event was late by more than `LATE_S`."""
+        """Number of overruns: blocks whose first event was late by more than `LATE_S` seconds."""
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:
-        """Count a block whose first event is late by `late_s`."""
+        """Count a paced advance whose first event is late by `late_s` seconds."""
         self.blocks += 1
         if late_s > LATE_S:
             self.overruns += 1

@@ -10,7 +10,7 @@ class FullSpeed:
     """Advances a bench while events are due, in slices.  After `cancel` the object cannot be used again."""
 
     behind_s = 0.0
-    """Delay against the wall clock: none."""
+    """Delay against the wall clock in seconds, which is 0 at full speed."""
 
     def __init__(self, bench: Advancer, loop: asyncio.AbstractEventLoop) -> None:
         self._bench, self._clock, self._loop = bench, bench.clock, loop
@@ -18,15 +18,15 @@ class FullSpeed:
         self._ended = False
 
     def sync(self) -> None:
-        """Do nothing: virtual time is up to date."""
+        """Do nothing, because virtual time is always up to date at full speed."""
 
     def work(self) -> None:
-        """Run a slice, unless a slice is already planned after the next service of the sockets."""
+        """Run a slice, unless the next slice is already planned."""
         if self._next is None:
             self._slice()
 
     def resume(self) -> None:
-        """Plan a slice for the next turn of the event loop."""
+        """Plan a slice for the next pass of the event loop."""
         self._next = self._next or self._loop.call_soon(self._slice)
 
     def cancel(self) -> None:
@@ -37,7 +37,7 @@ class FullSpeed:
 
     @property
     def _idle(self) -> bool:
-        """True if no event is due, apart from endless background events after the agenda."""
+        """True if all events are executed, except endless background events after the last planned action."""
         clock = self._clock
         return (clock.quiet and clock.now >= self._bench.agenda_ns) or clock.next_event_ns() is None
 

@@ -29,11 +29,13 @@ class Pacer(Advancer):
         self.delays = Delays()
         self._speed = speed
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._drive: RealTime | FullSpeed | None = None  # None: stopped
+        self._drive: RealTime | FullSpeed | None = None  # None while virtual time is stopped
 
     @property
     def speed(self) -> float | None:
-        """Times real time; None: as fast as possible.  Settable at any time.  Raises UsageError if invalid."""
+        """Speed of virtual time, as a multiple of real time; None: as fast as possible.  Raises UsageError if
+        invalid.
+        """
         return self._speed
 
     @speed.setter
@@ -59,14 +61,14 @@ class Pacer(Advancer):
         self.work()
 
     def stop(self) -> None:
-        """Stop virtual time.  While the bench is being advanced: after all events of the present nanosecond."""
+        """Stop virtual time; during an advance of the bench, it stops after all events of the present nanosecond."""
         was_running = self.running
         self._cancel()
         if was_running and not self.advancing:
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Pace this clock instead of the present clock.  Not allowed while the bench is being advanced."""
+        """Pace another clock from now on; not allowed while the bench is being advanced."""
         clock.patient = self.clock.patient
         self.clock = clock
         if self.running:
@@ -74,7 +76,7 @@ class Pacer(Advancer):
             self.follow_plan()
 
     def sync(self) -> None:
-        """Call before an input: advance virtual time to now and execute all events due by then."""
+        """Advance virtual time to now, and execute all due events; must be called before each input."""
         if self.advancing:
             return
         if self._drive is not None:
@@ -83,7 +85,7 @@ class Pacer(Advancer):
             self.run(self.finish)
 
     def work(self) -> None:
-        """Call after an input: execute all events due now."""
+        """Execute all events that are due now; must be called after each input."""
         if self.advancing:
             return
         if self._drive is not None:

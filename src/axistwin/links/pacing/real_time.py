@@ -33,7 +33,7 @@ class RealTime:
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:
-        """Advance virtual time to now, or by as much as one slice allows."""
+        """Advance virtual time to now, but for at most one slice of real time."""
         self._last_s = self._loop.time()
         target_ns, due_ns = self._target_ns(self._last_s), self._clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:
@@ -48,7 +48,7 @@ class RealTime:
         self._plan_next()
 
     def resume(self) -> None:
-        """Plan an advance for the next turn of the event loop."""
+        """Plan an advance for the next pass of the event loop."""
         self._next = self._next or self._loop.call_soon(self._tick)
 
     def cancel(self) -> None:
@@ -69,7 +69,7 @@ class RealTime:
         due_ns = clock.next_event_ns()
         while due_ns is not None and due_ns <= target_ns:
             if limit.over():
-                if self._real_s(target_ns - clock.now) > MAX_LAG_S:  # too slow, or the computer was suspended
+                if self._real_s(target_ns - clock.now) > MAX_LAG_S:  # the computer is too slow, or was suspended
                     self._wall_s, self._virtual_ns = self._last_s, clock.now
                 return
             clock.step()
@@ -80,7 +80,7 @@ class RealTime:
             clock.run_to(target_ns)
 
     def _plan_next(self) -> None:
-        """Plan the next advance: when an event is due, but at most once per block."""
+        """Plan the next advance for the time of the next event, but not earlier than `BLOCK_S` after the last."""
         due_ns = self._clock.next_event_ns()
         if self._ended or due_ns is None:
             return

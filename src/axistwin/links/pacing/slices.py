@@ -13,5 +13,5 @@ class Slice:
         self._end_s = perf_counter() + SLICE_S
 
     def over(self) -> bool:
-        """True if sockets must be served now."""
+        """True if the slice has ended, so that sockets must be served."""
         return perf_counter() >= self._end_s

@@ -8,7 +8,7 @@ MAX_SPEED = 1e6
 
 
 def read_speed(text: str) -> float | None:
-    """Return the speed as a number up to 1,000,000; `"max"` as None.  Raises UsageError."""
+    """Parse a speed: a number up to 1,000,000, or `"max"`, which becomes None.  Raises UsageError."""
     if text == "max":
         return None
     try:

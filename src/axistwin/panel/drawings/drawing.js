@@ -6,6 +6,17 @@ export default {
     this.$el.innerHTML = this.art;
     this.parts = {};
     for (const part of this.$el.querySelectorAll("[data-part]")) this.parts[part.dataset.part] = part;
+    const act = (event) => {
+      const part = event.target.closest("[data-act]");
+      if (!part) return;
+      event.preventDefault();
+      this.$emit("act", part.dataset.act);
+    };
+    this.$el.addEventListener("click", act);
+    this.$el.addEventListener("keydown", (event) => {
+      // the browser itself makes a click of these keys for a button of HTML, but not for a part of an SVG
+      if ((event.key === "Enter" || event.key === " ") && !event.repeat && event.target.closest("g[data-act]")) act(event);
+    });
     this.$emit("ready");
   },
   activated() {

@@ -11,7 +11,7 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
 SELDOM = 10
-"""Interval, in frames, between two updates of slow values such as a temperature."""
+"""Number of frames between two updates of slow values such as a temperature."""
 STATES = '<p class="states" aria-live="polite" data-part="states"></p>'
 
 
@@ -23,14 +23,14 @@ class Figure(Protocol):
 
 
 def readout(part: str, label: str, of: str = "") -> str:
-    """Return the HTML of a number with its label and unit (`of`).  `data-part` is `part`, and `row-…` of the row."""
+    """Return the HTML of a row: a number named `part` with its label and its unit `of`."""
     told = f"<small>{escape(of)}</small>" if of else ""
     value = f'<dd><span data-part="{part}">\u2013</span>{told}</dd>'
     return f'<div data-part="row-{part}"><dt>{escape(label)}</dt>{value}</div>'
 
 
 def readouts(*rows: str) -> str:
-    """Return the HTML of a list of these rows."""
+    """Return the HTML of a list that contains these rows."""
     return f'<dl class="readouts">{"".join(rows)}</dl>'
 
 
@@ -44,7 +44,7 @@ def error_rows(axis: Axis) -> list[str]:
 
 
 def motion_rows(axis: Axis) -> list[str]:
-    """Return rows for position and velocity: in the unit of the machine, if there is one, and in pulses or counts."""
+    """Return rows for position and velocity in pulses or counts and, if defined, in the machine unit."""
     of = axis.unit
     rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
     if axis.units is None:

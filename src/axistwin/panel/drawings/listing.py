@@ -15,7 +15,7 @@ class Lines(Element, component="listing.js"):
     def __init__(self, toggle: Callable[[int], None]) -> None:
         super().__init__()
         self.lines: tuple[str, ...] | None = None
-        """Lines on the page; None before the first `show`."""
+        """Lines that the page shows; None before the first `show`."""
         self.running: int | None = None
         self.on_breaks: tuple[int, ...] = ()
         self.off_breaks: tuple[int, ...] = ()
@@ -36,7 +36,7 @@ class Lines(Element, component="listing.js"):
             self.run_method("run", self.running, follow)
 
     def set_breaks(self, on: Collection[int], off: Collection[int]) -> None:
-        """Mark lines, by index, that have an enabled breakpoint (`on`) or a disabled one (`off`)."""
+        """Mark the lines that have an enabled breakpoint (indices `on`) or a disabled breakpoint (indices `off`)."""
         wanted = tuple(sorted(on)), tuple(sorted(off))
         if wanted != (self.on_breaks, self.off_breaks):
             self.on_breaks, self.off_breaks = wanted
@@ -48,7 +48,7 @@ class Lines(Element, component="listing.js"):
             self._toggle(line)
 
     def _begin_again(self) -> None:
-        """Send all marks, because the browser has just built the lines."""
+        """Send all marks of lines again after the browser has built the listing."""
         self.run_method("run", self.running, self._follow)
         self.run_method("breaks", self.on_breaks, self.off_breaks)
 

@@ -8,11 +8,11 @@ from axistwin.bench import Bench
 from axistwin.units import S
 
 LONGEST_NS = 1 * S
-"""Longest virtual time between two frames for a smooth transition; after more time, drawings jump."""
+"""Longest virtual time between two frames for a smooth movement; after a longer time, drawings jump."""
 
 
 def grouped(number: int) -> str:
-    """Return an integer with thin spaces between thousands, and `−` (U+2212) as the minus sign."""
+    """Format an integer with thin spaces between thousands, and with `−` (U+2212) as the minus sign."""
     return f"{number:,}".replace(",", "\u2009").replace("-", "\u2212")
 
 
@@ -22,7 +22,7 @@ def minus(text: str) -> str:
 
 
 def signed(number: int) -> str:
-    """Return an integer as `grouped` does, with `+` if positive."""
+    """Format an integer as `grouped` does, with the sign `+` for positive numbers."""
     return f"+{grouped(number)}" if number > 0 else grouped(number)
 
 
@@ -40,14 +40,14 @@ def ticks(first: float, last: float, most: int) -> Iterator[int]:
 
 
 class Flow:
-    """Decides whether a drawing moves smoothly from the last frame to this frame."""
+    """Decides for each frame if a drawing moves smoothly from the last frame."""
 
     def __init__(self) -> None:
         self._bench: ref[Bench] = ref(Bench())
         self._ns = 0
 
     def is_smooth(self, bench: Bench) -> bool:
-        """Return False if, since the last call, the bench was replaced or more than `LONGEST_NS` has passed."""
+        """True unless the bench was replaced or more than `LONGEST_NS` has passed since the last call."""
         passed_ns = bench.now - self._ns
         same = self._bench() is bench
         if not same:

@@ -16,9 +16,9 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 
 ASSUMED = 400
-"""Pulses or counts per turn if not configured; the drawing then shows this number."""
+"""Assumed number of pulses or counts per turn for an axis without a configured number."""
 WHEEL_EDGES = 2000
-"""Edges per turn of an external encoder that is not mounted on a rotary axis."""
+"""Assumed number of edges per turn of an external encoder that is not mounted on a rotary axis."""
 MOST_TURNS = 2
 """Largest rotation in one frame that is drawn as a smooth transition."""
 
@@ -97,7 +97,7 @@ class Shaft:
 
 
 def _brake(controller: Controller) -> str:
-    """Draw a brake; without a brake pin, only its signal, with a dashed outline."""
+    """Return the SVG of a brake; without a brake pin, only the brake signal is drawn, with a dashed outline."""
     if controller.product.brake_pin is None:
         return ""
     fitted = "brake" if controller.given.get("brake") else "brake signal"

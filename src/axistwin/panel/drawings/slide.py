@@ -6,6 +6,7 @@ from axistwin.bench import Controller
 from axistwin.panel.drawings.drawing import Drawing
 from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
 from axistwin.panel.drawings.scale import grouped, ticks
+from axistwin.panel.drawings.switches import Press, action, on_slides, show_switch
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
@@ -17,16 +18,22 @@ MOST_TICKS = 5
 
 
 class Slide:
-    """The drawing of one axis; an outlined carriage shows the commanded position if it differs from the position."""
+    """The drawing of one axis; an outlined carriage shows the commanded position if it differs from the position.
 
-    def __init__(self, controller: Controller, name: str) -> None:
+    `press` is called when the user clicks a limit switch or the home switch.
+    """
+
+    def __init__(self, controller: Controller, name: str, press: Press) -> None:
         axis = controller.axes[name]
         assert axis.limits is not None, "a slide has limited travel"
         self.name, self.limits = name, axis.limits
         self._frames = 0
-        self.drawing = (
-            Drawing(self._art(controller, axis)).classes("drawing slide").mark(f"axis {controller.name}.{name}")
+        self._switches = {part: pin for pin, part in on_slides(controller).items()}
+        self._controller = controller
+        self.drawing = Drawing(
+            self._art(controller, axis), lambda name: press(name, action(self._controller.pins[name]))
         )
+        self.drawing.classes("drawing slide").mark(f"axis {controller.name}.{name}")
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         """Show the position, velocity and faults of the axis."""
@@ -36,13 +43,16 @@ class Slide:
         drawing.place("carriage", self._at(position), smooth=smooth)
         drawing.place("ghost", self._at(wanted), smooth=smooth)
         drawing.flag("ghost", "there", wanted != position)
+        self._controller = controller
         for part, beyond in (("minus", position < first), ("plus", position > last)):
             drawing.flag(part, "lit", beyond)
-            drawing.write(f"{part}-word", "open" if beyond else "")
+            if part in self._switches:
+                show_switch(drawing, part, controller.pins[self._switches[part]], "open" if beyond else "free")
         if isinstance(axis, ServoAxis):
             self._show_servo(controller, axis)
         elif axis.home is not None:
             drawing.flag("home", "lit", axis.home[0] <= position <= axis.home[1])
+            show_switch(drawing, "home", controller.pins[self._switches["home"]])
         drawing.send()
 
     def _show_servo(self, controller: Controller, axis: ServoAxis) -> None:
@@ -72,7 +82,7 @@ class Slide:
             rows += [readout("brake", "brake")] if controller.product.brake_pin is not None else []
             rows += [readout("edges", "external encoder", "edges")]
         return (
-            f'<svg viewBox="0 0 300 84" role="img" aria-label="{told}"><g data-part="machine">{_BED}'
+            f'<svg viewBox="0 0 300 84" role="group" aria-label="{told}"><g data-part="machine">{_BED}'
             f"{''.join(self._scale())}{self._home(axis)}{self._switch('minus', LEFT)}{self._switch('plus', RIGHT)}"
             f'<g class="moves ghost" data-part="ghost"><rect x="-19" y="27" width="38" height="32" rx="4"/></g>'
             f'<g class="moves carriage" data-part="carriage">{_CARRIAGE}</g></g></svg>{readouts(*rows)}{STATES}'
@@ -92,17 +102,30 @@ class Slide:
             return ""
         low, high = (min(max(self._x(end), LEFT), RIGHT) for end in axis.home)
         bar = f'<rect x="{low - 1:.2f}" y="60" width="{high - low + 2:.2f}" height="4" rx="1"/>'
-        middle = min(max((low + high) / 2, LEFT + 26), RIGHT - 26)
-        word = f'<text class="figures" x="{middle:.2f}" y="14">home</text>'
-        return f'<g class="home" data-part="home">{bar}{word}</g>'
+        middle = min(max((low + high) / 2, LEFT + 72), RIGHT - 72)
+        told = '<tspan data-part="home-word"></tspan> <tspan class="small" data-part="home-level"></tspan>'
+        text = f'<text class="figures" x="{middle:.2f}" y="10">home</text><text x="{middle:.2f}" y="20">{told}</text>'
+        hit = f'<rect class="hit" x="{middle - 34:.2f}" y="0" width="68" height="24"/>'
+        return f'<g class="home" {self._button("home")}>{hit}{bar}{text}</g>'
 
     def _switch(self, part: str, x: float) -> str:
         sign, side, anchor = ("\u2212", -1, "start") if part == "minus" else ("+", 1, "end")
         lever = f'<path d="M{x:.2f} 27v-7l{-7 * side} -4"/>'
         body = f'<rect x="{x - 9:.2f}" y="5" width="18" height="11" rx="2"/><circle cx="{x:.2f}" cy="10.5" r="3.4"/>'
         label = f'<text class="figures" x="{x + 13 * side:.2f}" y="14">{sign}</text>'
-        word = f'<text class="word {anchor}" x="{x - 13 * side:.2f}" y="14" data-part="{part}-word"></text>'
-        return f'<g class="limit" data-part="{part}">{lever}{body}{label}{word}</g>'
+        hit = f'<rect class="hit" x="{min(x, x - 50 * side) - 14:.2f}" y="0" width="78" height="26"/>'
+        at = x - 13 * side
+        word = f'<text class="word {anchor}" x="{at:.2f}" y="11" data-part="{part}-word"></text>'
+        level = f'<text class="small {anchor}" x="{at:.2f}" y="20" data-part="{part}-level"></text>'
+        return f'<g class="limit" {self._button(part)}>{hit}{lever}{body}{label}{word}{level}</g>'
+
+    def _button(self, part: str) -> str:
+        """Return the attributes of a part that the user can click."""
+        if part not in self._switches:
+            return f'data-part="{part}"'
+        title = {"minus": "minus limit", "plus": "plus limit", "home": "home"}[part]
+        act = f'data-act="{self._switches[part]}" aria-pressed="false"'
+        return f'data-part="{part}" role="button" tabindex="0" {act} aria-label="{title} of {self.name}"'
 
 
 _BED = (

@@ -11,9 +11,9 @@ from axistwin.panel.drawings.trail import POINTS, Point, Trail
 WIDTH, LEFT, TOP = 300.0, 40.0, 16.0
 BELOW = 14.0
 LEAST, MOST = 120.0, 250.0
-"""Least and greatest height of the drawing; both axes have the same scale if the height is in this range."""
+"""Smallest and largest height of the drawing; within these limits, both axes have the same scale."""
 PIECE = 64
-"""Number of points per SVG element of the path, so that only the last element must be sent again."""
+"""Number of points in one SVG element of the path; a new point changes only the last element."""
 PIECES = POINTS // PIECE
 MOST_TICKS = 5
 NO_TOOL = ""
@@ -73,7 +73,7 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Yield the points of one element, and the first point of the next element."""
+        """Yield the points of one SVG element of the path, and the first point of the next element."""
         oldest = trail.begun - len(trail.points)
         first = max(piece * PIECE - oldest, 0)
         for x, y in islice(trail.points, first, max((piece + 1) * PIECE + 1 - oldest, 0)):

@@ -19,7 +19,7 @@ POINTS = 2048
 PLACES = 512
 """Largest number of stored points for each output."""
 PIECES = 8
-"""Number of straight pieces that approximate the path while both axes move, because that path may be curved."""
+"""Number of straight lines that approximate a path in which both axes move, which may be curved."""
 MOST_MOVES = 200
 """Largest number of moves drawn at one update; older moves are left out, and a new path begins."""
 
@@ -40,9 +40,9 @@ class Trail:
         self._seen_ns = 0
         self.points: deque[Point] = deque([(0, 0)], maxlen=POINTS)
         self.begun = 1
-        """Total number of points, including deleted points."""
+        """Total number of points of the path, including deleted points."""
         self.places: dict[str, dict[Point, None]] = {}
-        """Points at which each output has become high, the latest last."""
+        """Points at which each output has become high, in order of time."""
         for name, pin in controller.pins.items():
             if pin.is_output:
                 self.places[name] = {}
@@ -54,12 +54,12 @@ class Trail:
         return self._axes[0].position, self._axes[1].position
 
     def update(self) -> None:
-        """Add the path since the previous update."""
+        """Add the path of the table since the previous update."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        if since_ns > self._seen_ns:  # the moves in between have been deleted
+        if since_ns > self._seen_ns:  # the moves since the previous update have been deleted
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
         times_ns = self._moments(now_ns)
@@ -106,13 +106,13 @@ class Trail:
 
 
 def _straight(first: Point, middle: Point, last: Point) -> bool:
-    """Return True if `middle` is on the straight line from `first` to `last`."""
+    """True if the point `middle` is on the straight line from `first` to `last`."""
     (x1, y1), (x2, y2) = (middle[0] - first[0], middle[1] - first[1]), (last[0] - middle[0], last[1] - middle[1])
     return x1 * y2 == x2 * y1 and x1 * x2 + y1 * y2 > 0
 
 
 def _remembered(axis: Axis) -> int:
-    """Return the start time of the oldest move that is drawn."""
+    """Return the start time of the oldest move of this axis that is drawn."""
     if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
     return axis.train.moves[-MOST_MOVES].start_ns
@@ -131,7 +131,7 @@ def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
 
 
 def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
-    """Return the positions of the axis at these times; for a servo, always its present position."""
+    """Return the positions of a stepper axis at these times; a servo axis has its present position at all times."""
     if not isinstance(axis, StepperAxis):
         return [axis.position] * len(times_ns)
     lost, found = axis.lost, []

@@ -26,16 +26,16 @@ class Reading:
 
 
 def value_at(track: Track, time_ns: int) -> float:
-    """Return the value at the end of that nanosecond; NaN if the time is within a merged interval."""
+    """Return the value of a signal at a time, after all changes at this time; NaN within a merged interval."""
     rows = track.rows(time_ns, time_ns + 1)
-    place = int(np.searchsorted(rows.begin, time_ns, "right")) - 1
+    place = int(rows.begin.searchsorted(time_ns, "right")) - 1
     if place < 0 or rows.end[place] > time_ns:
         return np.nan
     return float(rows.last[place])
 
 
 def between(track: Track, a_ns: int, b_ns: int) -> Reading:
-    """Return the values at two times, and the least, greatest and mean value between them."""
+    """Return a signal's values at two times, and its least, greatest and mean value between these times."""
     from_ns, to_ns = sorted((a_ns, b_ns))
     rows = track.rows(from_ns, to_ns + 1)
     begun = int(np.searchsorted(rows.begin, to_ns, "right"))
@@ -51,7 +51,7 @@ def between(track: Track, a_ns: int, b_ns: int) -> Reading:
 
 
 def _mean(track: Track, from_ns: int, to_ns: int) -> float:
-    """Return the mean over time between two times; each value counts for the part of its interval between them."""
+    """Return the mean of a signal between two times, weighted by the duration of each value."""
     rows = track.rows(from_ns, to_ns)
     if to_ns == from_ns:
         return value_at(track, from_ns)
@@ -64,7 +64,7 @@ def _mean(track: Track, from_ns: int, to_ns: int) -> float:
 
 
 def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int | None:
-    """Return the time of the change of any signal that is nearest to `time_ns`, at most `within_ns` away."""
+    """Return the time of the signal change nearest to `time_ns`; None if all are more than `within_ns` away."""
     found: list[int] = []
     for track in tracks:
         begins = track.rows(time_ns - within_ns - 1, time_ns + within_ns + 1).begin
@@ -77,24 +77,24 @@ def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int |
 
 
 def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None:
-    """Return the time of the first change between `time_ns` and `upto_ns`, forward or backward from `time_ns`."""
+    """Search from `time_ns` to `upto_ns`, forward or backward; return the time of the first change found."""
     found: list[int] = []
     for track in tracks:
-        begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns)).begin
+        begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns) + 1).begin
         if upto_ns > time_ns:
-            found += begins[begins > time_ns][:1].tolist()
+            found += begins[(begins > time_ns) & (begins <= upto_ns)][:1].tolist()
         else:
             found += begins[(begins < time_ns) & (begins >= upto_ns)][-1:].tolist()
     return min(found, key=lambda edge: abs(edge - time_ns), default=None)
 
 
 def duration(time_ns: float) -> str:
-    """Return a duration with a suitable unit, e.g. `12.5 ms`."""
+    """Format a duration with a suitable unit, e.g. `12.5 ms`."""
     size = abs(time_ns)
     unit, name = next(((u, n) for u, n in ((S, "s"), (MS, "ms"), (US, "µs")) if size >= u), (1, "ns"))
     return f"{time_ns / unit:.9g} {name}"
 
 
 def rate(time_ns: int) -> str:
-    """Return the inverse of a duration in hertz."""
+    """Format the inverse of a duration in hertz."""
     return f"{S / abs(time_ns):.6g} Hz" if time_ns else "–"

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from axistwin.panel.scope.tracks import Numbers, Rows, Times, Track, Words
 
 FEW = 4
-"""If a change takes more pixels than this on average, the line contains all changes exactly."""
+"""Average number of pixels per change above which a line contains every change exactly."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """A signal by pixels: pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN: value unknown."""
+    """Values of a signal for each pixel; pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN: unknown."""
 
     edges: Times
     low: Numbers
@@ -34,7 +34,7 @@ class Window:
 
 
 class Line(NamedTuple):
-    """Points of a line; each value is held until the next point."""
+    """Points of a stepped line: each value is valid until the next point."""
 
     times: Times
     values: Numbers
@@ -46,7 +46,7 @@ class _Pixels:
     low: Numbers
     high: Numbers
     ends: NDArray[np.intp]
-    """Number of rows that begin before the end of each pixel."""
+    """For each pixel, the number of rows that begin before its end."""
     single: NDArray[np.bool_]
     busy: NDArray[np.bool_]
 
@@ -54,7 +54,7 @@ class _Pixels:
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
     """Return the part of a track from `from_ns` to `to_ns` by pixels; values after `now_ns` are unknown."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # one row more, for the value before the window
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)  # the additional row has the value before the window
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
     seen.low[past] = seen.high[past] = np.nan
@@ -63,17 +63,22 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 
 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
-    """Return the line of a track from `from_ns` to `to_ns`: exact if there are few changes, else by pixels."""
+    """Return the line of a track from `from_ns` to `to_ns`; many changes are reduced to the extremes of each pixel."""
     until_ns = min(to_ns, now_ns)
-    rows = track.rows(from_ns, until_ns)
-    if len(rows.begin) > pixels // FEW or not np.array_equal(rows.begin, rows.end):
+    rows = track.rows(from_ns, until_ns + 1)
+    single = rows.begin is rows.end or np.array_equal(rows.begin, rows.end)
+    if len(rows.begin) > pixels // FEW or not single:
         seen = window(track, from_ns, to_ns, pixels, now_ns)
         return Line(seen.times, seen.values)
-    first = max(int(np.searchsorted(rows.begin, from_ns, "right")) - 1, 0)
-    times, values = np.maximum(rows.begin[first:], from_ns), rows.last[first:]
-    if not len(times) or times[0] >= until_ns:
-        return Line(times[:0], values[:0])
-    return Line(np.append(times, until_ns), np.append(values, values[-1]))
+    first = max(int(rows.begin.searchsorted(from_ns, "right")) - 1, 0)
+    begin, last = rows.begin[first:], rows.last[first:]
+    if not len(begin) or max(begin[0], from_ns) >= until_ns:
+        return Line(begin[:0], last[:0])
+    times, values = np.empty(len(begin) + 1, np.int64), np.empty(len(begin) + 1)
+    np.maximum(begin, from_ns, out=times[:-1])
+    values[:-1] = last
+    times[-1], values[-1] = until_ns, last[-1]
+    return Line(times, values)
 
 
 def _pixels(rows: Rows, edges: Times) -> _Pixels:
@@ -94,7 +99,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Apply the extremes of each interval to all its pixels, because their times within the interval are unknown."""
+    """Apply the extremes of each merged interval to all its pixels, because the exact times are unknown."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return
@@ -110,13 +115,13 @@ def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np
 
 
 def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times, Numbers]:
-    """Return at most two points per pixel, and the last point at the end."""
+    """Return the points of a line: at most two points per pixel, and one point at the end."""
     times, values = np.empty((len(seen.low), 2), np.int64), np.full((len(seen.low), 2), np.nan)
     used = np.zeros(times.shape, bool)
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    low_first = seen.held - seen.low <= seen.high - seen.held  # draw the nearer extreme first
+    low_first = seen.held - seen.low <= seen.high - seen.held  # first the extreme that is nearer to the previous value
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
     values[:, 1] = np.where(busy, np.where(low_first, seen.high, seen.low), np.nan)
@@ -131,7 +136,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Return at most `most` texts with their start times: the first text in each of `most` equal parts of the time."""
+    """Divide the time into `most` equal parts; return the first text in each part, with its start time."""
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]
     firsts = [first for first, upto in pairwise(places) if first < upto]

@@ -15,11 +15,11 @@ from axistwin.traces.signals import COUNT, REAL
 from axistwin.units import MS, US, S
 
 FULL = 65_535
-"""As a time: the right edge of the screen.  As a value: unknown."""
+"""Largest 16-bit number: the right edge of the screen as a time, an unknown value as a value."""
 TOP = 4000
-"""Number of steps from the lowest to the highest value of a signal's range; finer than a screen."""
+"""Number that represents the highest value of a signal's range; 0 represents the lowest value."""
 WORD_PIXELS = 72
-"""Least width of a text in pixels."""
+"""Smallest width in pixels that a text needs on the screen."""
 UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
 
 
@@ -39,7 +39,7 @@ def frame(screen: Screen) -> dict[str, Any]:
 
 
 def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
-    """Return the origin of the time axis, the unit in ns, and the unit's name, such that labels are short."""
+    """Choose the labels of the time axis: return the origin, the unit in ns, and the unit's name."""
     span_ns = to_ns - from_ns
     unit_ns, unit = next(((u, n) for u, n in UNITS if span_ns >= u), UNITS[-1])
     if abs(to_ns) < 1000 * span_ns or unit_ns == S:
@@ -86,31 +86,32 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
 
 
 def _range(meaning: Meaning, low: float, high: float) -> str:
-    """Return the scale of a lane: its least and greatest value, also in the unit of the machine."""
+    """Return the label of a lane's scale: its least and greatest value, also in the machine unit."""
     told = f"{low:.9g} … {high:.9g} {meaning.unit}".rstrip()
     return f"{told} = {meaning.in_unit(low)} … {meaning.in_unit(high)}" if meaning.units is not None else told
 
 
 def _decoded(meaning: Meaning, text: str) -> str:
-    """Return a message, and in a second line its words, if any."""
+    """Return a message and, on a second line, its meaning in words if there is one."""
     words = meaning.words(text)
     return f"{text}\n{words}" if words else text
 
 
 def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:
-    """Return the points of a line in base 64: times as parts of `FULL`, values as parts of `TOP`."""
+    """Encode the points of a line in base 64: times scaled to 0 to `FULL`, values scaled to 0 to `TOP`."""
     (from_ns, to_ns), (low, high) = times_ns, values
     pairs = np.empty((len(seen.times), 2), "<u2")
     pairs[:, 0] = np.rint((seen.times - from_ns) * (FULL / (to_ns - from_ns)))
     parts = np.rint((seen.values - low) * (TOP / (high - low)))
     parts[np.isnan(parts)] = FULL
     pairs[:, 1] = parts
-    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # True: keep the last point
+    new = np.ones(len(parts), bool)  # the first and the last point are kept
+    np.not_equal(parts[1:-1], parts[:-2], out=new[1:-1])
     return b64encode(pairs[new].tobytes()).decode()
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
-    """Return the range in which a signal is drawn: 0 to 1 for levels, else round limits around the values."""
+    """Return the range of values for the drawing of a signal: 0 to 1 for levels, otherwise round numbers."""
     if track.kind not in (COUNT, REAL):
         return 0.0, 1.0
     low = float(np.fmin.reduce(seen.values, initial=np.inf))
@@ -124,6 +125,6 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return the largest number 1, 2 or 5 × 10ⁿ that is at most a tenth of `size`."""
+    """Return the largest number of the form 1, 2 or 5 × 10ⁿ that is not above a tenth of `size`."""
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

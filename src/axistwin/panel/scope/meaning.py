@@ -19,18 +19,18 @@ class Meaning:
     by_host: bool = False
 
     def in_unit(self, value: float) -> str:
-        """Return a value in the unit of the machine, e.g. `12.50 mm`; "" without such a unit."""
+        """Format a value in the machine unit, e.g. `12.50 mm`; "" if no machine unit is defined."""
         if self.units is None:
             return ""
         return f"{self.units.shown(value)} {self.units.of}{'/s' if self.unit.endswith('/s') else ''}"
 
     def words(self, text: str) -> str:
-        """Return a message of a bus in words; "" for other messages."""
+        """Return the meaning of a bus message in words; "" for other messages."""
         if self.codec is None:
             return ""
         try:
             return self.codec.words(bytes.fromhex(text), self.by_host)
-        except ValueError:  # only the first part of a long message is stored
+        except ValueError:  # of a long message, only the first part is stored
             return ""
 
 
@@ -84,7 +84,7 @@ def _terminal(terminal: str) -> str:
 
 
 def presets(bench: Bench, signals: Sequence[Signal]) -> Mapping[str, list[str]]:
-    """Return useful choices of signals, by title; empty choices are left out."""
+    """Return useful selections of signals by title; empty selections are left out."""
     wired = {_terminal(end) for wire in bench.wires for end in wire}
     found = {
         "Scene": used(bench, signals),

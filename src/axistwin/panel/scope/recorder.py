@@ -22,12 +22,12 @@ GROWING = ("host_says", "controller_says")
 
 @dataclass
 class Record:
-    """Recorded signals by name, up to the time `now_ns`."""
+    """Recorded signals by name, up to and including the time `now_ns`."""
 
     now_ns: int = 0
     tracks: dict[str, Track] = field(default_factory=dict)
     about: dict[str, str] = field(default_factory=dict)
-    """Provenance of the record: scene, models and options of the bench."""
+    """Description of the recorded bench: scene, models and options."""
 
 
 class Recorder:
@@ -37,10 +37,10 @@ class Recorder:
         self.record = Record()
         self.signals: dict[str, Signal] = {}
         self.meanings: dict[str, Meaning] = {}
-        """Units and words of signals, by name; other signals have neither."""
+        """Meaning of each signal that has a unit or messages in words."""
         self.presets: Mapping[str, list[str]] = {}
         self.version = 0
-        """Number that changes whenever data are added."""
+        """Number that increases whenever data are added to the record."""
         self.watchers: list[Callable[[], None]] = []
         self._bench: Bench | None = None
         self._tracer: Tracer | None = None
@@ -49,7 +49,7 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """Begin a new record, of this bench."""
+        """Begin a new record for this bench."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -67,16 +67,16 @@ class Recorder:
         self._follow_wishes()
 
     def leave(self, who: object) -> None:
-        """Stop recording for the screen `who`, unless it is the only screen."""
+        """Stop recording the signals of the screen `who`, unless it is the only screen."""
         if len(self._wanted) > 1:
             self._wanted.pop(who, None)
             self._follow_wishes()
 
     def catch_up(self) -> Record:
-        """Add the changes up to the present time, and return the record."""
-        if self._tracer is not None and self._bench is not None and self._bench.now > self.record.now_ns:
-            self._tracer.catch_up(for_others=False)
-            self.record.now_ns = self._tracer.written_ns
+        """Add the changes up to and including the present time, and return the record."""
+        if self._tracer is not None and self._bench is not None:
+            self._tracer.show_present()
+            self.record.now_ns = self._bench.now
         return self.record
 
     def frozen(self, names: Sequence[str]) -> Record:
@@ -118,21 +118,20 @@ class Recorder:
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
         """Add changes to the record."""
-        for part in parts:
-            if len(part.times):
-                self._add(part, texts)
-        self.version += 1
-        for watcher in tuple(self.watchers):
-            watcher()
+        added = [self._add(part, texts) for part in parts if len(part.times)]
+        if any(added):
+            self.version += 1
+            for watcher in tuple(self.watchers):
+                watcher()
 
-    def _add(self, part: Part, texts: list[bytes]) -> None:
+    def _add(self, part: Part, texts: list[bytes]) -> bool:
+        """Add changes of one signal.  Returns False if they were known."""
         signal = self._recorded[part.signal]
         track = self.record.tracks[signal.full]
+        self.record.now_ns = max(self.record.now_ns, int(part.times[-1]))
         if isinstance(track, Words):
-            track.say(part.times, [texts[n] for n in part.values])
-        else:
-            track.add(part.times, part.values.view(float) if signal.kind == REAL else part.values.astype(float))
-        self.record.now_ns = max(self.record.now_ns, int(part.times[-1]) + 1)
+            return track.say(part.times, [texts[n] for n in part.values])
+        return track.add(part.times, part.values.view(float) if signal.kind == REAL else part.values.astype(float))
 
 
 def _track(signal: Signal) -> Track:

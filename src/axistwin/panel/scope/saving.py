@@ -26,12 +26,12 @@ from axistwin.units import to_seconds
 TRACES, PICTURES = (".csv", ".vcd", ".parquet"), picture.SUFFIXES
 PIECE = 1 << 15
 PIXELS = 1500
-"""Width of a picture in pixels; a line has at most two points per pixel."""
+"""Width in pixels to which the lines of a picture are reduced."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Changes of one signal, and the value before the first change."""
+    """A part of one signal: its changes, and the value before the first change."""
 
     signal: Signal
     first: Value
@@ -41,7 +41,7 @@ class Piece:
 
 
 def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: int, suffix: str) -> bytes:
-    """Return the contents of a file with this suffix.  Raises UsageError, MissingExtraError."""
+    """Return the contents of a trace or picture file, by its suffix.  Raises UsageError, MissingExtraError."""
     from_ns, to_ns = max(from_ns, 0), max(min(to_ns, record.now_ns), 0)
     make = _drawn if suffix in PICTURES else _piece
     pieces = [make(record.tracks[name], signal, from_ns, to_ns) for name, signal in signals.items()]
@@ -106,10 +106,10 @@ def _piece(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
-    """Return the changes that are visible in a picture."""
+    """Return the changes of a signal that are visible in a picture."""
     if isinstance(track, Words):
         return _texts(track, signal, from_ns, to_ns)
-    seen = window(track, from_ns, max(to_ns, from_ns + PIXELS), PIXELS, to_ns + 1)
+    seen = window(track, from_ns, max(to_ns, from_ns + PIXELS), PIXELS, to_ns)
     known = ~np.isnan(seen.values)
     times, values = seen.times[known], seen.values[known]
     first = float(values[0]) if len(values) else 0.0
@@ -125,7 +125,7 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Return rows as changes; each interval becomes its first, least, greatest and last value."""
+    """Convert rows to changes; a merged interval becomes its first, least, greatest and last value."""
     wide = rows.end > rows.begin
     width = rows.end - rows.begin
     times = np.stack((rows.begin, rows.begin + width // 3, rows.begin + 2 * width // 3, rows.end), 1)

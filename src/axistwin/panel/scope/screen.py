@@ -1,7 +1,7 @@
 """The screen of a user's oscilloscope: its signals, time span, cursors and trigger.
 
 A live screen shows the newest data, or the edge found by the trigger.  A paused screen shows a copy of the record,
-while the bench runs on.
+while the bench continues to run.
 """
 
 from collections.abc import Sequence
@@ -23,12 +23,12 @@ PIXELS = (50, 4096)
 SNAP = 8
 """Distance, in pixels, within which a cursor snaps to an edge."""
 SPANS_NS = tuple(digit * 10**power for power in range(3, 17) for digit in (1, 2, 5) if digit * 10**power <= LONGEST_NS)
-"""Steps of the time base: 1 µs, 2 µs, 5 µs, 10 µs, … for the whole width of the screen."""
+"""Time bases: 1 µs, 2 µs, 5 µs, 10 µs, … for the whole width of the screen."""
 
 
 @dataclass
 class Cursors:
-    """Times of the two cursors, None if not set; keys move the `active` cursor."""
+    """Times of the two cursors; None for a cursor that is not set.  Keys move the `active` cursor."""
 
     a_ns: int | None = None
     b_ns: int | None = None
@@ -57,9 +57,9 @@ class Screen:
     names: tuple[str, ...] = ()
     span_ns: int = 2 * S
     lanes: bool = True
-    """True: each signal has its own lane; False: the signals are overlaid."""
+    """True if each signal has its own lane; False if the signals are overlaid."""
     folded: set[str] = field(default_factory=set)
-    """Signals with a low lane, without values."""
+    """Signals whose lane is folded: low, and without values."""
     titles: dict[str, str] = field(default_factory=dict)
     """Titles that the user has given to signals."""
     pixels: int = 800
@@ -67,7 +67,7 @@ class Screen:
     cursors: Cursors = field(default_factory=Cursors)
     frozen: Record | None = None
     pointer: float | None = None
-    """Horizontal position of the pointer, from 0 to 1; None: not on the screen."""
+    """Horizontal position of the mouse pointer, from 0 (left) to 1 (right); None outside the screen."""
     hit_ns: int | None = None
     """Time of the edge found by the trigger; None without an edge."""
     _to_ns: int = 0
@@ -144,19 +144,19 @@ class Screen:
         self.arm()
 
     def zoom(self, factor: float, place: float = 0.5) -> None:
-        """Multiply the length of the visible time by `factor`; the time at the position `place` stays there."""
+        """Multiply the length of the visible time by `factor`; the time at the position `place` does not move."""
         fixed_ns = self.time_at(place)
         self.span_ns = min(max(round(self.span_ns * factor), SHORTEST_NS), LONGEST_NS)
         self._to_ns = fixed_ns + round(self.span_ns * (1 - place))
 
     def pan(self, part: float) -> None:
-        """Shift the visible time by a fraction of its length, and pause the screen."""
+        """Pause the screen, and shift the visible time by a fraction of its length."""
         self.pause()
         moved_ns = self._to_ns + round(self.span_ns * part)
         self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
 
     def jump(self, forward: bool) -> None:
-        """Show the next change (`forward`) after the visible time, or the last change before, and pause the screen."""
+        """Pause the screen; show the next change after the visible time (`forward`) or the last one before it."""
         from_ns, to_ns = self.edges
         last_ns = self.record.now_ns if forward else 0
         edge = next_edge(self.tracks.values(), to_ns if forward else from_ns, last_ns)
@@ -165,7 +165,7 @@ class Screen:
             self._to_ns = edge + round(self.span_ns * (0.9 if forward else 0.1))
 
     def fit(self) -> None:
-        """Show the whole time of the record."""
+        """Show the whole recorded time."""
         self.span_ns = min(max(self.record.now_ns, SHORTEST_NS), LONGEST_NS)
         self._to_ns = self.span_ns
 
@@ -186,7 +186,7 @@ class Screen:
 
     @property
     def _auto_has_timed_out(self) -> bool:
-        """True if mode `AUTO` has found no edge during three times the visible time."""
+        """True if the trigger mode is `AUTO` and no edge was found within three times the visible time."""
         late_ns = self.recorder.record.now_ns - (self.hit_ns or 0)
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
@@ -198,7 +198,7 @@ class Screen:
             self._searched_ns = upto_ns + 1
 
     def _find_first(self) -> None:
-        """In mode `SINGLE`, search new data for an edge, before older data are merged into intervals."""
+        """Search new data for the first edge in mode `SINGLE`, before these data are merged into intervals."""
         if self.trigger.mode != SINGLE or self.frozen is not None:
             return
         track, upto_ns = self._triggering()
@@ -213,7 +213,7 @@ class Screen:
     def _triggering(self) -> tuple[Track | None, int]:
         """Return the trigger's signal, and the latest time of an edge after which the data fill the screen."""
         record = self.recorder.record
-        if record is not self._known:  # the bench was replaced
+        if record is not self._known:  # the record belongs to a new bench
             self._known, self.hit_ns, self._searched_ns = record, None, 0
         if self.trigger.mode == OFF:
             self.hit_ns = None
@@ -230,7 +230,7 @@ class Screen:
         self.cursors.set(which, time_ns if edge is None else edge)
 
     def move_cursor(self, pixels: int) -> None:
-        """Move the active cursor by a number of pixels; if not set, put the cursor in the middle."""
+        """Move the active cursor by a number of pixels; a cursor that is not set is put in the middle."""
         at_ns = self.cursors.active_ns
         moved_ns = self.time_at(0.5) if at_ns is None else at_ns + pixels * max(self.span_ns // self.pixels, 1)
         self.cursors.set(self.cursors.active, moved_ns)

@@ -20,7 +20,7 @@ Times = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 
 CHANGES = 1 << 16
-"""Largest number of changes stored exactly."""
+"""Largest number of changes of a signal that are stored exactly."""
 ROWS = 1 << 13
 """Largest number of intervals in each level."""
 SHIFTS = (20, 25, 30, 35)
@@ -31,10 +31,14 @@ The length in the last level doubles whenever that level is full.
 MOST_BYTES = CHANGES * 16 + len(SHIFTS) * ROWS * 56
 """Largest memory for one signal: 2.75 MiB."""
 WORTH = 16
-"""Least average number of changes per interval of the first level; with fewer, the second level is used."""
+"""Smallest average number of changes per interval for which the first level of intervals is used."""
 SMALL = 1 << 8
 TEXTS, LONGEST = 1 << 13, 256
 """Largest number of stored texts, and largest number of characters of each."""
+
+
+ZEROS = np.zeros(CHANGES)
+ZEROS.flags.writeable = False
 
 
 class Rows(NamedTuple):
@@ -46,23 +50,23 @@ class Rows(NamedTuple):
     low: Numbers
     high: Numbers
     last: Numbers
-    """Value from `end` until the next row begins."""
+    """Value from the end of each row until the next row begins."""
     area: Numbers
     """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return the rows in a slice."""
+        """Return the part of the rows that a slice selects."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
 
 def changes(times: Times, values: Numbers) -> Rows:
-    """Return changes as rows, one row per change."""
-    return Rows(times, times, values, values, values, values, np.broadcast_to(0.0, values.shape))
+    """Convert changes to rows: one row per change."""
+    return Rows(times, times, values, values, values, values, ZEROS[: len(values)])
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """Return the rows of all parts in one."""
+    """Join several parts into one object with all their rows."""
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
@@ -73,7 +77,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # the rows are intervals, not single changes
+    if rows.begin is not rows.end:  # some rows are intervals, not single changes
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -91,7 +95,7 @@ NOTHING = changes(np.empty(0, np.int64), np.empty(0))
 
 
 class Track:
-    """The history of one signal; the value NaN means: not recorded."""
+    """The history of one signal; NaN stands for values that were not recorded."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -102,7 +106,7 @@ class Track:
 
     @property
     def nbytes(self) -> int:
-        """Used memory in bytes."""
+        """Size of the stored history in bytes."""
         older = sum(column.nbytes for rows in self._older for column in rows)
         return self._times.nbytes + self._values.nbytes + older
 
@@ -111,8 +115,8 @@ class Track:
         """Time after which all changes are stored exactly."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
-    def add(self, times: Times, values: Numbers) -> None:
-        """Append samples; samples that are equal to the sample before are left out."""
+    def add(self, times: Times, values: Numbers) -> bool:
+        """Append samples; samples that are equal to the sample before are left out.  Returns False if all are."""
         changed = np.empty(len(values), bool)
         changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
         np.not_equal(values[1:], values[:-1], out=changed[1:])
@@ -121,6 +125,7 @@ class Track:
         half = CHANGES // 2
         for at in range(0, len(times), half):
             self._append(times[at : at + half], values[at : at + half])
+        return len(times) > 0
 
     def interrupt(self, time_ns: int) -> None:
         """Record that values from this time on are unknown."""
@@ -128,11 +133,11 @@ class Track:
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
         """Return all rows between `from_ns` and `to_ns`, and at least the last row before them."""
-        size = self._size
-        raw = changes(self._times[:size], self._values[:size])
-        if size and raw.begin[0] <= from_ns:
-            return _slice(raw, from_ns, to_ns)
-        parts = [*reversed(self._older), raw]
+        times, values = self._times[: self._size], self._values[: self._size]
+        if len(times) and times[0] <= from_ns:
+            part = _part(times, from_ns, to_ns)
+            return changes(times[part], values[part])
+        parts = [*reversed(self._older), changes(times, values)]
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
@@ -179,13 +184,14 @@ class Track:
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            all_ = joined([NOTHING, all_.cut(slice(over, None))])  # a copy, so that the larger array is freed
+            # a copy, so that the memory of the larger array is freed
+            all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)
         self._older[level] = all_
 
     def _coarser(self, level: int, rows: Rows) -> Rows:
-        """Double the length of the intervals until the level is at most half full."""
+        """Merge the rows of a level into longer intervals until the level is at most half full."""
         while len(rows.begin) > ROWS // 2:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])
@@ -193,17 +199,22 @@ class Track:
 
 
 def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
-    first = max(int(np.searchsorted(rows.begin, from_ns, "right")) - 1, 0)
-    return rows.cut(slice(first, max(int(np.searchsorted(rows.begin, to_ns)), first + 1)))
+    return rows.cut(_part(rows.begin, from_ns, to_ns))
+
+
+def _part(times: Times, from_ns: int, to_ns: int) -> slice:
+    """Return the part from `from_ns` to `to_ns`, and at least the last time before them."""
+    first = max(int(times.searchsorted(from_ns, "right")) - 1, 0)
+    return slice(first, max(int(times.searchsorted(to_ns)), first + 1))
 
 
 class Words(Track):
-    """The history of a text signal, with its newest texts.  The value is 1 during a text, else 0."""
+    """The history of a text signal; the value of the signal is 1 during a text, otherwise 0."""
 
     def __init__(self, kind: str, growing: bool) -> None:
         super().__init__(kind)
         self.growing = growing
-        """True if a text that begins with the text before is the same message, with more characters."""
+        """True if a text that begins with the previous text is the same message with more characters."""
         self.changes: list[tuple[int, str]] = []
         self.begins: list[int] = []
         """Start times of messages."""
@@ -216,11 +227,12 @@ class Words(Track):
         """Time after which all texts are stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
-    def say(self, times: Times, texts: list[bytes]) -> None:
-        """Append texts with their start times."""
+    def say(self, times: Times, texts: list[bytes]) -> bool:
+        """Append texts with their start times.  Returns False if there are none."""
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
+        return bool(texts)
 
     def at(self, time_ns: int) -> str:
         """Return the text at this time; "" without a text."""

@@ -1,38 +1,37 @@
 """Asides of the tutor in a terminal of the panel: explanations in grey after typed lines and their answers."""
 
-import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from functools import partial
 
 from nicegui import ui
 
 from axistwin.bench import Bench
 from axistwin.bench.events import Received
-from axistwin.panel.context import Context
+from axistwin.errors import UsageError
+from axistwin.numbers import NumberError, real, shortened
+from axistwin.panel.context import Context, complain
+from axistwin.panel.lessons import Lessons, initialise
 from axistwin.panel.talk import DIM, NORMAL, Utterance
 from axistwin.panel.turns import breathe
 from axistwin.teaching import Tutor
 from axistwin.units import S
 
 ANSWERS_NS = 2 * S
-"""Virtual time after a typed line in which received data are explained as its answer."""
+"""Virtual time after a typed line during which received data count as its answer."""
 SETTING = "tutor"
-_drive = re.compile(r"(?:type {2}|! \w+ \w+ in a program, )?:drive (\w+) (\w+)(?: in a terminal)?")
-
-
-def _in_the_panel(line: str) -> str:
-    """Return a comment with the panel's controls instead of the terminal's command `:drive`."""
-    return _drive.sub(lambda drive: "click power" if drive[1] == "power" else f"set {drive[1]} {drive[2]} (Pins)", line)
+COMMANDS = ":drive, :explain, :init, :next, :show, :store, :task, :wait and :why"
+NO_LESSON = "no lesson has begun: select one with the button Lessons"
 
 
 class Asides:
-    """The tutor at one terminal, for the lines that this user types."""
+    """The tutor's comments in one terminal, on the lines that one user types."""
 
     def __init__(self, context: Context, name: str) -> None:
         self._context, self._name = context, name
         self._made: tuple[Bench, Tutor] | None = None
         self._until_ns = -1
         self._lines: list[str] = []
-        """Lines that are not yet on the screen."""
+        """Comments that are not on the screen yet."""
 
     @property
     def on(self) -> bool:
@@ -47,42 +46,84 @@ class Asides:
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Add lines that are shown after the present messages."""
+        """Add comments of the tutor, which are shown after the present messages."""
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Return the text to print after these messages: pending lines, and comments on answers to the typed line."""
+        """Return the text to print after these messages: pending comments, and comments on answers."""
         if self.on:
             for event in said:
                 if isinstance(event, Received) and event.time_ns <= self._until_ns:
                     self._lines += self._tutor.received(event.data)
-        lines, self._lines = [_in_the_panel(line) for line in self._lines], []
+        lines, self._lines = self._lines, []
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Build the switch, and the buttons with questions to the tutor."""
+        """Build the tutor's switch, and the buttons that ask the tutor questions."""
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
         switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
         breathe()
-        for text, tip, ask in (
-            ("Why?", "why nothing moves", lambda: self._tutor.why()),
-            ("Next?", "what to type next", lambda: self._tutor.next()),
-        ):
-            button = ui.button(text, on_click=lambda ask=ask: self._answer(ask)).props("flat dense no-caps")
+        init = ui.button("Initialise", on_click=self._initialise).props("flat dense no-caps").mark(f"init-{name}")
+        init.tooltip("perform the dialogue that makes the controller ready")
+        for text, tip in (("Why?", "why nothing moves"), ("Next?", "what to type next")):
+            button = ui.button(text, on_click=partial(self.obey, text[:-1].lower(), "")).props("flat dense no-caps")
             button.mark(f"{text[:-1].lower()}-{name}").tooltip(tip)
         box = ui.input(placeholder="explain 1670").props(f'dense outlined aria-label="explain at {name}"')
         box.mark(f"explain-{name}").tooltip("meaning of a number, a command, a code or a terminal")
-        box.on("keydown.enter", lambda: self._answer(lambda: self._tutor.explain(str(box.value or ""))))
+        box.on("keydown.enter", lambda: self.obey("explain", str(box.value or "")))
         breathe()
 
-    def _answer(self, ask: Callable[[], Sequence[str]]) -> None:
-        self.add(self._read(ask))
+    def obey(self, command: str, words: str) -> Awaitable[None] | None:
+        """Execute a command of the terminal itself, such as `:why`.  Errors are shown on the page."""
+        context, name = self._context, self._name
+        match command:
+            case "why" | "next":
+                self.add(self._read(getattr(self._tutor, command)))
+            case "explain":
+                self.add(self._read(lambda: self._tutor.explain(words)))
+            case "task" | "show":
+                self.show_solution() if command == "show" else self._show_task()
+            case "init":
+                return self._initialise()
+            case "drive":
+                context.touch(partial(context.session.do, name, *words.partition(" ")[::2]))
+            case "store":
+                context.touch(partial(context.session.load, name, "typed.sms", f"{words}\n"))
+            case "wait":
+                return context.move(partial(self._wait, words))
+            case _:
+                complain(UsageError(f"no command :{command}: expected one of {COMMANDS}"))
+        return None
+
+    def show_solution(self) -> None:
+        """Show lines that solve the present task of the lesson."""
+        found = self._context.common(Lessons).of(self._name)
+        self.add([f"type  {line}" for line in found[1].solution] if found is not None else [NO_LESSON])
+
+    def _show_task(self) -> None:
+        found = self._context.common(Lessons).of(self._name)
+        self.add([found[1].task if found is not None else NO_LESSON])
+
+    def _initialise(self) -> Awaitable[None] | None:
+        context = self._context
+
+        def done(needed: object) -> None:
+            if needed is False:
+                self.add(["the controller is ready: no initialisation is needed"])
+
+        return context.move(partial(initialise, context.session, self._name), done)
+
+    async def _wait(self, words: str) -> None:
+        try:
+            seconds = real(words)
+        except NumberError:
+            raise UsageError(f"invalid time {shortened(words)}: expected seconds, e.g. :wait 0.5") from None
+        await self._context.session.advance_to(self._context.session.seconds + seconds)
 
     def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
-        """Return the result of `ask`, which reads the state of the controller."""
-        session = self._context.session
-        return session.pacer.inspect(ask) if session.running else ask()
+        """Advance the session to the present time, and return the result of `ask`, which reads the controller."""
+        return self._context.session.inspect(ask)
 
     @property
     def _tutor(self) -> Tutor:

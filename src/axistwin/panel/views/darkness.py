@@ -1,4 +1,4 @@
-"""Dark or light colours: as the system of the user, or as the user has selected."""
+"""Selection of dark or light colours, or of the colours of the user's system."""
 
 from nicegui import ui
 

@@ -21,7 +21,7 @@ from axistwin.sessions.breaks import Break
 from axistwin.units import to_seconds
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
-"""Positions of the speed slider; the text field accepts any other speed, too."""
+"""Speeds that the slider can select; the text field accepts all speeds."""
 STEPS = {
     "event": "a level, a message, a motion or a fault changes",
     "character": "an event, where each character of a message is an event",
@@ -30,12 +30,12 @@ STEPS = {
 }
 STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
 SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
-"""JavaScript that sends the text on the button at the time of the click: Run, Pause or Stop."""
+"""JavaScript that sends the text that the button has when the user clicks it: Run, Pause or Stop."""
 UNFOLD = "document.documentElement.classList.toggle('more', {on})"
 """JavaScript that shows or hides the rarely used controls on a narrow screen."""
 OUTLINE = "dense outline no-caps color=white"
 SELDOM = 10
-"""Interval, in frames, between two updates of delay and timeline."""
+"""Number of frames between two updates of delay and timeline."""
 
 
 def driving(context: Context) -> Refresh:
@@ -64,7 +64,7 @@ def driving(context: Context) -> Refresh:
 
 
 def _clock(context: Context) -> Refresh:
-    """Show the virtual time, to a millisecond while running and to a microsecond while paused."""
+    """Show the virtual time: three decimals while the bench runs, six decimals while it is paused."""
     label = ui.label().classes("clock").mark("clock").props("data-test=clock")
 
     def refresh() -> None:
@@ -118,7 +118,7 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Perform the action named on the button at the time of the click, even if the state has changed since then."""
+    """Perform the action that the button named when the user clicked it, even if the state has changed since."""
     session = context.session
     match shown if isinstance(shown, str) else button.text:
         case "Stop":
@@ -167,7 +167,7 @@ def _speed(context: Context) -> Refresh:
 
     def change(action: Callable[[], object]) -> None:
         context.touch(action, now=True)
-        show()  # at once: before the next frame, the user may type again
+        show()  # without waiting for the next frame, because the user may type again
 
     slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))
@@ -203,7 +203,7 @@ def _change_speed(context: Context, by: int) -> None:
 
 
 def _status(context: Context) -> Refresh:
-    """Build the status line: the scene, the state as text that screen readers announce, and the next planned action."""
+    """Build the status line: the scene, the state, and the next planned action; screen readers announce the state."""
     ui.label(context.session.title).classes("title scene-title").mark("scene-title")
     words = ui.label().classes("state").props("role=status aria-live=polite data-test=state").mark("state")
     late = ui.label().classes("quiet late").mark("late")
@@ -244,7 +244,7 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build the button that ends a replay, and the button that restores a deleted recording."""
+    """Build two buttons: one ends a replay, the other restores a deleted recording."""
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)
@@ -263,7 +263,7 @@ def _deleted(context: Context) -> Refresh:
 
 
 def _figures(seconds: float) -> str:
-    """Return a time with at most three decimals, e.g. 36,000 or 11.4."""
+    """Format a time with at most three decimals, e.g. 36,000 or 11.4."""
     return f"{seconds:,.3f}".rstrip("0").rstrip(".")
 
 
@@ -302,7 +302,8 @@ def _timeline(context: Context) -> Refresh:
     def refresh() -> None:
         if not dragged:
             end = max(round(context.session.recorded_seconds, 3), 0.001)
-            if slider.props["max"] != end:  # an assignment is sent to the browser, even without a change
+            # each assignment is sent to the browser, so unchanged values are not assigned
+            if slider.props["max"] != end:
                 slider.props["max"] = end
                 words.text = f"time 0 \u2026 {end:,.1f} s"
             slider.value = round(context.session.seconds, 3)

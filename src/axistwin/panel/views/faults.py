@@ -51,7 +51,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # the next frame shows the value in force, also if this value is rejected
+        known = None  # the next frame shows the actual value, even if this input is invalid
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 
@@ -115,7 +115,7 @@ def _row(context: Context, fault: Fault) -> None:
 
 
 def _who(context: Context, spot: str) -> str:
-    """Return the controller on which a fault acts; for a line with several motors, the first controller."""
+    """Return the controller that a fault affects; for a line with several motors, the first motor."""
     own = spot.partition(".")[0]
     return own if own in context.bench.controllers else next(iter(context.bench.controllers))
 
@@ -128,7 +128,7 @@ def _shown(value: Any) -> str:
 
 
 class _Form:
-    """Form for a new fault: its kind, the thing it acts on, its parameters, its start and its end."""
+    """Form for a new fault: its kind, the affected part of the bench, its parameters, its start and its end."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -159,7 +159,7 @@ class _Form:
             self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
 
     def _spots(self) -> list[str]:
-        """Return the full names of the things on which a fault of the selected kind can act."""
+        """Return the full names of the parts that a fault of the selected kind can affect."""
         found = self._context.bench.faults.spots(self.kind.on)
         spots = {name: find() for name, find in found.items()}
         return list(dict.fromkeys(spot.name for spot in spots.values()))
@@ -182,7 +182,7 @@ class _Form:
 
 
 def _field(parameter: Parameter) -> ui.input | ui.select:
-    """Build the field for a parameter of a fault, with its range and its default value."""
+    """Build the input field for a parameter of a fault, with its range and its default value."""
     label = f"{parameter.name}, {parameter.unit}" if parameter.unit else parameter.name
     mark = f"fault-{parameter.name}"
     if parameter.sort in (Sort.LEVEL, Sort.WORD):

@@ -11,9 +11,9 @@ from axistwin.panel.turns import breathe
 from axistwin.panel.views.parts import Light, Readout, called, drawer
 
 Show = Callable[[int | str | None], None]
-"""Function that shows a value; None: the controller has no power."""
+"""Function that shows a value on the page; None stands for a controller without power."""
 SELDOM = 5
-"""Interval, in frames, between two updates of the list of registers."""
+"""Number of frames between two updates of the list of registers."""
 
 
 def front(context: Context, name: str) -> Refresh:
@@ -43,7 +43,7 @@ def generic(controller: Controller) -> tuple[Group, ...]:
 
 
 NOTHING = object()
-"""Value of a source before its first update; it differs from all values of terminals and registers."""
+"""Marker for a value that has not been read yet; it differs from all values of terminals and registers."""
 
 
 class _Source:
@@ -94,7 +94,7 @@ def _number(value: int | str | None) -> int | None:
 
 
 def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
-    """Build the explanations of lamps and readings, for users who cannot see tooltips."""
+    """Build the explanations of lamps and readings as text, for users who cannot see tooltips."""
     with drawer(context, f"{name} meaning", "What it means"):
         for group in groups:
             ui.label(f"{group.title}: {group.chapter}").classes("group-title")
@@ -115,7 +115,7 @@ def _plainly(readout: Readout) -> Show:
 
 
 def _registers(context: Context, name: str) -> Refresh:
-    """Build the drawer of all registers; its contents are built when the user first opens it."""
+    """Build the list of all registers, which the user can open; its contents are built at the first opening."""
     found = drawer(context, f"{name} registers", "All registers")
     sources: list[_Source] = []
 

@@ -1,4 +1,6 @@
-"""Drawings of all axes of a controller: slides for limited travel, shafts for other axes, and an X-Y table."""
+"""Drawings of a controller's machine: slides for limited travel, shafts for other axes, an X-Y table, and switches."""
+
+from functools import partial
 
 from nicegui import ui
 
@@ -8,15 +10,23 @@ from axistwin.panel.drawings.figure import Figure
 from axistwin.panel.drawings.scale import Flow
 from axistwin.panel.drawings.shaft import Shaft
 from axistwin.panel.drawings.slide import Slide
+from axistwin.panel.drawings.switches import Press, Switches
 from axistwin.panel.views.table import table
 
 
 def machines(context: Context, name: str) -> Refresh:
-    """Draw all axes of a controller that have been used; if none has been used, draw all axes."""
+    """Draw all axes of a controller that have been used, or else all axes, and the controller's switches and lamps."""
     flow, controller = Flow(), context.bench[name]
-    with ui.element("div").classes("axes"):
-        top_view = table(context, name)
-        frames = {axis: _frame(controller, axis) for axis in controller.axes}
+
+    def press(pin: str, level: str) -> None:
+        context.touch(partial(context.session.do, name, pin, level))
+
+    with ui.element("div").classes("picture"):
+        with ui.element("div").classes("axes"):
+            top_view = table(context, name)
+            frames = {axis: _frame(controller, axis, press) for axis in controller.axes}
+        with ui.element("section").classes("axis switches-box").props(f'aria-label="switches and lamps of {name}"'):
+            switches = Switches(controller, press)
 
     def refresh() -> None:
         smooth, controller = flow.is_smooth(context.bench), context.bench[name]
@@ -26,14 +36,16 @@ def machines(context: Context, name: str) -> Refresh:
             box.visible = axis in used
             if box.visible:
                 figure.show(controller, smooth=smooth)
+        switches.show(controller)
 
     return refresh
 
 
-def _frame(controller: Controller, axis: str) -> tuple[ui.element, Figure]:
+def _frame(controller: Controller, axis: str, press: Press) -> tuple[ui.element, Figure]:
     with ui.element("section").classes("axis") as box:
         ui.label(axis).classes("axis-name").props("role=heading aria-level=3")
-        figure = Slide(controller, axis) if controller.axes[axis].limits is not None else Shaft(controller, axis)
+        slides = controller.axes[axis].limits is not None
+        figure = Slide(controller, axis, press) if slides else Shaft(controller, axis)
     return box, figure
 
 

@@ -1,4 +1,4 @@
-"""The operator panel of a scene: buttons, lamps and selector switches by name."""
+"""The operator panel of a scene: its buttons, lamps and selector switches."""
 
 from functools import partial
 

@@ -14,7 +14,7 @@ Thing = TypeVar("Thing", bound=ui.element)
 
 
 def called(element: Thing, name: str) -> Thing:
-    """Name an element for tests.  Calls `breathe`, because views create most of their elements with this function."""
+    """Give an element a name for tests, and let other tasks run while a page is being built (`breathe`)."""
     breathe()
     element.props["data-test"] = name
     element.mark(name)
@@ -71,7 +71,7 @@ class Readout(TextElement):
                 ui.label(unit).classes("told-unit")
 
     def show(self, text: str, tone: Tone = Tone.PLAIN) -> None:
-        """Show a text in the colour of `tone`."""
+        """Show a text in the colour for `tone`."""
         if text != self.text:
             self.text = text
         if tone is not self._tone:
@@ -80,7 +80,7 @@ class Readout(TextElement):
 
 
 def drawer(context: Context, key: str, title: str) -> ui.expansion:
-    """Build a part of the page that the user can open and close; the state is stored under `key` for this user."""
+    """Build a part of the page that the user can open and close; its state is stored for this user under `key`."""
     settings = context.person.settings
     found = ui.expansion(title, value=bool(settings.get(key)))
     found.on_value_change(lambda: settings.update({key: found.value}))

@@ -18,7 +18,7 @@ THROTTLE_S = 0.1
 """Shortest time between two messages from a slider or a joystick."""
 ARROWS = {"ArrowRight": 1, "ArrowUp": 1, "ArrowLeft": -1, "ArrowDown": -1}
 GENTLY = 0.2
-"""Deflection of the joystick while an arrow key is pressed; with Shift, the deflection is 1."""
+"""Deflection of the joystick while an arrow key is pressed without Shift; with Shift, it is 1."""
 
 
 def pins(context: Context, name: str) -> Refresh:
@@ -37,7 +37,7 @@ def pins(context: Context, name: str) -> Refresh:
 
 
 def inputs(controller: Controller) -> list[list[str]]:
-    """Return the names of each terminal that can be driven from outside."""
+    """Return, for each terminal that an operator can drive, the list of its names."""
     found: dict[Pin, list[str]] = {}
     for name, pin in controller.pins.items():
         if pin.drivable:
@@ -73,7 +73,7 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Return the name of the key that is shown as pressed; "" at a voltage between low and high."""
+    """Return the name of the key to show as pressed: low, high or release; "" at a voltage between low and high."""
     if not pin.driven:
         return "release"
     if isinstance(pin, UserPin) and 0 < pin.volts < PULLED_UP_VOLTS:
@@ -82,7 +82,7 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return the source of a terminal's level; "" for an open terminal."""
+    """Return the name of the source that determines a terminal's level; "" for an open terminal."""
     if pin.held:
         return "stuck"
     if pin.driven:

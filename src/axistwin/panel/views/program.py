@@ -17,13 +17,13 @@ from axistwin.panel.turns import breathe
 from axistwin.scenes.hosting import KINDS
 
 MOST_BYTES = 1 << 18
-"""Largest size of a program: ten times the longest real program, and less than the limit of a browser's message."""
+"""Largest size of a program in bytes: ten times a real program, but less than a browser's message can contain."""
 TOO_LONG = f"the text is too long: expected at most {MOST_BYTES:,} characters"
 SUFFIXES = {**KINDS, ".sms": "smartmotor"}
-"""Controller family of each suffix of program files."""
+"""Controller family by suffix of the program file."""
 EMPTY = Listing("", ())
 SELDOM = 4
-"""Interval, in frames, between two updates; each update takes long, because a motor is advanced to find its line."""
+"""Number of frames between two updates; an update is slow, because it advances the motor to find its line."""
 
 
 def program(context: Context, name: str) -> Refresh:
@@ -82,7 +82,7 @@ class _View:
         self._choice.visible = len(names) > 1
 
     def _which(self, programs: Mapping[str, Listing]) -> str:
-        """Return the name of the program to show: the running program while *follow* is on, else the selected one."""
+        """Return the name of the program to show: the running program if *follow* is on, otherwise the selected one."""
         wanted = self.context.person.settings.get(f"{self.name} program")
         if self._follow.value or wanted not in programs:
             running = (each for each, listing in programs.items() if listing.running is not None)
@@ -94,7 +94,7 @@ class _View:
     # Breakpoints
 
     def _toggle(self, index: int) -> None:
-        """Add a breakpoint at a line; if the line has a breakpoint, remove that."""
+        """Add a breakpoint at a line, or remove the breakpoint that the line has."""
         session, sentence = self.context.session, f"{self.name} runs {self._place(index)}"
         there = next((each for each in session.breaks if each.sentence == sentence), None)
         if there is not None:
@@ -103,7 +103,7 @@ class _View:
             self.context.touch(lambda: session.add_break(sentence))
 
     def _place(self, index: int) -> str:
-        """Return the place of a line as in a sentence, e.g. `12`, or `3:12` for line 12 of sequence 3."""
+        """Return the place of a line in the notation of breakpoints: `12`, or `3:12` for line 12 of sequence 3."""
         return f"{self._number(str(self._choice.value))}{index + 1}"
 
     def _number(self, which: str) -> str:
@@ -186,7 +186,7 @@ class _Loading:
         self._file.value = PurePath(event.file.name).name
 
     def _load(self, event: GenericEventArguments) -> None:
-        """Load the text.  `event.args`: length of the text in the browser, which does not send very long texts."""
+        """Load the text of the dialog, unless its length in the browser (`event.args`) is too large."""
         text, file = str(self._text.value or ""), str(self._file.value or "")
         if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
             self._refuse()

@@ -23,7 +23,7 @@ from axistwin.sessions.session import Session
 from axistwin.units import to_seconds
 
 READOUT_EVERY = 5
-"""Interval, in frames, between two updates of the table of measurements."""
+"""Number of frames between two updates of the table of measurements."""
 
 
 class Scopes:
@@ -32,13 +32,13 @@ class Scopes:
     def __init__(self, session: Session) -> None:
         self.recorder = Recorder()
         self.drawn = 0
-        """Number of screens sent to browsers, for tests."""
+        """Number of screens that have been sent to browsers; used by tests."""
         self.saving = asyncio.Lock()
         self._pages: dict[Screen, int] = {}
         session.each_bench(self.recorder.attach)
 
     def come(self, person: Person) -> Screen:
-        """Count a new page of this user, and return the user's screen; a new screen shows the signals of motion."""
+        """Count a newly opened page of this user, and return the user's screen; a new screen shows motion signals."""
         screen = person.settings.get("scope")
         if not isinstance(screen, Screen):
             screen = person.settings["scope"] = Screen(self.recorder)
@@ -48,12 +48,12 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # too many signals on other screens
+        except AxistwinError:  # other screens already record the largest number of signals
             screen.show(())
         return screen
 
     def go(self, screen: Screen) -> None:
-        """Count a closed page with this screen; after the last page, stop recording its signals."""
+        """Count a closed page with this screen; when the last page is closed, stop recording the signals."""
         self._pages[screen] -= 1
         if not self._pages[screen]:
             self.recorder.leave(screen)
@@ -90,7 +90,7 @@ class _Scope:
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
-        self._client.on_delete(self._views.clear)  # the functions refer to this object: a cycle
+        self._client.on_delete(self._views.clear)  # breaks a reference cycle: the functions refer to this object
 
     def refresh(self) -> None:
         """Update the controls and, if it has changed, the plot."""
@@ -144,7 +144,7 @@ class _Scope:
                 self._key(str(value.get("key")), bool(value.get("shift")), bool(value.get("alt")))
 
     def _click(self, place: float, other: bool) -> None:
-        """Put the active cursor, or the `other` cursor, at a horizontal position; the first two clicks set A and B."""
+        """Put the active cursor, or the `other` one, at the clicked position; the first two clicks set A and B."""
         cursors = self.screen.cursors
         which = {"a": "b", "b": "a"}[cursors.active] if other else cursors.active
         self.screen.put_cursor(which, place)
@@ -214,7 +214,7 @@ SUFFIXES = (*TRACES, *PICTURES)
 
 
 def _number(value: Any, least: float, most: float, otherwise: float) -> float:
-    """Return a number from the browser, clipped to limits; `otherwise` if the value is not a number."""
+    """Return a number from the browser, limited to a range; return `otherwise` if the value is not a number."""
     if isinstance(value, int | float) and isfinite(value):
         return min(max(float(value), least), most)
     return otherwise

@@ -25,11 +25,11 @@ UNKNOWN = "–"
 MOST_TITLE = 40
 """Largest number of characters in the title of a lane."""
 Save = Callable[[str, bool], Awaitable[None]]
-"""Function that saves a file with this suffix: the complete record (True) or the visible time (False)."""
+"""Function that saves a file; its arguments are the suffix, and True for the complete record."""
 
 
 def attempt(action: Callable[[], object]) -> bool:
-    """Perform an action, and show its error, if any.  Returns True if there is no error."""
+    """Perform an action; show the error if the action fails, otherwise return True."""
     try:
         action()
     except AxistwinError as error:
@@ -153,7 +153,7 @@ def choice(screen: Screen) -> Refresh:
 
 
 def _lanes(screen: Screen) -> Callable[..., None]:
-    """Build the menu of lanes: buttons for the order, a switch that folds a lane, and a field for its title.
+    """Build the menu of lanes: for each lane, buttons to move it, a switch to fold it, and a field for its title.
 
     Returns a function that builds the rows for the present signals; `anew=False`: only if they have been built before.
     """
@@ -256,7 +256,7 @@ def trigger(screen: Screen) -> Refresh:
 
 
 def _mode(screen: Screen) -> Refresh:
-    """Build the selection of the mode; a trigger without a signal receives the first signal of the screen."""
+    """Build the selection of the trigger mode; a trigger without a signal gets the first signal of the screen."""
     settings = screen.trigger
 
     def arm() -> None:
@@ -270,7 +270,7 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store each new value of an element in an attribute of `owner`, and call `then`.
+    """Store each new value of an input element in an attribute of `owner`, then call `then`.
 
     Returns a function that updates the element if the attribute has changed.
     """
@@ -294,7 +294,7 @@ def _names(screen: Screen) -> list[str]:
 
 
 def activate(screen: Screen, which: str) -> None:
-    """Make a cursor active; if not set, put the cursor in the middle."""
+    """Make a cursor active; put a cursor that is not set in the middle of the screen."""
     screen.cursors.active = which
     if screen.cursors.active_ns is None:
         screen.move_cursor(0)
@@ -383,7 +383,7 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
 
 
 def _with_unit(meaning: Meaning, value: float) -> str:
-    """Return a value, and in parentheses the value in the unit of the machine, if any."""
+    """Format a value; add the value in the machine unit in parentheses if this unit is defined."""
     told = "" if isnan(value) else meaning.in_unit(value)
     return f"{_shown(value)} ({told})" if told else _shown(value)
 

@@ -40,14 +40,15 @@ def table(context: Context, name: str) -> Callable[[bool], None]:
 
 
 def _tool(context: Context, controller: Controller) -> Callable[[], str]:
-    """Build the selection of the output that lowers the tool.  Returns a function that returns the selected output."""
+    """Build the selection of the output that lowers the tool; return a function that returns the selected output."""
     outputs = [name for name, pin in controller.pins.items() if pin.is_output]
     key = f"{controller.name} tool"
-    first = outputs[0] if outputs else NO_TOOL
+    options = {NO_TOOL: "no tool", **{name: name for name in outputs}}
+    wanted, first = context.person.settings.get(key), outputs[0] if outputs else NO_TOOL
     choice = ui.select(
-        {NO_TOOL: "no tool", **{name: name for name in outputs}},
+        options,
         label="tool",
-        value=context.person.settings.get(key, first),
+        value=wanted if wanted in options else first,
         on_change=lambda event: context.person.settings.update({key: event.value}),
     )
     choice.props("dense options-dense outlined").classes("tool-choice").mark(key)
@@ -65,7 +66,7 @@ class _Solid:
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """Add an empty element to the page, in which the drawing is created."""
+        """Add an empty element to the page; the drawing is created in this element later."""
         self._room = ui.element("div").classes("solid")
         self._make()
 

@@ -14,7 +14,6 @@ Kinds = dict[str, Callable[[], Refresh]]
 def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
     """Build tabs, and open the tab that this user has opened last."""
     made: dict[str, Refresh | None] = {}
-    drawn = False
     setting = f"tab {name}"
     wanted = str(context.person.settings.get(setting, ""))
     first = wanted if wanted in kinds else next(iter(kinds))
@@ -29,22 +28,18 @@ def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
     def build(kind: str) -> None:
         with panels[kind]:
             view = made[kind] = kinds[kind]()
-        if kind == str(bar.value) and drawn:
+        if kind == str(bar.value):
             view()
 
     def keep(kind: str) -> None:
         context.person.settings[setting] = kind
 
     bar.on_value_change(lambda event: keep(event.value))
-    if first != wanted:
-        keep(first)
-        build(first)
+    keep(first)
 
     def refresh() -> None:
-        nonlocal drawn
-        drawn = True
         kind = str(bar.value)
-        if kind not in made:  # not before the first frame, because a terminal needs its size
+        if kind not in made:  # views are built after the first frame, because a terminal needs its size
             made[kind] = None
             context.unbuilt.append(partial(build, kind))
         elif view := made[kind]:

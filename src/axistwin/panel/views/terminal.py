@@ -1,5 +1,6 @@
 """A terminal at an endpoint: a screen with the messages, and a field for a line to send."""
 
+from collections.abc import Awaitable
 from functools import partial
 
 from nicegui import ui
@@ -9,13 +10,15 @@ from axistwin.errors import ProgramError, UsageError
 from axistwin.panel.context import Context, Refresh
 from axistwin.panel.talk import Printer, Talk
 from axistwin.panel.views.asides import Asides
+from axistwin.panel.views.lessons import lessons
+from axistwin.teaching import own_command
 
 SCREEN = {
     "rows": 12, "cols": 100, "fontSize": 12, "convertEol": False, "disableStdin": False, "scrollback": 4000,
     "theme": {"background": "#10151c", "foreground": "#f0f3f7", "red": "#ff7b72"}, "screenReaderMode": True,
 }  # fmt: skip
 PASSED_ON = "(event) => event.key !== 'Tab'"
-"""JavaScript that leaves the Tab key to the browser, which moves the focus; the screen receives all other keys."""
+"""JavaScript that keeps the Tab key for the browser, to move the focus; all other keys are sent to the terminal."""
 FITTED = (
     "new ResizeObserver(() => this.element.clientWidth && getElement({id})?.fit()).observe(this.element.parentElement)"
 )
@@ -27,13 +30,14 @@ REMEMBERED = 100
 def terminal(context: Context, name: str) -> Refresh:
     """Build the terminal of an endpoint: a controller, its second channel, or a line with several motors."""
     whole = endpoints.at_a_bus(context.bench, name)
+    known = name in context.bench.controllers and context.bench[name].product.model in FAMILIES
+    asides = Asides(context, name) if known else None
     with ui.row().classes("terminal-head"):
         client = ui.label().classes("quiet").mark(f"client-{name}")
+        show_lesson = lessons(context, name, asides) if asides is not None else lambda: None
     screen = ui.xterm(SCREEN, on_data=lambda event: _typed(context, name, event.data)).classes("terminal")
     screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
     screen.run_terminal_method(":attachCustomKeyEventHandler", f"({FITTED.format(id=screen.id)}, {PASSED_ON})")
-    known = name in context.bench.controllers and context.bench[name].product.model in FAMILIES
-    asides = Asides(context, name) if known else None
     _line(context, name, whole, asides)
     with ui.row().classes("terminal-line"):
         if not whole:
@@ -43,6 +47,7 @@ def terminal(context: Context, name: str) -> Refresh:
     show = _roll(context, name, screen, whole, asides)
 
     def refresh() -> None:
+        show_lesson()
         show()
         connected = context.session.client(name)
         client.text = f"{connected} is connected" if connected else "no client is connected"
@@ -51,7 +56,7 @@ def terminal(context: Context, name: str) -> Refresh:
 
 
 def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: Asides | None) -> Refresh:
-    """Return a function that prints new messages; after the bench was replaced, it clears the screen first."""
+    """Return a function that prints new messages; it first clears the screen if the bench was replaced."""
     talk, generation, count = context.common(Talk), -1, 0
     printer = Printer(endpoints.codec_at(context.bench, name), whole)
 
@@ -76,7 +81,7 @@ def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: As
 
 
 def _typed(context: Context, name: str, text: str) -> None:
-    """Send characters typed on the screen as they are."""
+    """Send the characters that the user types on the screen, without changes."""
     if endpoints.at_a_bus(context.bench, name):
         ui.notify("a board accepts whole commands only: type them in the line below", type="warning")
         return
@@ -94,9 +99,21 @@ def _line(context: Context, name: str, whole: bool, asides: Asides | None) -> No
         ending = ui.select(list(TERMINATORS), value=context.person.ending).props('dense outlined aria-label="ended by"')
         ending.set_visibility(not whole)
 
-        def send() -> None:
+        def send() -> Awaitable[None] | None:
             context.person.ending = ending.value
-            context.touch(partial(say, box.value))
+            line = str(box.value or "")
+            command = own_command(line.strip()) if asides is not None else None
+            if asides is None or command is None:
+                context.touch(partial(say, line))
+                return None
+            asides.add([line.strip()])
+            keep(line)
+            return asides.obey(*command)
+
+        def keep(line: str) -> None:
+            history[:] = [*(each for each in history if each != line), line][-REMEMBERED:]
+            if box.value == line:
+                box.value = ""
 
         def say(line: str) -> None:
             data = _bytes(context, name, line, whole, ending.value)
@@ -104,9 +121,7 @@ def _line(context: Context, name: str, whole: bool, asides: Asides | None) -> No
             context.session.say(name, data)
             if asides is not None:
                 asides.add(comments)
-            history[:] = [*(each for each in history if each != line), line][-REMEMBERED:]
-            if box.value == line:
-                box.value = ""
+            keep(line)
 
         box.on("keydown.enter", send)
         ui.button("Send", on_click=send).props("dense no-caps").mark(f"send-{name}")
@@ -120,7 +135,7 @@ def _bytes(context: Context, name: str, text: str, whole: bool, ending: str) -> 
         raise UsageError(f"{error.message} (column {error.column})") from None
 
 
-# Other controls at the host's end of a serial line
+# Other controls of the host's end of a serial line
 
 
 def _buttons(context: Context, name: str) -> None:

@@ -2,8 +2,8 @@
 
 const FRAME_MS = 50;
 const BUDGET_S = 0.04; // computing time of one frame
-const WINDOW_NS = 10e9; // least width of the curves
-const LEAST_SAMPLES = 100; // least number of samples in the width of the curves
+const WINDOW_NS = 10e9; // shortest time that the curves show
+const LEAST_SAMPLES = 100; // smallest number of samples that the curves show
 const S = 1e9;
 
 const $ = (id) => document.getElementById(id);
@@ -54,7 +54,7 @@ let opened = null; // the overview of the open scene
 let nowNs = 0;
 let windowNs = WINDOW_NS;
 let running = false;
-let targetNs = 0; // time to reach before anything else, from a share link
+let targetNs = 0; // virtual time of a share link, to which the session advances first
 
 function show(overview) {
   opened = overview;

@@ -41,12 +41,12 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level of the pin after the motor has passed the edge in this direction."""
+        """Return the level that the pin has after the motor has passed the edge in this direction."""
         return self.active_level if direction == -self.edge else not self.active_level
 
 
 class EdgeObserver:
-    """Triggers the event `seen` when a pin has changed to `level` and kept this level long enough."""
+    """Triggers the event `seen` when a pin has changed to `level` and has kept this level long enough."""
 
     def __init__(self, clock: Clock, mark: Mark, level: bool) -> None:
         self.clock, self.seen = clock, clock.event()

@@ -6,6 +6,7 @@ a pulse is kept from one velocity to the next, until the motor stops or reverses
 """
 
 from fractions import Fraction
+from functools import lru_cache
 
 from axistwin.controllers.compumotor.language import CCW, Accept, Opcode
 from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
@@ -40,12 +41,12 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # only the last of consecutive markers is executed
+                marker = met  # of consecutive markers, only the last is executed
                 continue
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # a callback has ended the stream
+            if not stream.performing:  # a callback may have ended the stream
                 return
             if duration_ns is None:
                 break
@@ -90,12 +91,11 @@ class StreamOutput:
             pulses.kill()
             return False
         else:
-            before = pulses.rate * pulses.sign * sign
+            before = pulses.rate if pulses.sign == sign else -pulses.rate
             phase = Phase.CONSTANT
             if rate != before:
                 phase = Phase.ACCELERATING if rate > before else Phase.DECELERATING
-            phases = ((phase, (Segment(rate, None),)),)
-            pulses.run(VelocityProfile(phases, self._setting.maximum, of_move=False), sign)
+            pulses.run(_endless(phase, rate, self._setting.maximum), sign)
         return True
 
     def _marker(self, word: int) -> Marker | None:
@@ -116,6 +116,12 @@ class StreamOutput:
         result = command.handler(board, *marker.values)
         if isinstance(result, bytes):
             board.send(command.opcode, result)
+
+
+@lru_cache(maxsize=4096)
+def _endless(phase: Phase, rate: Fraction, maximum: Fraction) -> VelocityProfile:
+    """Return endless motion at a velocity; a stream repeats many velocities."""
+    return VelocityProfile(((phase, (Segment(rate, None),)),), maximum, of_move=False)
 
 
 def indexer_mode(board: State) -> None:

@@ -55,7 +55,7 @@ def refresh(board: State) -> None:
 
 
 def wake(board: State) -> None:
-    """Schedule an update in 2 ms if there is motion to supervise or an error to correct."""
+    """Schedule an update in 2 ms if the motor moves or an error must be corrected."""
     if not board.loop.ticking and board.alive and _busy(board):
         board.loop.ticking = True
         board.clock.call_later(UPDATE_NS, partial(_tick, board))
@@ -63,7 +63,7 @@ def wake(board: State) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if loop.ratio is None:  # without a ratio, no stalls are detected and no errors corrected
+    if loop.ratio is None:  # without a ratio, stalls are not detected and errors are not corrected
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)
@@ -98,9 +98,9 @@ def _may_correct(board: State) -> bool:
 
 def _maintain(board: State) -> None:
     loop, pulses = board.loop, board.pulses
-    error = loop.error
+    error = loop.error if _may_correct(board) else 0
     sign = 1 if error > 0 else -1
-    if not error or not _may_correct(board) or board.limits.blocks(sign):
+    if not error or board.limits.blocks(sign):
         loop.give_way()
         return
     assert loop.law is not None

@@ -26,7 +26,7 @@ NEED_LOOP = (0x35, 0x36)
 LOOP_PARAMETERS = {0xB0: "ratio", 0xB1: "resolution", 0xB2: "sigma", 0xB3: "algorithm", 0xB4: "teeth"}
 RATIO, RESUME = 0xB0, 0x37
 DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
-"""Streaming mode that accepts the data, by the opcode of the data."""
+"""By opcode of streamed data, the opcode of the streaming mode that accepts these data."""
 END_OF_STREAM = -0x7FFF
 SHORTEST_NS = 2 * MS
 """The shortest duration of a velocity-distance pair."""
@@ -46,7 +46,7 @@ class Definitions:
     """The board's definitions and its mode, after the commands that have been checked."""
 
     moves: dict[int, int] = field(default_factory=dict)
-    """Opcode that defined each move, by the number of the move."""
+    """Opcode of the command that has defined each move, by number of the move."""
     sequences: dict[int, list[Given]] = field(default_factory=dict)
     defining: int | None = None
     begun: Given | None = None
@@ -54,7 +54,7 @@ class Definitions:
     home: bool = False
     loop: set[int] = field(default_factory=set)
     mode: Given | None = None
-    """The command that entered the streaming mode; None: indexer mode."""
+    """Command that has entered the streaming mode; None in indexer mode."""
     triggers: dict[int, int] = field(default_factory=dict)
 
 
@@ -93,7 +93,7 @@ class _Checker:
         self.found: list[Diagnostic] = []
 
     def take(self, sent: Sequence[Sent]) -> None:
-        """Check one command."""
+        """Check one command of the host, and report its problems."""
         command = self.commands.get(sent[0].byte)
         if not isinstance(command, Opcode):
             self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: ignored")
@@ -101,7 +101,7 @@ class _Checker:
             self._place(Given(command, values, sent))
 
     def _values(self, command: Opcode, sent: Sequence[Sent]) -> tuple[Any, ...] | None:
-        """Return the values for the handler; None if a problem has been reported."""
+        """Return the parameter values of a command; None if the values are wrong, which is reported."""
         here = sent[1:]
         if len(sent) > LONGEST:
             self._say(rules.TOO_LONG, sent[LONGEST:], f"the command is too long: expected at most {LONGEST} bytes")
@@ -152,7 +152,7 @@ class _Checker:
             self._follow(given)
 
     def _value_rules(self, given: Given) -> None:
-        """Report values that are each within their range, but invalid in combination."""
+        """Report values that are valid alone but invalid together."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])
@@ -165,7 +165,7 @@ class _Checker:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3:7]  # the velocity is in bytes 3 to 6 of all these commands
+        at = given.sent[3:7]  # the velocity is in bytes 3 to 6 of each of these commands
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
             self._about(

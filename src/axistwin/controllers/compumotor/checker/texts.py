@@ -91,8 +91,7 @@ class Words:
         if len(words) - 1 != len(fields):
             wanted = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
             given = f"{len(words) - 1} value{'s' * (len(words) != 2)}"
-            message = f"{words[0][0]} has {given}: expected {wanted}"
-            raise _wrong(rules.NUMBER_OF_VALUES, words[0], message)
+            raise _wrong(f"{words[0][0]} has {given}: expected {wanted}", rules.NUMBER_OF_VALUES, words[0])
         values = iter(words[1:])
         found = [Placed(command.opcode, words[0].start(), len(words[0][0]))]
         for field in command.fields:
@@ -108,12 +107,12 @@ class Words:
         likely = re.sub(r"[^a-z0-9]+", "_", word[0].lower()).strip("_")
         near = [likely] if likely in names else get_close_matches(likely, names, 3)
         hint = f"did you mean {' or '.join(near)}?" if near else "axistwin commands lists them"
-        error = _wrong(rules.UNKNOWN_NAME, word, f"no command {word[0]!r}: {hint}")
+        error = _wrong(f"no command {word[0]!r}: {hint}", rules.UNKNOWN_NAME, word)
         error.instead, error.sure = near[0] if near else "", likely in names
         raise error
 
 
-def _wrong(rule: Rule, word: re.Match[str], message: str) -> ProgramError:
+def _wrong(message: str, rule: Rule, word: re.Match[str]) -> ProgramError:
     return ProgramError(message, column=word.start() + 1, code=rule.code, width=len(word[0]))
 
 
@@ -121,7 +120,7 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
     found = []
     for word in words:
         if not _HEX.fullmatch(word[0]):
-            raise _wrong(rules.WORD, word, f"{word[0]!r} is not a byte: expected two hex digits")
+            raise _wrong(f"{word[0]!r} is not a byte: expected two hex digits", rules.WORD, word)
         found += [Placed(byte, word.start() + 2 * number) for number, byte in enumerate(bytes.fromhex(word[0]))]
     return found
 
@@ -129,7 +128,7 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
 def _value(field: language.Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
-        raise _wrong(rules.WORD, word, f"{field.name}: {shortened(word[0])} is invalid: expected {_wanted(field)}")
+        raise _wrong(f"{field.name}: {shortened(word[0])} is invalid: expected {_wanted(field)}", rules.WORD, word)
     return field.encode(value)
 
 

@@ -1,1 +1,1 @@
-"""Parts of an 1810 or 1811: state and primitives for the chapters, which do not depend on the board."""
+"""Parts of an 1810 or 1811, such as the pulse generator and the stream; they do not depend on the board."""

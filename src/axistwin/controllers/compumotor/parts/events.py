@@ -28,8 +28,9 @@ class Events:
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
-        """Called at every stall and limit hit, even if no message is requested."""
-        self.armed: dict[int, int] = {}  # number of moves that began before the request, by its opcode
+        """Function that is called at every stall and limit hit, even if no message is requested."""
+        # for each requested opcode, the number of moves that had begun before the request
+        self.armed: dict[int, int] = {}
 
     def happened(self, what: Happening, begun: int) -> None:
         """Send the requested messages for an event of move number `begun`.

@@ -8,13 +8,13 @@ from axistwin.sim.pins import Pin
 
 
 class Joystick:
-    """The connector of an 852 joystick; while enabled, the joystick's pulses go to the motor and are counted."""
+    """The connector of an 852 joystick; while it is enabled, the joystick's pulses are counted and drive the motor."""
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator) -> None:
         self._pins, self._pulses = pins, pulses
         self.enabled = False
         self.on_move: Callable[[bool], None] = lambda begins: None
-        """Called with True when the joystick begins to move the motor, with False when that motion ends."""
+        """Function that is called with True at the start and with False at the end of a motion by the joystick."""
         self.disabled: Event | None = None
         self._moved = False
         self._unsubscribe = [

@@ -40,7 +40,7 @@ class Move:
 
     @property
     def xy(self) -> int:
-        """The byte with the velocity range and the acceleration range."""
+        """Parameter byte XY of a move: X is the velocity range and Y the acceleration range."""
         return self.ranges[0] << 4 | self.ranges[1]
 
     def speed(self, start_stop: int) -> Speed | None:

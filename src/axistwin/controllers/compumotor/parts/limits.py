@@ -16,7 +16,7 @@ class Limits:
         self._pins = {+1: cw, -1: ccw}
         self._changes = dict.fromkeys(self._pins, 0)
         self.on_hit: Callable[[int], None] = lambda sign: None
-        """Called with +1 or -1 when the + or - limit has become active."""
+        """Function that is called with +1 or -1 when the + or - limit has become active."""
         self._unsubscribe = [pin.subscribe(partial(self._changed, side)) for side, pin in self._pins.items()]
 
     def close(self) -> None:

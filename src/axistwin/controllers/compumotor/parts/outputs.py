@@ -13,11 +13,11 @@ class Outputs:
     """The five bits that commands may set: bits 0 to 2 are the user bits, 3 and 4 the programmable outputs."""
 
     def __init__(self, pins: Mapping[str, Pin], handshake: Handshake, states: Mapping[int, Callable[[], bool]]) -> None:
-        """`states`: a predicate for each state code of 0Fh."""
+        """`states`: for each state code of 0Fh, a function that returns True if the state is active."""
         self._pins, self._handshake, self._states = pins, handshake, states
         self.programmed = 0
         """Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""
-        self._tracked: dict[int, tuple[int, bool]] = {}  # by bit: state and active level
+        self._tracked: dict[int, tuple[int, bool]] = {}  # state and active level, by bit
         for number in (1, 2):
             self.write(number + 2, True)
 
@@ -31,7 +31,7 @@ class Outputs:
             self._handshake.user_bits = self._handshake.user_bits & ~(1 << bit) | level << bit
 
     def track(self, bit: int, state: int, active_high: bool) -> None:
-        """Let a bit show the state with this code; code 00 ends this."""
+        """Let a bit show the state with this code; after code 00, the bit shows no state."""
         if state == NOTHING:
             self._tracked.pop(bit, None)
         elif state in self._states:

@@ -17,7 +17,7 @@ from axistwin.units import S
 
 
 class Phase(Enum):
-    """Phases of a motion, by the present change of velocity."""
+    """Phases of a motion: accelerating, constant velocity, decelerating, at rest."""
 
     REST = "zero velocity"
     ACCELERATING = "accelerating"
@@ -55,7 +55,7 @@ class VelocityProfile:
 
     @cached_property
     def timetable(self) -> tuple[tuple[int, Phase], ...]:
-        """Start of each phase in ns from the profile's start, without phases of duration 0."""
+        """Start times of the phases in ns since the start of the profile; phases of duration 0 are left out."""
         return tuple(self._begins())
 
     def _begins(self) -> Iterable[tuple[int, Phase]]:
@@ -83,7 +83,7 @@ class PulseGenerator:
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin, self._unmade_at_reset = 0, axis.unmade
-        self._pulse_ns: int | None = None  # time of the joystick's latest pulse in this excursion
+        self._pulse_ns: int | None = None  # time of the latest pulse from the joystick in this excursion
         self._plan = 0
         self._changed: Event | None = None
 
@@ -104,7 +104,7 @@ class PulseGenerator:
 
     @property
     def position(self) -> int:
-        """Net pulses since reset, each with the sign that its direction had when the pulse was output."""
+        """Net number of pulses since the reset; each counts with the sign that its direction had at that time."""
         unmade = self.axis.unmade - self._unmade_at_reset
         return self._issued - (unmade if self.cw_is_plus else -unmade)
 
@@ -184,7 +184,7 @@ class PulseGenerator:
             self.change(VelocityProfile(((Phase.CONSTANT, constant),), self.velocity_profile.clock, of_move=False))
 
     def kill(self) -> None:
-        """End the pulses at once."""
+        """Stop the pulses at once, without deceleration."""
         if self.moving:
             self._output = self._output.cut(self._elapsed_ns)
             self.axis.halt()
@@ -222,7 +222,7 @@ class PulseGenerator:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # a callback has changed the profile
+            if plan != self._plan:  # a callback may have changed the profile
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:

@@ -36,7 +36,7 @@ class Sequences:
 
     @property
     def free(self) -> int:
-        """Free bytes of memory. A command takes the length of its command string."""
+        """Number of free bytes of memory; a command takes as many bytes as its command string has."""
         return self.memory - sum(len(stored.string) for buffer in self.buffers.values() for stored in buffer)
 
     def store(self, stored: Stored) -> None:
@@ -47,11 +47,11 @@ class Sequences:
 
 
 class Order(Enum):
-    """The action of the sequencer after its present command."""
+    """Action of the sequencer after its present command: continue, suspend, end."""
 
     CONTINUE = auto()
     SUSPEND = auto()
-    KILL = auto()  # discontinue the present SINGULAR command, then suspend
+    KILL = auto()  # discontinues the present SINGULAR command, and then suspends the sequence
     LEAVE = auto()
 
 
@@ -76,7 +76,7 @@ class Sequencer:
         self.at = 0
         self.number = 0
         self.on_command: Callable[[int, int], None] = lambda number, at: None
-        """Called with the sequence number and the command's index when a command of a sequence begins."""
+        """Function that is called with sequence number and index when a command of a sequence begins."""
         self.order = Order.CONTINUE
         self.waiting: Event | None = None
         self.process: Process | None = None

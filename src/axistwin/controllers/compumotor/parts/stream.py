@@ -52,9 +52,18 @@ class Setting:
         rate = self.period_ms.to_bytes(2, "big") if self.period_ms else b""
         return bytes([self.base, self.divisor]) + self.alarm.to_bytes(4, "big") + rate
 
+    @cached_property
+    def _rates(self) -> dict[int, Fraction]:
+        """The rates of the velocity numbers in use."""
+        return {}
+
     def rate(self, number: int) -> Fraction:
         """Return the rate of a velocity number in pulses/s, without the direction."""
-        return self.resolution * (number & FASTEST)
+        number &= FASTEST
+        rate = self._rates.get(number)
+        if rate is None:
+            rate = self._rates[number] = self.resolution * number
+        return rate
 
 
 @dataclass(frozen=True)
@@ -73,7 +82,7 @@ class Stream:
     ) -> None:
         self._clock, self._memory, self._send, self._refresh = clock, memory, send, refresh
         self.setting: Setting | None = None
-        """None: indexer mode."""
+        """Present streaming mode with its parameters; None in indexer mode."""
         self.markers: dict[int, Marker] = {}
         self._entries: deque[Entry] = deque()
         self._used = 0
@@ -143,7 +152,8 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            if process is not self._clock.active_process:  # the active process ends by itself: `performing` is False
+            # the active process ends by itself, because `performing` is False
+            if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 

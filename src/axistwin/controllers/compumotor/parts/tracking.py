@@ -84,7 +84,7 @@ class Tracking:
         """True if a stall ends a move (19h)."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
-        # The present or most recent move
+        # State of the present or most recent move
         self.use = Use.OPEN_LOOP
         self._began = 0
         self.ended: int | None = 0

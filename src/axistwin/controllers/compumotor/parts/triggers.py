@@ -8,7 +8,7 @@ from axistwin.sim.pins import Pin
 from axistwin.units import MS
 
 LOW_BEFORE_NS = 2 * MS
-"""The time for which a trigger must have been low before an edge counts."""
+"""Time for which a trigger must have been low before a rising edge has an effect."""
 
 
 class Triggers:
@@ -17,7 +17,7 @@ class Triggers:
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
         """`response_ns`: time from the edge to the function, during which the input must stay high."""
         self.clock, self._response_ns = clock, response_ns
-        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # opcode and action of each trigger
+        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # opcode and action, by trigger
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
         self._unsubscribe = [pin.subscribe(partial(self._changed, number)) for number, pin in pins.items()]
@@ -60,7 +60,7 @@ class Triggers:
             self.clock.call_later(self._response_ns[trigger], partial(self._respond, trigger, self._fell_ns[trigger]))
 
     def _respond(self, trigger: int, fell_ns: int) -> None:
-        if self._fell_ns[trigger] != fell_ns:  # the pulse is too short
+        if self._fell_ns[trigger] != fell_ns:  # the pulse was too short
             return
         if (waiting := self._edges.pop(trigger, None)) is not None:
             waiting.succeed()

@@ -14,8 +14,8 @@ class BreakIn:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._offered: UartFormat | None = None  # format for reading the present character
-        self._detected: UartFormat | None = None  # data bits, parity and stop bits of the `(` received
+        self._offered: UartFormat | None = None  # format in which the present character is read
+        self._detected: UartFormat | None = None  # data bits, parity and stop bits of the received `(`
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
@@ -25,13 +25,13 @@ class BreakIn:
 
     @property
     def _possible(self) -> bool:
-        """True if the interface is locked, the host holds DSR active, and nothing is in motion."""
+        """True if the interface is locked, DSR is active, and no axis moves."""
         state = self._state
         held = state.lines.dsr.level and not state.uart.sending
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the default format at the measured baud rate if the character is a `(` in it, and its shape is new."""
+        """Return the default format at the measured baud rate, if a `(` in this format could have this shape."""
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None
         if rate is not None:

@@ -17,9 +17,9 @@ from axistwin.sim.frames import LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-NEARLY_FULL = 52  # 80 %: DTR or X-off stops the host
-NEARLY_EMPTY = 12  # 20 %: the host may continue
-OVERFLOW = 61  # 95 %: a data fault, and the whole buffer is lost
+NEARLY_FULL = 52  # number of buffered characters (80 %) at which DTR or X-off stops the host
+NEARLY_EMPTY = 12  # number of buffered characters (20 %) at which the host may continue
+OVERFLOW = 61  # number of buffered characters (95 %) at which a data fault occurs and the whole buffer is lost
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 
@@ -32,14 +32,14 @@ class InputBuffer:
         self.characters: deque[int] = deque()
         self.on_fault: Callable[[LineFault], None] = lambda fault: None
         self.intercept: Callable[[int], bool] = lambda byte: False
-        """Called with each character; True: the character does not enter the buffer."""
+        """Function that is called with each character; the character is not buffered if it returns True."""
         self.on_full: Callable[[bool], None] = lambda full: None
         self.on_cancel: Callable[[], None] = lambda: None
-        """Called when `# <CR>` is received."""
+        """Function that is called when `# <CR>` is received."""
         self.checking = True
-        """False: errors are not flagged."""
+        """True if receive errors are reported as faults."""
         self.tolerant = False
-        """True: characters with errors are accepted, since the data format is not known yet."""
+        """True if characters with errors are accepted, because the data format is not known yet."""
         self.full = False
         self._register: tuple[int, LineError] | None = None
         self._began_ns = clock.now
@@ -52,11 +52,11 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Start or stop accepting characters with errors; while on, the UART resynchronises from 7 bits to 8."""
+        """Start or stop accepting characters with errors, as needed before the data format is known."""
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
-        """Start receiving."""
+        """Start receiving characters."""
         self.uart.on_receive = self._receive
         self.uart.has_room = lambda: not self.full
         self.uart.pump_peer()
@@ -69,7 +69,7 @@ class InputBuffer:
         self._register = None
 
     def take(self) -> int | None:
-        """Remove and return the next character to be processed; None if the buffer is empty."""
+        """Remove and return the next character of the buffer; None if the buffer is empty."""
         if not self.characters:
             return None
         character = self.characters.popleft()
@@ -77,7 +77,7 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the first message whose text is `wanted`, with its terminator; empty if there is none."""
+        """Remove and return the first message whose text fulfils `wanted`, with its terminator; "" if there is none."""
         begin = 0
         for end, character in enumerate(self.characters, 1):
             if character & 0x7F != ends_message:
@@ -121,7 +121,7 @@ class InputBuffer:
             self._enter(*character)
 
     def _enter(self, byte: int, errors: LineError) -> None:
-        if errors and not self.tolerant:  # the character is dropped; while locked, no fault is flagged
+        if errors and not self.tolerant:  # the character is discarded; a locked interface reports no fault
             self._flag(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
             self._flag(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
             return
@@ -140,8 +140,10 @@ class InputBuffer:
             event.succeed()
 
     def _ends_in_cancel(self) -> bool:
-        typed = (byte & 0x7F for byte in reversed(self.characters))
-        return next((code for code in typed if code not in (CR, LF, ord(" "))), None) == ord("#")
+        for byte in reversed(self.characters):
+            if byte & 0x7F not in (CR, LF, ord(" ")):
+                return byte & 0x7F == ord("#")
+        return False
 
     def _flag(self, fault: LineFault) -> None:
         if self.checking:
@@ -165,7 +167,7 @@ class Transmitter:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
-        self._held_back = 0  # number of procedures that wait for DSR or CTS
+        self._held_back = 0  # number of procedures that are waiting for DSR or CTS
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """Procedure that sends X-on or X-off."""
@@ -173,7 +175,7 @@ class Transmitter:
 
     @property
     def waiting(self) -> bool:
-        """True while DSR or CTS holds a character back."""
+        """True while DSR or CTS prevents the transmission of a character."""
         return self._held_back > 0
 
     def send(self, data: bytes) -> Procedure | None:
@@ -211,7 +213,7 @@ class Transmitter:
             self._held_back -= 1
 
     def send_flow_control(self, stop: bool) -> None:
-        """Send X-off or X-on before everything else, also while the interface is busy."""
+        """Send X-off or X-on before all other characters, even while the interface is busy."""
         self._flow_control = X_OFF if stop else X_ON
         if self.urgent is None:
             self.urgent = self.clock.process(self._send_urgent())
@@ -228,7 +230,7 @@ class Transmitter:
         self.urgent = None
 
     def stop(self) -> None:
-        """Stop sending: the power is off."""
+        """Stop sending, because the power is off."""
         if self.urgent is not None:
             kill(self.urgent)
         self.uart.queue.clear()

@@ -57,7 +57,7 @@ class Faults:
         self._inputs = [(pins[name], bit) for name, bit in INPUT_BITS.items()]
         self.motion, self.line = MotionFault.NONE, LineFault.NONE
         self.on_fault: Callable[[str], None] = lambda name: None
-        """Called with the name of each fault, in small letters, when the fault occurs."""
+        """Function that is called with the name of each fault, in small letters, when the fault occurs."""
         for name in CLOSED:
             if not pins[name].level:
                 self.motion |= FAULTS[name]
@@ -82,7 +82,7 @@ class Faults:
         self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
-        """Clear the fault bits whose cause is gone, after an answer to K or Q.
+        """Clear the fault bits whose causes no longer exist, after an answer to K or Q.
 
         LIMIT is always cleared, so that the axis can leave the switch.  While locked, EMERGENCY_STOP stays set.
         """
@@ -132,7 +132,7 @@ class StopInputs:
             return
         self._faults.raise_motion(FAULTS[pin.name])
         if pin.name in DRIVES:
-            self._motion.drop(DRIVES[pin.name])  # stop this axis without deceleration
+            self._motion.drop(DRIVES[pin.name])  # stops this axis without deceleration
         if pin.name not in LIMITS or self._limit_stops(pin.name):
             self._cancel()
 

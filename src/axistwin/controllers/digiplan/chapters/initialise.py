@@ -14,7 +14,7 @@ TOLERANCE = 10  # a baud rate is recognised within ±10 %
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # the manual's sample program 4 sends the interface's answer back
+ECHOED = "U"  # sample program 4 of the manual sends the answer of the interface back to the interface
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
 FLASH_NS = 250 * MS  # the lamp "flashes twice per second"
@@ -23,7 +23,7 @@ REINITIALISE_NS = 5 * MS  # time to set up the UART after the data format messag
 
 def baud_rate(low_ns: Fraction) -> int | None:
     """Return the baud rate at which `(` holds the line low for this time."""
-    low, per = low_ns.numerator, low_ns.denominator  # integers, because fractions are slow
+    low, per = low_ns.numerator, low_ns.denominator  # integers are used, because fractions are slow
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)

@@ -10,7 +10,7 @@ from axistwin.sim.clock import Procedure
 
 MOST_SPEED = 10_000  # steps/s
 LEAST_ACCELERATION = 5  # x 1000 steps/s²
-MOST_DISTANCE = 65_535  # steps, for the major axis
+MOST_DISTANCE = 65_535  # largest number of steps of the major axis
 ONLY_RANGE = 1
 
 

@@ -43,7 +43,7 @@ class RampGenerator:
         *,
         further: bool = False,
     ) -> None:
-        """Start the axes; `further`: the steps count as part of the previous motion.
+        """Start the axes; `further`: True if the steps belong to the previous motion.
 
         `minor`: in an interpolation, the ratio of the rate of each minor axis to that of the profile.
         """
@@ -126,6 +126,6 @@ class RampGenerator:
             self._change(self.profile.cut(self._elapsed_ns))
 
     def stop(self) -> None:
-        """Stop all axes at once: the power is off."""
+        """Stop all axes at once, because the power is off."""
         for axis in tuple(self.directions):
             self.drop(axis)

@@ -27,7 +27,9 @@ class Outputs:
             pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
-        """True if this output is programmed on, even without the supply; always False for output 0."""
+        """True if the program has switched this output on, even if the supply voltage is missing; False for output
+        0.
+        """
         return self._on.get(number, False)
 
     def switch(self, number: int, on: bool) -> None:
@@ -36,7 +38,7 @@ class Outputs:
             self._set(number, on)
 
     def reset(self) -> None:
-        """Turn all outputs off: the power is off."""
+        """Turn all outputs off, because the power is off."""
         for number in OUTPUTS:
             self._set(number, False)
 

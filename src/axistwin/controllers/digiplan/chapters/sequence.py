@@ -80,7 +80,7 @@ def perform(state: State, step: Step) -> Procedure:
 
 
 def _move(state: State, step: Step) -> Procedure:
-    while state.motion.running:  # the ramp generator can do only one motion: a run must be stopped first
+    while state.motion.running:  # a run must be stopped first, because there is only one ramp generator
         yield state.motion.ended
     if interpolation.out_of_range(state.in_force, step):
         state.faults.raise_line(LineFault.RANGE)

@@ -27,7 +27,7 @@ def start(text: Sequence[Sent]) -> Fix | None:
 
 
 def without_distance(text: Sequence[Sent], message: Message, at: int) -> Fix | None:
-    """Return a fix that removes the distance of an axis, which a run does not use."""
+    """Return a fix that removes the distance of an axis, because a run ignores distances."""
     found = _DISTANCE.match(message.text, at)
     if found is None:
         return None

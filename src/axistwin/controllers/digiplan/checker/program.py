@@ -19,7 +19,7 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
-LONGEST = 4000  # characters of a message that are checked; an interface accepts fewer
+LONGEST = 4000  # number of characters of a message that are checked; an interface accepts fewer
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
@@ -49,7 +49,8 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR is assumed active, and nothing moving
+            # DSR is assumed to be active and all axes at rest
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:
                 self._data_format(sent, rest)
                 text = []
             elif self.frame is not None and sent.byte == self.frame.ends_message:
@@ -177,7 +178,7 @@ class _Checker:
             self._keep(text, step)
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
-        """Report a finding at its step, or with the number of the step if the message is `:$`, which has no steps."""
+        """Report a finding of a sequence at its step; for a message `:$` without steps, give the number of the step."""
         assert self.sequence is not None
         number, problem = finding.number, finding.problem
         if message.steps:
@@ -191,7 +192,7 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report conflicting values at the one in this message; add the lines of the others unless `known`."""
+        """Report conflicting values at the value in this message; name the lines of the other values unless `known`."""
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
         at = here[0] if here else problem.position

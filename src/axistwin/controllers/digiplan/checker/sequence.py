@@ -19,7 +19,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """A possible state at the start of a step: parameters, and the step whose run is in progress (0: no run)."""
+    """A possible state at the start of a step: the parameters, and the step whose run continues (0: no run)."""
 
     number: int
     parameters: Parameters
@@ -43,7 +43,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
             if finding is not None:
                 yield finding
                 if finding.problem.rule.severity is Severity.ERROR or running:
-                    continue  # the sequence cannot continue after this step
+                    continue  # this path ends, because the sequence cannot continue after this step
             running = arrival.number if step.run else running
         todo += [_Arrival(number, arrival.parameters.left_by(step), running) for number in _next(step, arrival.number)]
 

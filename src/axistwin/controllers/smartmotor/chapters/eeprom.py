@@ -17,7 +17,7 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """A range of variables or array elements: kind, first index, and number up to the end of the group."""
+    """A range of variables or array elements: kind, first index, and number of elements to the end of the group."""
 
     kind: int
     first: int
@@ -25,7 +25,7 @@ class Run(NamedTuple):
 
 
 FindRun = Callable[[Processor], Run | None]
-"""Returns the range of variables for the first operand of a VST or VLD; None: no such variable exists."""
+"""Function that returns the range of variables for the first operand of a VST or VLD, or None."""
 
 
 def pointer(motor: Processor, value: int) -> None:
@@ -67,7 +67,7 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Return the run if it has `count` values that fit in the EEPROM; otherwise set Bs."""
+    """Return the range of variables if its `count` values fit into the EEPROM; otherwise set the flag Bs."""
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run
     motor.syntax_error()

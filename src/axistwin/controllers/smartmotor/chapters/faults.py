@@ -8,14 +8,14 @@ from axistwin.controllers.smartmotor.kernel.kernel import ERROR, HEAT, MINUS, PL
 from axistwin.controllers.smartmotor.processor import Processor
 
 LIMITS = ((PLUS, s.BR, s.BP, s.ACKNOWLEDGED_PLUS, 1), (MINUS, s.BL, s.BM, s.ACKNOWLEDGED_MINUS, -1))
-"""Of each limit: the kernel's stop reason, historical flag, real-time flag, acknowledgement and direction."""
+"""For each limit: the kernel's stop reason, historical flag, real-time flag, acknowledgement and direction."""
 LATCHED = (s.BR, s.BL, s.BI, s.BW, s.BE, s.BH, s.BD, s.BU, s.BS, s.BA, s.BB, s.BC, s.BF)
 """The flags that ZS clears.  Bk is cleared when the stored program is valid again."""
 OPEN_SWITCHES = (
     "in a limit fault, as pins C and D are not held low: give the shaft limits, or UCI UDI ZS at the top of the program"
 )
 ALARMS = {s.BR: "Br", s.BL: "Bl", s.BE: "Be", s.BH: "Bh"}
-"""The names by which faults are reported."""
+"""Names of faults in reports, by flag."""
 FAULT_1 = 1
 """The label that a fault calls with F=32."""
 
@@ -127,7 +127,7 @@ def clear_all(motor: Processor) -> None:
 
 
 def inhibition(motor: Processor) -> str:
-    """Return why the motor has refused to move, and the remedy; empty if no fault prevents a movement."""
+    """Return the reason why the motor has refused to move, and the remedy; "" if no fault prevents motion."""
     i = motor.i
     if not motor.refused:
         return ""

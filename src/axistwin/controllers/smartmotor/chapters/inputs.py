@@ -49,7 +49,7 @@ class Inputs:
         motor.i[s.MASTER_SEEN] = motor.i[s.MASTER]
 
     def close(self) -> None:
-        """Unsubscribe from all inputs: the power is off."""
+        """Unsubscribe from all inputs, because the power is off."""
         for undo in self._undo:
             undo()
 
@@ -75,7 +75,7 @@ class Inputs:
         i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.PREDICTED] = 0  # the prediction is no longer valid
+        i[s.PREDICTED] = 0  # predicted edges are no longer valid
 
     def _wiring(self) -> None:
         """Update which of the pins A and B show the external encoder's level."""
@@ -121,7 +121,7 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return the external encoder's edges now and at the first of these times, as far as they are certain."""
+        """Return the external encoder's edges now and at these times, as long as they are certain."""
         if not self._follows():
             self.motor.core.read_ahead = None
         return self.axis.master.read_ahead(times_ns, self.motor.i[s.PIN_EDGES])
@@ -135,11 +135,11 @@ class Inputs:
         return [count + self.motor.i[s.PIN_EDGES] for count in counts]
 
     def refresh(self) -> None:
-        """Compute and publish all samples up to now."""
+        """Compute and publish all samples up to the present time."""
         self.motor.core.catch_up(changing=False)
 
     def catch_up(self) -> None:
-        """Advance the state to now."""
+        """Advance the state of the motor to the present time."""
         self.motor.catch_up()
 
     def position(self) -> int:
@@ -152,7 +152,7 @@ class Inputs:
         return self.motor.i[s.COMMANDED] >> 16
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at the first of these times, as far as they are certain."""
+        """Return the shaft's positions now and at these times, as long as they are certain."""
         return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
@@ -187,7 +187,7 @@ class Inputs:
         machine.push(self.motor.i, counts)
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft."""
+        """Turn the encoder relative to the shaft by `counts`."""
         machine.slip(self.motor.i, counts)
 
     def replan(self) -> None:
@@ -202,7 +202,7 @@ class Inputs:
         motor.i[s.WINDOW_LOW], motor.i[s.WINDOW_HIGH] = axis.window_low, axis.window_high
 
     def switches(self) -> None:
-        """Report that the shaft has reached a switch."""
+        """Handle a switch that the shaft has reached."""
         self.axis.left_window()
         self.motor.i[s.WINDOW_LOW], self.motor.i[s.WINDOW_HIGH] = self.axis.window_low, self.axis.window_high
 

@@ -79,9 +79,9 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """
     i = motor.i
     if mode == s.M_HOST:
-        if i[s.MODE] != s.M_HOST:  # the motion in progress continues
+        if i[s.MODE] != s.M_HOST:  # in any other mode, the present motion continues
             host_mode.clear(motor)
-        i[s.HOST_ARMED] = 1  # after host mode the mode buffered before MD continues (10.2)
+        i[s.HOST_ARMED] = 1  # after host mode, the mode that was buffered before MD is used again (10.2)
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:

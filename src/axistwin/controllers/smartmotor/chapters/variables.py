@@ -20,7 +20,7 @@ NOTHING = -1
 
 @dataclass(frozen=True)
 class Variable:
-    """A name and its value: the interpreter's operation that reads the value, and the place."""
+    """A variable: its name, the interpreter's operation that reads its value, and the place of the value."""
 
     name: str
     operation: int
@@ -28,10 +28,10 @@ class Variable:
     unit: str = ""
     chapter: str = ""
     fetch: Callable[[Processor], int] | None = None
-    """Fetches the value from outside; then it is read in the statement's own place."""
+    """Function that fetches an external value; the statement reads it from a hidden variable."""
 
 
-# Chapters of the manual, and of the guide for the base language
+# Chapters of the 4.76 manual, and of the guide to the base language
 IO, ARRAYS, CAM, FUNCTIONS, SOFT = "6.0 Inputs/outputs", "8.2 Arrays", "9.1 Cam", "7.0 F=", "3.2 Software limits"
 STATUS, FAULTS, MOTION, TUNING = "Status word", "4.0 Fault handling", "Motion parameters", "PID filter"
 MODES, SERIAL, EEPROM, NAMED, ANILINK = "Modes", "Communications", "EEPROM", "Variables", "AniLink"

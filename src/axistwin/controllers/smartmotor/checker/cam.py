@@ -22,7 +22,7 @@ LEAVING = frozenset(
 
 @dataclass
 class _Cam:
-    """The cam parameters before a statement; None: the value is not constant."""
+    """Values of the cam parameters before a statement; None for a value that is not constant."""
 
     findings: Findings
     size: int | None = None
@@ -36,10 +36,10 @@ class _Cam:
     pending: int | None = None
     """Number of the CI statement that waits for the zero point."""
     stale: str = ""
-    """BASE or SIZE, if assigned since the last MCn."""
+    """Name of the parameter, BASE or SIZE, that was assigned after the last MCn; "" for none."""
 
     def follow(self) -> None:
-        """Check each statement of the program."""
+        """Check the cam commands of the program, statement by statement."""
         for number, (keyword, statement) in enumerate(zip(self.findings.words, self.findings.statements, strict=True)):
             self._invalid(number, keyword)
             self._keep(number, keyword, statement)

@@ -27,7 +27,7 @@ class Findings:
         self.found.append(located(self.characters, *self.program.places[number][2:], problem, fix))
 
     def text(self, number: int) -> Sequence[Sent]:
-        """Return the characters of a statement."""
+        """Return the text of a statement."""
         place = self.program.places[number]
         return self.characters[place.begin : place.end]
 
@@ -36,7 +36,7 @@ class Findings:
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:
-        """Yield the statements with these keywords."""
+        """Yield the numbers of all statements with these keywords."""
         for number, keyword in enumerate(self.words):
             if keyword in words:
                 yield number, self.statements[number]
@@ -46,7 +46,7 @@ class Findings:
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:
-        """True if some F= may set this bit."""
+        """True if a statement F= in the program may set this bit."""
         return any(
             constant_value(statement) is None or (constant_value(statement) or 0) & bit
             for _, statement in self.all("F=")
@@ -54,7 +54,7 @@ class Findings:
 
 
 def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
-    """Return the diagnostic of a problem in the statement from `begin` to `end`, or just after the statement."""
+    """Return a diagnostic for a problem in, or just after, the statement from `begin` to `end`."""
     here = characters[begin + problem.position : begin + problem.end if problem.end else end]
     if not here:
         at = begin + problem.position
@@ -64,6 +64,6 @@ def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, 
 
 
 def constant_value(statement: Statement) -> int | None:
-    """Return the constant that a statement assigns, if any."""
+    """Return the constant that a statement assigns; None if it does not assign a constant."""
     value = statement.operands[-1] if statement.operands else None
     return value.constant if isinstance(value, Expression) else None

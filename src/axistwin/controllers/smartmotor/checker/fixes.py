@@ -15,7 +15,7 @@ WITHOUT = frozenset({"ES400", "ES1000"})
 
 
 def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
-    """Return the fix of a single statement, or None if only the user can decide."""
+    """Return a fix for a single statement, or None if the intended meaning is not clear."""
     if problem.rule is rules.EQUAL_SIGN:
         name = text.rstrip("-0123456789")
         return fixing("insert the equal sign", put_behind(sent[len(name) - 1], "="))
@@ -54,7 +54,7 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
     if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
         return None
     if first == number and findings.statements[last].problem is None:
-        return None  # `a= S`: S may be a value or a command
+        return None  # no fix, because S in `a= S` may be a value or a command
     parts = range(first, last + 1)
     whole = "".join(findings.statements[part].text for part in parts)
     if read(whole).problem is not None:
@@ -83,7 +83,7 @@ def _upper_case(findings: Findings, number: int) -> Fix | None:
 
 
 def _comment(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that makes a comment, sure if the statement is alone on its line."""
+    """Return a fix that turns the statement into a comment; the fix is sure if nothing else is on the line."""
     line = findings.line(number)
     alone = sum(findings.line(at) == line for at in range(len(findings.statements))) == 1
     return fixing("make it a comment", put_before(findings.text(number)[0], "'"), alone)

@@ -17,7 +17,7 @@ from axistwin.controllers.smartmotor.kernel.state import DEPTH_MOST, SWITCH_MOST
 from axistwin.controllers.smartmotor.language.program import digits
 
 FAULT, INPUT = 1, 2
-"""The labels that faults and pin G call."""
+"""Numbers of the labels that faults (C1) and pin G (C2) call."""
 WITH_ARGUMENT = frozenset({ops.CONSTANT, ops.SLOT, ops.VARIABLE, ops.COMPUTED, ops.PIN, ops.TAKEN_PIN})
 ENDS = frozenset({ops.S_RETURN, ops.S_RETURNI, ops.S_END})
 NO_RETURN = frozenset({"RUN", "Z"})
@@ -30,9 +30,9 @@ class Routine:
     label: int | None
     pcs: set[int] = field(default_factory=set)
     calls: dict[int, int] = field(default_factory=dict)
-    """The label each GOSUB calls, by the number of the statement."""
+    """Label that each GOSUB calls, by number of the statement."""
     returns: dict[int, str] = field(default_factory=dict)
-    """The keyword of each return, by the number of the statement."""
+    """Keyword of each return command, by number of the statement."""
 
 
 class Flow:
@@ -114,7 +114,7 @@ class Flow:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Yield both branches of a condition, or the only branch that a constant condition takes."""
+        """Yield both branches of a condition; for a constant condition, only the branch that is taken."""
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
         if not constant or code[pc + HEAD + 1]:
@@ -123,7 +123,7 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the place after an expression."""
+        """Return the place in the code after an expression."""
         code = self.program.code
         while code[at] != ops.RESULT:
             at += 2 if code[at] in WITH_ARGUMENT else 1
@@ -131,7 +131,7 @@ class Flow:
 
 
 def check(findings: Findings) -> None:
-    """Apply the rules for program flow."""
+    """Report all problems of program flow: labels, returns, stack, interrupts, unreachable code."""
     flow = Flow(findings)
     _labels(findings)
     _returns(findings, flow)

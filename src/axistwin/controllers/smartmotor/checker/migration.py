@@ -47,7 +47,7 @@ def _limits(findings: Findings, flow: Flow) -> None:
 
 
 def _direction(findings: Findings) -> None:
-    """Report F=2: before 4.76 F=2 concerned scan errors (1.4)."""
+    """Report F=2, which concerned scan errors before 4.76 (1.4)."""
     for number, statement in findings.all("F="):
         if (constant_value(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
@@ -83,7 +83,7 @@ def _soft_limits(findings: Findings) -> None:
 
 
 def _brake(findings: Findings, command: str, pin: str) -> None:
-    """Report a brake pin that is not an output or is used later; of reads, only those of an assignment (5.1)."""
+    """Report a brake pin that is not an output, or that the program later uses for another purpose (5.1)."""
     begun = next(findings.all(command), None)
     if begun is None:
         return

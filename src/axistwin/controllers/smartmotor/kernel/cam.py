@@ -11,13 +11,13 @@ from axistwin.controllers.smartmotor.kernel.machine import Ints
 
 RELATIVE_CAM, MODULO_CAM = 16, 128
 DWELLING = RELATIVE_CAM | MODULO_CAM
-"""Bits of F with which there is a dwell."""
+"""Bits of F that enable the dwell."""
 TABLE_MOST = 101
 
 
 @sampled
 def entry(i: Ints, v: Ints, n: int) -> int:
-    """Return aw[n], times the factor of MCn if that multiplies the table."""
+    """Return the table entry aw[n]; it is multiplied by the factor of MCn if this factor applies to the table."""
     word = v[i[s.ARRAY_BASE] + n // 2]
     word = word >> 16 if n % 2 == 0 else (word & 0xFFFF ^ 0x8000) - 0x8000
     return word * i[s.CAM_FACTOR] if i[s.CAM_TABLE] else word
@@ -46,14 +46,14 @@ def cross(i: Ints, v: Ints, way: int) -> None:
     end = entry(i, v, i[s.CAM_SIZE])
     cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
     word = i[s.CAM_F]
-    left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle  # counts beyond the zero point
+    left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle  # number of counts beyond the zero point
     if way > 0 and i[s.CI_PENDING]:
         take_over(i)
     elif i[s.CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[s.CAM_SIZE])  # of the next cycle
+        end = entry(i, v, i[s.CAM_SIZE])  # last position of the table for the next cycle
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
-    if word & MODULO_CAM:  # position and counter restart
+    if word & MODULO_CAM:  # position and counter begin again at the zero point
         shift = i[s.CAM_ORIGIN] + end * way
         i[s.CAM_ORIGIN] = 0
         i[s.COMMANDED] -= shift << 16
@@ -62,13 +62,13 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         i[s.CTR] = i[s.CAM_PHASE] // factor
     elif word & RELATIVE_CAM:
         i[s.CAM_ORIGIN] += end * way
-    if i[s.CAM_F] == 0:  # absolute positions from here on
+    if i[s.CAM_F] == 0:  # from here on, positions are absolute
         i[s.CAM_ORIGIN] = 0
 
 
 @sampled
 def turn(i: Ints, v: Ints, moved: int) -> None:
-    """Update the place in the cycle after a movement of the external encoder.
+    """Update the place in the cycle after the external encoder has moved.
 
     A quarter of BASE or more in one sample is too fast: the zero point may be missed.
     """
@@ -84,7 +84,7 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 
 @sampled
 def cam_position(i: Ints, v: Ints) -> int:
-    """Return the position at this place of the cycle, in counts, interpolated between the points; set CX."""
+    """Return the interpolated position in counts at the present place in the cycle, and set CX."""
     base, size, phase = i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_PHASE]
     if phase >= base:
         i[s.CX] = size
@@ -92,7 +92,8 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[s.CX] = n
     here = entry(i, v, n)
-    following = n + 1 if i[s.CAM_F] or n + 1 < size else 0  # otherwise the table is closed: the last point is the first
+    # otherwise the table is closed: its last point is followed by the first
+    following = n + 1 if i[s.CAM_F] or n + 1 < size else 0
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 
 

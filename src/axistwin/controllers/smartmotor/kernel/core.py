@@ -1,4 +1,4 @@
-"""Runs the motor's samples in virtual time: in blocks computed ahead of the clock, up to the next event.
+"""Compute the samples of a motor in blocks ahead of the clock; a block ends at the next event of the motor.
 
     base ────────────── block ──────────────▶ end: an event for Python to handle, at exactly this sample
      ↑ the committed state: i, v, f       ↑ computed on copies; the positions can be read meanwhile
@@ -25,43 +25,43 @@ from axistwin.sim.clock import Clock
 from axistwin.sim.signal import Signal
 
 SAMPLE_NS = 245_760
-"""RSP reports 24576, in units of 10 ns."""
+"""Duration of a sample in ns; the command RSP reports it as 24576, in units of 10 ns."""
 SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 7
-"""Samples in a block.  A block is computed in less than 2 ms, the time slice of a served bench."""
-PLAIN_SAMPLES = 20_000
-"""Samples of all motors that plain Python computes before the compiler is loaded."""
+"""Numbers of samples in a block; computing a block takes less than 2 ms, the time slice of a served bench."""
+PLAIN_SAMPLES = 1_000 if jit.IN_BROWSER else 20_000
+"""Number of samples, of all motors, that plain Python computes before the compiler is loaded."""
 PLAIN_MOTORS = 8
 """Number of motors that plain Python runs in real time on any computer."""
 STACK = 64
 PID_MOST = 8
-"""PID8: the longest period of the trajectory, in samples."""
+"""Longest period of the trajectory in samples, set by PID8."""
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
-"""Called with changes of followed numbers: the times in ns, the index of each number, and the new values."""
+"""Function that is called with changes of followed numbers: times in ns, indexes and new values."""
 
 
 class Phase(Enum):
     """The state of the block that is computed ahead."""
 
     BETWEEN = auto()
-    """There is no block."""
+    """No block is computed or planned."""
     PLANNED = auto()
-    """There is no block; the next one is computed at the end of this nanosecond."""
+    """The next block will be computed at the end of this nanosecond."""
     AHEAD = auto()
     """A block is computed ahead."""
     WAITING = auto()
-    """The block is a time of rest that ends with a WAIT of the program."""
+    """The motor rests until a WAIT of the program ends."""
     ASLEEP = auto()
     """The motor rests until its state is changed."""
     ACTING = auto()
-    """Python handles the event at which a block has ended."""
+    """The event at which a block has ended is being handled."""
     STOPPED = auto()
-    """There are no more samples."""
+    """The power is off, and no more samples are computed."""
 
 
 @dataclass(frozen=True)
 class _Block:
-    """Samples computed ahead, or a time of rest; `why`: the reason why the kernel ended the block."""
+    """A block of samples computed ahead, or a time of rest; `why`: reason why the kernel has ended the block."""
 
     first: int
     samples: int
@@ -69,12 +69,12 @@ class _Block:
 
     @property
     def end(self) -> int:
-        """Number of the sample at which this block ends.  A stop before a sample is charged to that sample."""
+        """Number of the sample at which this block ends; if the kernel stopped before a sample, this sample."""
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
 
 class Core:
-    """The committed state, and the block computed ahead.  `act(why)` is called when the kernel has stopped."""
+    """The committed state of a motor, and the block computed ahead.  `act(why)` handles the end of a block."""
 
     def __init__(self, clock: Clock, act: Callable[[int], None], ring: int) -> None:
         self.clock, self._act = clock, act
@@ -86,16 +86,16 @@ class Core:
         self.log = log.empty()
         self._snapshot = log.Snapshot(self.log)
         self.on_samples: Signal[[int, array[int], array[int]]] = Signal()
-        """Emits the number of the first sample; from it on, the positions of the shaft and of the trajectory."""
+        """Event: samples are final.  Its data: number of the first sample, positions of shaft and trajectory."""
         self.read_ahead: Callable[[range], Sequence[int]] | None = None
-        """Returns the external encoder's edges now and at the first of these times, as far as they are certain.  The
+        """Function that returns the external encoder's edges now and at these times, as long as they are certain.  The
         sample after each time uses its edges.  None if the encoder can be predicted.
         """
         self.on_replan: Signal[[]] = Signal()
-        """Emitted when samples that were computed ahead are discarded."""
+        """Event: samples that were computed ahead have been discarded."""
         self._keeps_read = False
         self.predict: Callable[[int, int], Sequence[int]] | None = None
-        """Returns the external encoder's edges for a number of samples from this one on, if nothing changes."""
+        """Function that predicts the external encoder's edges for the next samples."""
         self._follower: Follower | None = None
         self._restless = False
         self._engine = _Engine(self)
@@ -114,17 +114,17 @@ class Core:
         return self.zero_ns + sample * SAMPLE_NS
 
     def position_now(self) -> int:
-        """Return the shaft's position now, without ending the block that is computed ahead."""
+        """Return the present position of the shaft; the block that is computed ahead stays valid."""
         past = self._past()
         return self._engine.shaft[past - 1] if past else self.i[s.SHAFT] + self.i[s.SLIPPED]
 
     def commanded_now(self) -> int:
-        """Return the commanded position now, in the machine's coordinates, without ending the block."""
+        """Return the present commanded position in the machine's coordinates; the block stays valid."""
         past = self._past()
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at the first of these times, as far as they are certain.
+        """Return the shaft's positions now and at these times, as long as they are certain.
 
         The times are later than now, one sample apart.  A position is certain before the end of the block, and always
         while the motor sleeps.
@@ -136,12 +136,12 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        if due == first < following:  # the state before the block
+        if due == first < following:  # the first time is before the block
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard the samples that use edges read ahead: these edges are no longer certain.
+        """Discard the samples that use edges read ahead, because these edges are no longer certain.
 
         The next sample is kept, because its edges were read before now.
         """
@@ -152,7 +152,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of samples in the block that are already past."""
+        """Return the number of samples in the block whose times have passed."""
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -188,7 +188,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the committed state is already that of the last sample, so that the block remains valid."""
+        """True if the committed state is the state of the last sample, so that the block stays valid."""
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
             self._rest(missing)
@@ -223,7 +223,7 @@ class Core:
         self._plan += 1
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """Report each change of these numbers to the follower; a number is an operation and a place (`log.py`).  No
+        """Report each change of these numbers to `follower`; a number is given by an operation and a place.  No
         change of a number that was followed before is lost.  `restless`: some of the numbers change while the motor
         rests, so that the samples must be computed.
         """
@@ -250,7 +250,7 @@ class Core:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
             if samples:
-                import numpy as np  # lazy import: only for followers
+                import numpy as np  # lazy import: needed only for followers
 
                 times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
                 self._follower(array("q", times.tobytes()), which, values)
@@ -268,7 +268,7 @@ class Core:
         self._schedule_end(self._compute_block(most))
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
-        """Read the external encoder's edges for up to `most` samples; return the number of samples."""
+        """Read the external encoder's edges for at most `most` samples; return the number of samples."""
         kept, self._keeps_read = self._keeps_read and self.i[s.PREDICTED] > 0, False
         if not kept:
             sample = self.i[s.SAMPLE]
@@ -311,7 +311,7 @@ class Core:
             self._engine.forget()
 
     def _rests(self) -> bool:
-        """True if the motor rests: nothing will happen except the end of a WAIT."""
+        """True if the motor is at rest and no event can come except the end of a WAIT."""
         if self._restless:
             return False
         i = self.i
@@ -348,7 +348,7 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Commit the samples of the block that are past, and discard the later samples."""
+        """Commit the samples of the block whose times have passed, and discard the later samples."""
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -358,7 +358,7 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        self._most = min(max(2 * samples, SHORTEST), LONGEST)
+        self._most = min(max(samples + samples // 4, SHORTEST), LONGEST)  # a host polls at regular times
         if samples > 0:
             self._commit(self._compute(samples))
 
@@ -372,13 +372,13 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on copies of the committed state, in plain Python first and compiled for long runs.
+    """Runs the kernel on a copy of the committed state, first in plain Python, for long runs compiled.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
 
     plain_samples: ClassVar[int] = 0
-    """Samples computed in plain Python, of all motors; affects only the computing time."""
+    """Number of samples, of all motors, that plain Python has computed; it affects only the speed."""
     compiled: ClassVar[Callable[..., int] | None] = None
 
     def __init__(self, core: Core) -> None:
@@ -389,12 +389,12 @@ class _Engine:
         self._copies: tuple[Any, ...] = ()
         self._views: tuple[Any, ...] = ()
         self.predicted = array("q", [0])
-        """The external encoder's edges in the samples to come, where they are known."""
+        """Known edges of the external encoder in the next samples."""
         self._viewed = self.predicted
 
     @property
     def longest(self) -> int:
-        """Samples in the longest block that does not noticeably delay a host."""
+        """Number of samples in the longest block that does not delay a host noticeably."""
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
@@ -414,7 +414,7 @@ class _Engine:
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Return the compiled kernel if it is loaded, or if a long run without a waiting user justifies loading it."""
+        """Return the compiled kernel if it is loaded, or if a long run justifies loading it; otherwise None."""
         if _Engine.compiled is None:
             enough = _Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
@@ -422,7 +422,7 @@ class _Engine:
         return _Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Commit the last computed block: its state becomes the committed state."""
+        """Make the state at the end of the last computed block the committed state."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
@@ -435,7 +435,7 @@ class _Engine:
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Make room for `most` samples, and for the followed numbers."""
+        """Enlarge the arrays for `most` samples and for the followed numbers, if necessary."""
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
@@ -445,17 +445,15 @@ class _Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """Create NumPy views of the arrays again if an array has been replaced."""
+        """Create the views of the arrays again if an array has been replaced."""
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:
             return
-        import numpy as np  # lazy import: only for long motions
-
         self._code, self._viewed = core.code, self.predicted
         self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
-        i, v, f, ring = (np.frombuffer(copy, copy.typecode) for copy in self._copies)
+        i, v, f, ring = (jit.view(numbers) for numbers in self._copies)
         others = self._stack, self._code, self.predicted, self.shaft, self.commanded, self._log
-        stack, code, predicted, shaft, commanded, noted = (np.frombuffer(numbers, "q") for numbers in others)
+        stack, code, predicted, shaft, commanded, noted = (jit.view(numbers) for numbers in others)
         self._views = i, v, f, stack, code, ring, predicted, shaft, commanded, noted
 
 
@@ -465,13 +463,11 @@ def prepare(speed: float | None, motors: int) -> None:
     Another thread may run motors meanwhile: they change over when the kernel is ready.
     """
     if _Engine.compiled is None and needs_kernel(speed, motors):
-        import numpy as np  # lazy import: only for long motions
-
         core = Core(Clock(), lambda why: None, 1)
         kernel: Callable[..., int] = jit.best(advance)
         state = core.i, core.v, core.f, array("q", bytes(8 * STACK)), core.code, core.ring
         nothing = array("q", [0]), array("q", [0]), array("q", [0]), core.log
-        kernel(*(np.frombuffer(numbers, numbers.typecode) for numbers in (*state, *nothing)), 0)
+        kernel(*(jit.view(numbers) for numbers in (*state, *nothing)), 0)
         _Engine.compiled = kernel
 
 
@@ -481,5 +477,5 @@ def needs_kernel(speed: float | None, motors: int) -> bool:
 
 
 def prepared(speed: float | None, motors: int) -> bool:
-    """True if `prepare` takes no compilation: the machine code is cached or not needed."""
+    """True if `prepare` need not compile, because the machine code is cached or not needed."""
     return _Engine.compiled is not None or not needs_kernel(speed, motors) or jit.is_cached()

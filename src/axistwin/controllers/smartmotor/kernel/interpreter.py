@@ -21,17 +21,17 @@ LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 STACK = 64
 """Number of intermediate results that an expression can have at once."""
 
-# Result of a statement
+# Results of a statement
 DONE, TRAP, HELD, FETCH = range(4)
 
-# Operations of expressions.  Those from ADD on take two values.
+# Operations of expressions; ADD and all later ones take two values
 RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
 (
     ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,
     EQ, NE, LT, GT, LE, GE,
 ) = range(13, 28)  # fmt: skip
 
-# Values of COMPUTED
+# Arguments of COMPUTED
 POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_REPORTED = (
     range(9)
 )
@@ -42,7 +42,7 @@ POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_W
     S_RETURN, S_RETURNI, S_STACK, S_END, S_FETCH,
 ) = range(15)  # fmt: skip
 HEAD = 3
-"""Every statement begins with its operation, its number, and the place of the next statement if it is abandoned."""
+"""Length of a statement's head: operation, number, and the place of the next statement after an error."""
 
 MOST_POWER = 4
 
@@ -93,7 +93,7 @@ def system_value(i: Ints, operation: int, place: int) -> int:
 
 @sampled
 def element(i: Ints, v: Ints, kind: int, index: int) -> int:
-    """Return ab[], aw[] or al[] at a valid index; big-endian within the longs (table 8.1)."""
+    """Return an element of ab[], aw[] or al[] at a valid index; bytes are big-endian within the longs (table 8.1)."""
     if kind == LONG:
         return v[i[s.ARRAY_BASE] + index]
     if kind == WORD:
@@ -105,7 +105,7 @@ def element(i: Ints, v: Ints, kind: int, index: int) -> int:
 
 @sampled
 def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
-    """Store at a valid index; ab[] and aw[] keep the low 8 and 16 bits."""
+    """Set an array element at a valid index; ab[] and aw[] store the low 8 and 16 bits."""
     if kind == LONG:
         v[i[s.ARRAY_BASE] + index] = value
         return
@@ -117,14 +117,14 @@ def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
 
 @sampled
 def outside(kind: int, index: int) -> bool:
-    """True if the element does not exist: ab[0…203], aw[0…101], al[0…50] (8.2)."""
+    """True if an array has no element with this index: ab[0…203], aw[0…101], al[0…50] (8.2)."""
     size = s.BYTES if kind == BYTE else s.WORDS if kind == WORD else s.LONGS
     return index < 0 or index >= size
 
 
 @sampled
 def power(base: int, exponent: int) -> int:
-    """Return base ^ exponent; a number beyond 32 bits if the result does not fit, or the exponent is not 0…4."""
+    """Return base ^ exponent; a number beyond 32 bits stands for an overflow or an exponent outside 0 to 4."""
     if exponent < 0 or exponent > MOST_POWER:
         return HIGHEST + 1
     value = 1
@@ -144,7 +144,7 @@ def quotient(left: int, right: int) -> int:
 
 @sampled
 def combined(operation: int, left: int, right: int) -> int:
-    """Return the result of an operation with two values; a number beyond 32 bits if no result exists."""
+    """Return the result of an operation with two values; a number beyond 32 bits stands for no result."""
     if operation == ADD:
         return left + right
     if operation == SUBTRACT:
@@ -180,7 +180,7 @@ def combined(operation: int, left: int, right: int) -> int:
 
 @sampled
 def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int:
-    """Evaluate an expression into stack[0].  Return the place after it; -1: no value, and Bd, Bu or Bs is set."""
+    """Evaluate an expression into stack[0]; return the place after it, or -1 after an error (Bd, Bu or Bs is set)."""
     top = -1
     while True:
         operation = code[at]
@@ -327,7 +327,7 @@ def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
-    """Execute one of the less frequent statements; i[PC] already points to the next statement."""
+    """Execute one of the less frequent statements; i[PC] is already the place of the next statement."""
     operation = code[pc]
     if operation == S_SWITCH:
         at = evaluate(i, v, stack, code, pc + HEAD)
@@ -351,7 +351,7 @@ def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
         if i[s.BT] != 0:
             i[s.TWAITING] = 1
             return HELD
-    else:  # END, or the end of the program
+    else:  # the statement is END, or the program ends here
         forget(i)
         i[s.PROGRAM] = s.STOPPED
     return DONE

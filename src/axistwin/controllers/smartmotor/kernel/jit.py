@@ -6,12 +6,14 @@ Sampled functions must therefore import one another by name (`from ...servo impo
 is imported at the first compilation.
 
 The environment variable AXISTWIN_JIT selects: `auto` (compile if Numba is installed), `on` (an error if it is not),
-`off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.
+`off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.  In a
+browser, the functions are compiled to WebAssembly (`wasm`) instead.
 """
 
 import json
 import os
 import sys
+from array import array
 from collections.abc import Callable, Mapping
 from functools import cache
 from hashlib import sha256
@@ -29,6 +31,7 @@ F = TypeVar("F", bound=Callable[..., object])
 SLOW = "SmartMotors run in plain Python, many times slower"
 SETTINGS = "auto", "on", "off"
 COMPILING = "compiling for SmartMotors: this takes some seconds, once for each version"
+IN_BROWSER = sys.platform == "emscripten"
 SEAL = "whole.json"
 FORGOTTEN_S = 30 * 24 * 3600
 OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -46,7 +49,7 @@ def sampled(function: F) -> F:
 
 @cache
 def setting() -> str:
-    """Return the value of AXISTWIN_JIT, read once."""
+    """Return the value of the environment variable AXISTWIN_JIT, which is read once."""
     given = os.environ.get("AXISTWIN_JIT", "auto")
     if given not in SETTINGS:
         raise UsageError(f"AXISTWIN_JIT={given}: expected one of {', '.join(SETTINGS)}")
@@ -58,25 +61,40 @@ def available() -> bool:
     """True if functions will be compiled; raise an error if AXISTWIN_JIT=on and Numba is missing."""
     if setting() == "off":
         return False
-    if installed("numba"):
+    if IN_BROWSER or installed("numba"):
         return True
     if setting() == "on":
-        raise MissingExtraError("numba", "fast")
+        raise MissingExtraError(library="numba", extra="fast")
     return False
 
 
 def note() -> str:
-    """Return one line for the user if Numba would make SmartMotors faster; otherwise an empty text."""
+    """Return a hint for the user if Numba is missing and would make SmartMotors faster; otherwise ""."""
     return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
 
 def best(function: F) -> F:
     """Return the compiled copy of a sampled function, or the function itself; the first call compiles it."""
-    return cast("F", compiled(cast("FunctionType", function))) if available() else function
+    if not available():
+        return function
+    if IN_BROWSER:
+        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded  # lazy import: needed only in browsers
+
+        return cast("F", Loaded(cast("FunctionType", function), _sampled.values()))
+    return cast("F", compiled(cast("FunctionType", function)))
+
+
+def view(numbers: "array[int] | array[float]") -> Any:
+    """Convert an array to the type that compiled functions need."""
+    if IN_BROWSER:
+        return numbers
+    import numpy as np  # lazy import: needed only for long motions
+
+    return np.frombuffer(numbers, numbers.typecode)
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """Return the compiled copy for calls from Python; the machine code is cached, including called functions."""
+    """Return a compiled copy of a function for calls from Python; its machine code is cached."""
     return _compiled(function, tuple(_sampled.values()))
 
 
@@ -95,7 +113,9 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if the machine code of all marked functions is in the user's cache."""
+    """True if all machine code is in the user's cache, or if machine code is never cached."""
+    if IN_BROWSER:
+        return True
     kept = _cache_directory(tuple(_sampled.values()))
     return kept is not None and _whole(kept)
 
@@ -117,7 +137,7 @@ class _Sealing:
 
 
 def _sums(directory: Path) -> dict[str, str]:
-    """Return a checksum of each file of machine code."""
+    """Return a checksum for each file of machine code in a directory."""
     files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
     return {str(path.relative_to(directory)): sha256(path.read_bytes()).hexdigest() for path in files}
 
@@ -132,7 +152,7 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # the next start compiles again
+        return  # without this mark, the next start compiles again
 
 
 def _whole(directory: Path) -> bool:
@@ -149,7 +169,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return each module's globals with compiled functions that call one another."""
+    """Return the globals of each module, in which compiled functions call each other."""
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}
@@ -189,14 +209,14 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
     try:
         directory = user_cache() / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # RuntimeError: no home directory
+    except (OSError, RuntimeError):  # RuntimeError is raised without a home directory
         return None
     return directory if os.access(directory, os.W_OK) else None
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
     """Return a hash of the code of each function, the values of its globals, and the versions of the compiler."""
-    from importlib.metadata import version  # lazy import: slow
+    from importlib.metadata import version  # lazy import: takes much time
 
     digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')}".encode())
     for function in functions:

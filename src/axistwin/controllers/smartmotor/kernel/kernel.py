@@ -27,17 +27,17 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Reasons for stopping: the first three before a sample, the others at the end of a sample
+# Reasons for the kernel to stop: the first three before a sample, the others at the end of a sample
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # a statement that Python must execute
 VALUE_WAITS = 2  # an external value that Python must fetch
 CALL_WAITS = 4  # Python must call C1 or C2
-TRAJECTORY = 8  # Bt has changed
+TRAJECTORY = 8  # the flag Bt has changed
 PLUS, MINUS = 16, 32  # a limit
-ERROR, HEAT = 64, 128  # position error, overheat
+ERROR, HEAT = 64, 128  # a position error, or overheating
 GO_EDGE = 256  # pin G has gone low
 SWITCH = 512  # the shaft has reached a switch
-INDEX_MARK = 1024  # Bx has changed
+INDEX_MARK = 1024  # the flag Bx has changed
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
 PIN_TAKEN = 16384  # an assignment has read the pin with the brake's signal
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
@@ -73,7 +73,7 @@ def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
         return why
     moved = counted(i)
     mode = i[s.MODE]
-    if mode < s.M_HOLD or mode == s.M_TORQUE:  # the trajectory follows the shaft
+    if mode < s.M_HOLD or mode == s.M_TORQUE:  # without servo control, the trajectory follows the shaft
         i[s.COMMANDED] = position(i) << 16
         i[s.VELOCITY] = 0
     elif mode < s.M_FOLLOW:
@@ -97,14 +97,14 @@ def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
 
 @sampled
 def beyond_plus(i: Ints) -> int:
-    """Return 1 if the positive limit is asserted: pin C, or the software limit, "at or beyond"."""
+    """Return 1 if the positive limit is asserted, by pin C or by the software limit."""
     hard = i[s.LIMIT_C] and i[s.PINS] & 4
     return 1 if hard or (i[s.SOFT_LIMITS] and position(i) >= i[s.SLP]) else 0
 
 
 @sampled
 def beyond_minus(i: Ints) -> int:
-    """Return 1 if the negative limit is asserted: pin D, or the software limit."""
+    """Return 1 if the negative limit is asserted, by pin D or by the software limit."""
     hard = i[s.LIMIT_D] and i[s.PINS] & 8
     return 1 if hard or (i[s.SOFT_LIMITS] and position(i) <= i[s.SLN]) else 0
 
@@ -142,7 +142,7 @@ def protect(i: Ints, f: Floats) -> int:
 
 @sampled
 def mark(i: Ints) -> int:
-    """Handle an index mark that the shaft has reached or passed: the position is captured once, flag Bi."""
+    """Handle an index mark that the shaft has reached: capture the position once, and set the flag Bi."""
     shaft, turn = i[s.SHAFT], i[s.COUNTS_PER_REV]
     passed = i[s.INDEX_HIGH] if shaft >= i[s.INDEX_HIGH] else i[s.INDEX_LOW]
     before = i[s.BX]
@@ -228,7 +228,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first  # Python may have acted before the first sample
+            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first  # Python may act before the first sample
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1
             shaft[n] = i[s.SHAFT] + i[s.SLIPPED]

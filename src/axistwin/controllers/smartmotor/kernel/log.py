@@ -1,4 +1,4 @@
-"""A log of the processor's numbers that a trace follows: each number is compared after every sample.
+"""A log of changes for traces: each followed number of the processor is compared after every sample.
 
 Variables and buffered parameters are compared only after statements, which alone change them.
 The kernel writes changes into an array of integers; the core reads it when a block becomes the committed state:
@@ -21,11 +21,11 @@ from axistwin.controllers.smartmotor.kernel.state import BUFFERED_FACTOR, SAMPLE
 
 FOLLOWED, USED, ROOM, MOVING, HEAD = range(5)
 NUMBER, CHANGE = 4, 3
-"""Lengths of an entry in the head, and of a logged change."""
+"""Lengths of an entry in the head of a log, and of a logged change."""
 KINDS = COMPUTED, SLOT, VARIABLE
 """The kinds of numbers, in their order in the log."""
 CHANGES = 1 << 14
-"""Smallest number of changes in one block that fit."""
+"""Smallest number of changes in one block that the log can store."""
 
 
 @sampled
@@ -63,7 +63,7 @@ def empty() -> "array[int]":
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if a sample without statements may change this number."""
+    """True if this quantity of the motor may change in a sample without an executed statement."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
@@ -87,7 +87,7 @@ def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
 
 
 class Snapshot:
-    """The last values of all followed numbers, compared at once: does the same as `note`, fast in plain Python."""
+    """The last values of all followed numbers; has the same effect as `note`, but is fast in plain Python."""
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))
@@ -110,7 +110,7 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the head of a log: everything before the logged changes."""
+    """Return the head of a log, which is the part before the logged changes."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 

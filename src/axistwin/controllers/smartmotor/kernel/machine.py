@@ -27,22 +27,26 @@ Floats = MutableSequence[float]
 # Floats `f`
 _slots = count()
 SPEED = next(_slots)  # shaft speed, counts per sample
-FRACTION = next(_slots)  # fraction of a count, to be added to SHAFT
+FRACTION = next(_slots)  # fraction of a count that must be added to SHAFT
 OUTSIDE = next(_slots)  # external torque and gravity, as an acceleration in counts/sample²
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction torques, as an acceleration in counts/sample²
 JAM = next(_slots)  # additional friction of a jammed shaft: 0 or infinite
 VISCOUS = next(_slots)  # viscous friction, per count/sample of speed
-OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)  # share of the speed left per sample: open, closed windings
+# share of the speed that is left after a sample, with open and with closed windings
+OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # torque constant: counts/sample² per A
-AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # steady current per PWM unit; its loss by back-EMF
+# steady current per PWM unit, and reduction of the current by back-EMF
+AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # current through the windings at the end of a sample
 AMPS_KEPT = next(_slots)  # share of the current that inductance keeps for one sample, 0 to 1
-MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # mean share of the old current during a sample; 1 minus that
-LAG = next(_slots)  # part of a change of speed that adds no distance in its sample, 0 to 1/2
+# mean share of the old current during a sample, and 1 minus this share
+MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
+LAG = next(_slots)  # share of a speed change that does not add to the distance of the same sample, 0 to 1/2
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # steady temperature rise, K per A²: over housing, over air
-WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))  # share of a difference lost per block
+# share of a temperature difference that is lost in each block
+WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # energy in a sample: nJ per A², nJ per A and count
 PER_NM = next(_slots)  # acceleration by a torque: counts/sample² per N·m
@@ -50,11 +54,11 @@ TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
 
 MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
-"""Integers of the machine: they are kept without power, as all floats are."""
+"""Integers that belong to the machine; they keep their values without power, as all floats do."""
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """Set up a machine of these data sheets, at rest at 25 °C; without a motor's data sheet an ideal one."""
+    """Set up a machine with these data sheets, at rest and at 25 °C; without a motor's data sheet it is ideal."""
     i[s.IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
     i[s.TEMP] = floor(AMBIENT_C)
@@ -132,7 +136,7 @@ def set_jam(f: Floats, on: bool) -> None:
 
 
 def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
-    """Weaken the magnets and the supply voltage to a share of the data sheet's values, up to 1."""
+    """Set magnetism and supply voltage as shares of the data sheet's values, at most 1."""
     weak = replace(
         motor,
         torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,
@@ -166,7 +170,7 @@ def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
     once.
     """
     if not isfinite(celsius) or not -273.0 <= celsius <= 1000.0:
-        raise UsageError(f"ambient={celsius}: give a temperature from -273 to 1000 °C")
+        raise UsageError(f"ambient={celsius}: expected a temperature from -273 to 1000 °C")
     f[AMBIENT] = celsius
     if i[s.IDEAL]:
         f[WINDING_C] = f[HOUSING_C] = celsius

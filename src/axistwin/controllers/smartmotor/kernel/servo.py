@@ -20,15 +20,15 @@ from axistwin.controllers.smartmotor.kernel.machine import Floats, Ints
 from axistwin.controllers.smartmotor.kernel.servo_law import VELOCITY_BITS, clipped, steady
 
 CURRENT_BITS = 4
-"""The measured current is filtered over 16 samples."""
+"""Number of bits (4 for 16 samples) over which the measured current is filtered."""
 MOST_CENTIAMPS = 100_000.0
 LEAST_AMPS = 1e-9
-"""A current below this is 0, so that a current in an inductance ends."""
+"""Current in A below which a current counts as 0, so that a current in an inductance ends."""
 RMS_SECONDS = 1.0
-"""RMS current is taken over about this time."""
+"""Approximate time in seconds over which the RMS current is calculated."""
 RMS_STEP = m.HEAT_BLOCK * m.SAMPLE_S / RMS_SECONDS
 COOLER = 5
-"""°C below TH: an overheated motor can be switched on again."""
+"""Number of °C below TH at which an overheated motor can be switched on again."""
 IDEAL_BITS = 5
 """An ideal motor in torque mode turns by a count per sample for each 32 PWM units."""
 
@@ -96,7 +96,7 @@ def energy(f: Floats, amps: float, speed: float) -> int:
 
 @sampled
 def miscount(i: Ints, counts: int) -> None:
-    """Count a turn of `counts` with a defective encoder, and correct SHAFT."""
+    """Count a movement of `counts` with a defective encoder, and correct SHAFT."""
     counted, of = i[s.UNCOUNTED] + counts * i[s.COUNTS_OF], i[s.COUNTS_OUT_OF]
     whole = counted // of
     i[s.UNCOUNTED] = counted - whole * of
@@ -106,7 +106,7 @@ def miscount(i: Ints, counts: int) -> None:
 
 @sampled
 def friction(i: Ints, f: Floats) -> float:
-    """Return friction at the shaft, counts/sample²: bearings, static brake, a jam."""
+    """Return the friction at the shaft in counts/sample²: of bearings, static brake and a jam."""
     if i[s.BRAKE] != 0:
         return f[m.COULOMB] + f[m.STATIC_BRAKE] + f[m.JAM]
     return f[m.COULOMB] + f[m.JAM]
@@ -136,7 +136,7 @@ def measure(i: Ints, f: Floats, amps: float) -> None:
 
 @sampled
 def in_centiamps(amps: float) -> int:
-    """Return the magnitude in 0.01 A, up to 1000 A."""
+    """Convert a current to its magnitude in 0.01 A, at most 1000 A."""
     return int(min(abs(amps) * 100.0, MOST_CENTIAMPS))
 
 
@@ -165,7 +165,7 @@ def ideal(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal_turn(i: Ints) -> int:
-    """Return the counts of one sample in torque mode."""
+    """Return the counts by which an ideal motor turns in one sample of torque mode."""
     torque = clipped(i[s.T], i[s.AMPS])
     return torque >> IDEAL_BITS if torque > 0 else -(-torque >> IDEAL_BITS)
 
@@ -275,6 +275,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # temperatures are steady: all further blocks are equal
+            left %= m.HEAT_BLOCK  # temperatures are steady, so all further blocks are equal
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

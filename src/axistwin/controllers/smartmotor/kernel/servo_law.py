@@ -11,15 +11,15 @@ from axistwin.controllers.smartmotor.kernel.machine import Ints
 from axistwin.controllers.smartmotor.kernel.position import following_error
 
 FRACTION_BITS = 4
-"""KP, KD, KV, KA and KG are in 1/16 of a PWM unit per count, count/sample, count/sample² and by itself."""
+"""Number of fraction bits of KP, KD, KV, KA and KG: they are in 1/16 of a PWM unit."""
 INTEGRAL_BITS = 7
-"""KI is in 1/2048 of a PWM unit per count and sample: 1/16, and 7 bits more."""
+"""Number of additional fraction bits of KI, which is in 1/2048 of a PWM unit per count and sample."""
 LIMIT_BITS = 6
-"""KL is in 4 PWM units: it limits the integral term, in 1/16 of a unit, to 64 KL."""
+"""Number of bits of KL's unit: KL, in 4 PWM units, limits the integral term to 64 * KL in 1/16 of a unit."""
 VELOCITY_BITS = 16
 HALF = 1 << (FRACTION_BITS - 1)
 FASTEST = 1 << 32
-"""Limit of a velocity in the law, twice the largest V: every product fits 64 bits."""
+"""Limit of a velocity in the servo law, twice the largest V, so that every product fits 64 bits."""
 
 
 @sampled
@@ -47,13 +47,13 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """Return the integral with this error added, within KL."""
+    """Add this error to the integral, limit the sum by KL, and return it."""
     return clipped(i[s.INTEGRAL] + i[s.TUNING + 1] * error, i[s.TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 
 
 @sampled
 def output(i: Ints, error: int) -> int:
-    """Return PWM in the controller's direction: KP, KI, KD, KV, KA, KG, within AMPS."""
+    """Return the PWM value that KP, KI, KD, KV, KA and KG give, limited by AMPS, in the controller's direction."""
     total = i[s.TUNING] * error + (i[s.INTEGRAL] >> INTEGRAL_BITS) + i[s.TUNING + 2] * i[s.DIFFERENCE] + i[s.TUNING + 7]
     velocity, before = clipped(i[s.VELOCITY], FASTEST), clipped(i[s.VELOCITY_BEFORE], FASTEST)
     forward = i[s.TUNING + 5] * velocity + i[s.TUNING + 6] * (velocity - before)

@@ -17,12 +17,12 @@ from axistwin.controllers.smartmotor.kernel.position import wrapped
 FULL_SCALE = 1023
 """The analog value of a pin at 5 V (6.3)."""
 WRAP = 1 << 48
-"""2^32 counts in 1/65536 count."""
+"""Number of 1/65536 counts in 2^32 counts, at which a position wraps."""
 
 
 @sampled
 def stopping_distance(speed: int, acceleration: int) -> int:
-    """Return the distance of a stop from `speed` > 0, which `acceleration` reduces in each further sample."""
+    """Return the stopping distance from a speed above 0, which `acceleration` reduces in each sample."""
     n = (speed + acceleration - 1) // acceleration
     return n * speed - acceleration * (n * (n - 1) // 2)
 
@@ -48,8 +48,8 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
     if speed > max_velocity:
         wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
-        return wanted * way  # the motor still moves away from the target, or is at rest
-    # An upper bound first: stopping_distance(w) <= w²/2A + w/2 + A/8
+        return wanted * way  # the motor is moving away from the target, or is at rest
+    # a fast test first: stopping_distance(w) is at most w²/2A + w/2 + A/8
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
         best = 0 if distance == 0 else max_stoppable_speed(distance, acceleration)
@@ -106,7 +106,7 @@ def show_master(i: Ints, before: int) -> None:
 
 @sampled
 def counted(i: Ints) -> int:
-    """Update CTR; return its change since the last call."""
+    """Update the external counter CTR, and return its change since the last call."""
     counts = i[s.MASTER] * i[s.RESOLUTION] // 4
     moved = counts - i[s.MASTER_SEEN]
     if moved != 0:
@@ -117,7 +117,7 @@ def counted(i: Ints) -> int:
 
 @sampled
 def follow(i: Ints, moved: int) -> None:
-    """Follow CTR: MF1, MF2, MF4 and MS one to one, MFR and MSR by MFMUL/MFDIV keeping the remainder."""
+    """Follow the counter CTR: one to one in MF1, MF2, MF4 and MS, by the ratio MFMUL/MFDIV in MFR and MSR."""
     step = moved
     if i[s.MODE] != s.M_FOLLOW and i[s.MODE] != s.M_STEP:
         owed = moved * i[s.FACTOR] + i[s.FOLLOW_REM]
@@ -129,7 +129,7 @@ def follow(i: Ints, moved: int) -> None:
 
 @sampled
 def profile(i: Ints) -> None:
-    """Move by MP, MV or X: a trapezoid, a ramp to a velocity, a ramp to a stop."""
+    """Compute one sample of a motion by MP (trapezoid), MV (ramp to a velocity) or X (ramp to a stop)."""
     mode = i[s.MODE]
     velocity = i[s.VELOCITY]
     acceleration = i[s.ACCELERATION]

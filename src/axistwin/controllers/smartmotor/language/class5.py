@@ -10,13 +10,13 @@ from typing import NamedTuple
 from axistwin.numbers import clipped
 
 PINS = "ABCDEFG"
-"""Pins by their Class 5 numbers, from 0."""
+"""Letters of the pins in the order of their Class 5 numbers, from 0."""
 RATES = "its value is for 8000 samples/s, 4.76 has 4069"
 RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A Class 5 word as a pattern, and `here` the 4.76 word for it.  `sure`: both take values in the same unit."""
+    """A pattern for a Class 5 word, and `here`: the 4.76 word for it.  `sure`: both take values in the same unit."""
 
     form: str
     here: str

@@ -32,7 +32,7 @@ LEVELS = (
     {"*": ops.MULTIPLY, "/": ops.DIVIDE, "%": ops.REMAINDER},
     {"^": ops.POWER},
 )
-"""The operations with two values, the weakest first."""
+"""Operations with two values by precedence, the weakest first."""
 
 _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<>()\[\]]", re.ASCII)
 
@@ -50,7 +50,7 @@ class Problem:
 
 
 class Malformed(Exception):  # noqa: N818  # internal: `read` catches this error
-    """Raised for text that is not an expression or a command; caught by `read` and `First`."""
+    """Raised for text that is not an expression or a command; never raised to users."""
 
     def __init__(
         self, message: str, position: int, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
@@ -70,16 +70,16 @@ class Index:
 
 @dataclass(frozen=True)
 class Computed:
-    """An operand that the interpreter computes."""
+    """Base class of operands that the interpreter computes."""
 
     code: tuple[int, ...]
     fetches: "tuple[Callable[[Processor], int], ...]" = ()
-    """Fetch the external values for the hidden variables, in the order of the text."""
+    """Functions that fetch the external values for the hidden variables, in the order of the text."""
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()
     """The names of the variables, in the order of the text."""
     taken: tuple[str, ...] = ()
-    """The pins whose level is assigned to a variable (5.1, note 2)."""
+    """Pins whose level the expression assigns to a variable (5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
         """Fetch the external values of the operand into the hidden variables."""
@@ -89,7 +89,7 @@ class Computed:
 
 @dataclass(frozen=True)
 class Expression(Computed):
-    """An operand that gives one number."""
+    """An operand with one number as its value."""
 
     @cached_property
     def constant(self) -> int | None:
@@ -105,11 +105,11 @@ class Expression(Computed):
 
 
 class Reader:
-    """Reads expressions of a statement.  `at`: the current index; `assigned`: the value is for a variable."""
+    """Parses the expressions of a statement.  `at`: current index; `assigned`: True if a variable gets the value."""
 
     def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
         self.text, self.at, self._assigned = text, at, assigned
-        self._code: list[list[int]] = []  # an operation and, if needed, its argument
+        self._code: list[list[int]] = []  # operations, each with its argument if it has one
         self._height = self._highest = self._deep = 0
         self._fetches: list[Callable[[Processor], int]] = []
         self._fetched = fetches
@@ -129,7 +129,7 @@ class Reader:
 
     def _read(self) -> Expression:
         if self._highest > STACK:
-            raise Malformed("this expression is too long", self.at)
+            raise Malformed("the expression is too long: use several assignments", self.at)
         code = tuple(number for word in self._code for number in word)
         return Expression(
             (*code, ops.RESULT),
@@ -145,7 +145,7 @@ class Reader:
         return self._read()
 
     def _next(self) -> str:
-        """Return the next token; empty at the end of the text, or if no token matches."""
+        """Return the next token; "" at the end of the text, or if no token matches."""
         match = _token.match(self.text, self.at)
         return match[0] if match else ""
 
@@ -174,7 +174,7 @@ class Reader:
             self._combine(operation)
 
     def _combine(self, operation: int) -> None:
-        """Add an operation, or its result if both values are constant."""
+        """Add an operation to the code; if both values are constants, add the result instead."""
         left, right = self._code[-2:] if len(self._code) > 1 else ([], [])
         if left[:1] == right[:1] == [ops.CONSTANT]:
             value = combined(operation, left[1], right[1])
@@ -193,7 +193,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            for _ in range(2 - minuses % 2 if minuses else 0):  # two negations may overflow, zero cannot
+            # two negations are not left out, because they may overflow
+            for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
     def _negate(self) -> None:
@@ -232,11 +233,11 @@ class Reader:
 
     def _refuse(self, token: str) -> NoReturn:
         if not self.text[self.at :]:
-            raise Malformed("a value is missing at the end", self.at)
+            raise Malformed("a value is missing at the end of the expression", self.at)
         if not token or not token[-1].isalnum():
             raise Malformed(f"a value is missing before {self.text[self.at]!r}", self.at)
         if later := class5.find(token, class5.VALUES):
-            raise Malformed(class5.message(later), self.at, rule=rules.LATER, end=self.at + len(token))
+            raise Malformed(message=class5.message(later), position=self.at, rule=rules.LATER, end=self.at + len(token))
         hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
         raise Malformed(f"there is no variable {token}{hint}", self.at, rule=rules.VARIABLE, end=self.at + len(token))
 

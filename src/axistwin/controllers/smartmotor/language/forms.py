@@ -9,10 +9,10 @@ from axistwin.controllers.commandset import Command
 class Accept(Flag):
     """The sources from which a command is accepted."""
 
-    HOST = auto()  # over a communication channel
-    PROGRAM = auto()  # in the stored program
-    BLOCK = auto()  # in the stored program only: a label or a part of a block
-    REMOVED = auto()  # from no source: removed in 4.76 (1.3)
+    HOST = auto()  # from a host, over a communication channel
+    PROGRAM = auto()  # from the stored program
+    BLOCK = auto()  # only from the stored program, because the command is a label or a part of a block
+    REMOVED = auto()  # never accepted, because 4.76 has removed the command (1.3)
 
 
 class Form(Enum):
@@ -39,9 +39,9 @@ class Instruction(Command):
 
     form: Form = Form.BARE
     written: str = ""
-    """The syntax, if it does not follow from form and parameters."""
+    """Syntax of the command, if it cannot be derived from form and parameters."""
     instead: str = ""
-    """The replacement of a command that has been removed."""
+    """Replacement for a command that has been removed in 4.76."""
 
     @property
     def syntax(self) -> str:

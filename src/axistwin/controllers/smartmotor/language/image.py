@@ -20,7 +20,7 @@ WORDS = {(word[0], word[3:]): word for word in JUMPING}
 END_OF_TEXT = b"\xff"
 
 HEADER = 28
-"""Characters of a header and its line end, before the label table."""
+"""Number of characters of a header with its line end; the label table follows."""
 
 _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 _word = re.compile(r'(?:"[^"\n]*(?:"|(?=\n)|$)|[^ \t\n"])+')
@@ -49,7 +49,7 @@ def labels(text: str) -> dict[int, int]:
 
 
 def sums(text: str) -> tuple[int, int]:
-    """Return the sums of RCKS: the sums of the bytes of the label addresses and of the text, 24 bits each."""
+    """Return both checksums of RCKS: sums of 24 bits over the label addresses and over the text."""
     addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
     return addresses & 0xFFFFFF, _sum(text)
 
@@ -65,9 +65,9 @@ class _Block:
     word: str
     place: int
     waiting: int | None
-    """The word that has to know where the next branch is."""
+    """Place of the word that will jump to the next branch; None if there is no such word."""
     leaving: list[int] = field(default_factory=list)
-    """Words that jump to the end of the block."""
+    """Places of the words that jump to the end of the block."""
 
 
 def encode(text: str) -> bytes:
@@ -86,7 +86,7 @@ class Decoder:
     def __init__(self) -> None:
         self._lines: list[str] = []
         self._rest = ""
-        """Text that is no complete line yet, or may still belong to the header."""
+        """Received text that is not a complete line yet, or may belong to the header."""
         self._header: tuple[int, int] | None = None
         self._begun = self._ended = False
 
@@ -108,7 +108,7 @@ class Decoder:
         return text, self._header is None or self._header == (_sum(text), len(text))
 
     def _begin(self, *, whole: bool) -> bool:
-        """Skip header and label table once they are complete, or the data ends.  Return True when done."""
+        """Skip header and label table if they have been received; return True if they have been skipped."""
         if self._begun or (len(self._rest) < HEADER and not whole):
             return self._begun
         match = _header.match(self._rest)
@@ -147,7 +147,7 @@ def _words(text: str) -> Iterator[tuple[int, str, int]]:
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
-    """Return the place of each word that jumps, and the jump's target.  A word without its counterpart has none."""
+    """Return the place of each word that jumps, and the target; words without a counterpart are left out."""
     blocks: list[_Block] = []
     left: list[_Block] = []  # by BREAK
     for place, word, behind in _words(text):
@@ -169,7 +169,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps of a block whose targets are known at this word."""
+    """Yield those jumps of a block whose targets become known at this word."""
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place
     block.waiting = None if word == "ELSE" else place

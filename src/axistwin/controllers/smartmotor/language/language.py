@@ -45,7 +45,7 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the range of variables or elements that begins with this one; None: no such variable exists."""
+        """Return the range of variables or elements that begins with this one; None if it does not exist."""
         if "[" not in self.name:
             group = values(self.name)
             return None if group is None else Run(ops.VARIABLE, group.start, len(group))
@@ -60,10 +60,10 @@ class First:
 
 
 WITHOUT_VALUE = Expression((ops.NO_VALUE, ops.RESULT))
-"""The operand of IF, ELSEIF, WHILE, SWITCH or CASE that is no expression: the condition is false, flag Bs."""
+"""Operand in place of an invalid expression of IF, WHILE or SWITCH: the condition is false, and Bs is set."""
 
 Operand = int | str | bytes | Expression | Elements | First
-"""An argument of a handler: a number, text, `#n` of a PRINT as a byte; of an expression, its value."""
+"""Type of a handler's argument: number, text, byte (`#n` of a PRINT), or the value of an expression."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Statement:
         return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
     def perform(self, motor: Processor) -> str | None:
-        """Execute the statement.  Return the text of a report, without CR.  Invalid text only sets Bs."""
+        """Execute the statement and return the text of a report, without CR; invalid text only sets Bs."""
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
             return None
@@ -105,7 +105,7 @@ class Statement:
         for part in self.operands:
             value = part.value(motor) if isinstance(part, Expression | Elements) else part
             if value is None:
-                return None  # no value: Bd or Bu has been set, and the statement ends
+                return None  # the expression has no value and has set Bd or Bu, so the statement ends
             given.append(value)
         named = self.command.form is Form.LET
         answer = self.command.handler(motor, value=given[0]) if named else self.command.handler(motor, *given)
@@ -131,7 +131,7 @@ def read(text: str) -> Statement:
         found, begin = _find(text)
         if found is None:
             rule, message = _unknown(text)
-            raise Malformed(message, 0, rule.chapter, rule)
+            raise Malformed(message=message, position=0, chapter=rule.chapter, rule=rule)
         if Accept.REMOVED in found.accepted:
             raise Malformed(f"{found.code} has been removed in 4.76: {found.instead}", 0, found.chapter, rules.REMOVED)
         return Statement(text, found, _READERS[found.form](text, begin, found))
@@ -140,7 +140,7 @@ def read(text: str) -> Statement:
         return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
-# The command of a text, and the place of its operands
+# Find the command in a text, and the place of its operands
 
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
@@ -201,13 +201,13 @@ def _unknown(text: str) -> tuple[Rule, str]:
     return rules.UNKNOWN, f"unknown command {text[:40]}"
 
 
-# Operands after the keyword, form by form
+# Parse the operands after the keyword, by the form of the command
 
 _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
 
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Read the number at the end of a command's name, such as GOSUB5."""
+    """Parse the number at the end of a command, such as GOSUB5."""
     digits, field = text[at:].lstrip("0") or "0", found.parameters[0]
     if len(digits) > 9 or not field.allows(int(digits)):
         raise Malformed(f"{text[at:][:20]} is out of range: {field}", at, found.chapter, rules.NUMBER)
@@ -232,7 +232,7 @@ def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     if found.code != "CASE":
         return (expression,)
     if expression.constant is None:
-        raise Malformed("CASE takes a constant", at, found.chapter)
+        raise Malformed("the value of CASE must be a constant, e.g. CASE 1", at, found.chapter)
     return (expression.constant,)
 
 
@@ -240,7 +240,7 @@ _value = re.compile(r"[ \t]+(-?\d+)", re.ASCII)
 
 
 def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Read `ab[exp]=exp`, or a list of values that ends with a period."""
+    """Parse an assignment `ab[exp]=exp`, or a list of values that ends with a period."""
     kind, _ = ARRAY_SIZES[text[:at]]
     index = Reader(text, at)
     first = index.index()
@@ -268,9 +268,11 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         listed[-1] = -listed[-1] if match[1].startswith("-") else listed[-1]
         at = match.end()
     if not listed:
-        raise Malformed(f"{array}[…] needs = and a value, or a list of values", at, EQUAL_SIGN, rules.ELEMENTS)
+        raise Malformed(
+            f"{array}[…] must be followed by = and a value, or by a list of values", at, EQUAL_SIGN, rules.ELEMENTS
+        )
     if at == len(text):
-        raise Malformed("these values do not end with a period", at, FEATURES_ADDED, rules.ELEMENTS)
+        raise Malformed("the list of values does not end with a period", at, FEATURES_ADDED, rules.ELEMENTS)
     if text[at:].strip() != ".":
         raise Malformed(f"{text[at:][:20]} is not a number", at, FEATURES_ADDED, rules.ELEMENTS)
     known = _known(array, 3, first)
@@ -285,7 +287,7 @@ def _constant(value: int) -> tuple[int, ...]:
 
 
 def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Read `"text",exp,#n`, the items of PRINT."""
+    """Parse `"text",exp,#n`, the items of PRINT."""
     items: list[Operand] = []
     while True:
         item, at = _item(text, at, found)
@@ -313,14 +315,14 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
         match = _byte.match(text, at)
         digits = (match[1].lstrip("0") or "0") if match else "999"
         if match is None or len(digits) > 3 or int(digits) > 255:
-            raise Malformed("# takes the code of a character, 0…255", at, found.chapter, rules.PRINTED)
+            raise Malformed("# must be followed by the code of a character, 0…255", at, found.chapter, rules.PRINTED)
         return bytes((int(digits),)), match.end()
     reader = Reader(text, at)
     return reader.expression(), reader.at
 
 
 def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Read the text between the parentheses; VST and VLD take a variable and a number of them."""
+    """Parse the operands in parentheses; VST and VLD have a variable and a number of variables."""
     if not text.endswith(")"):
         raise Malformed(") is missing", len(text), found.chapter, rules.ARGUMENTS)
     inner = text[at:-1]
@@ -328,12 +330,12 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
         return (inner,)
     name, comma, _ = inner.rpartition(",")
     if not comma:
-        raise Malformed(f"{found.code} takes a variable and a number of variables", at, found.chapter, rules.ARGUMENTS)
+        raise Malformed(f"{found.code} needs a variable and a number of variables", at, found.chapter, rules.ARGUMENTS)
     return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Read the name after the R: Ra, RAINA1."""
+    """Parse the name of the variable after the R of a report: Ra, RAINA1."""
     if find(text[1:]) is None:
         raise Malformed(f"{text[1:][:20]} does not exist: {found.syntax}", 1, found.chapter, rules.ARGUMENTS)
     return (_whole(text, 1, found),)
@@ -350,7 +352,7 @@ _port = re.compile(r"([A-H])(\d{0,2}),", re.ASCII)
 
 
 def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Read AOUTp,exp and DOUTpc,exp: device p = A…H; for DOUT, channel c = 0…63."""
+    """Parse AOUTp,exp and DOUTpc,exp: device p = A…H; for DOUT, channel c = 0…63."""
     match = _port.match(text, at)
     digital = found.code == "DOUTp"
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):

@@ -29,9 +29,9 @@ PARTS = {"ELSEIF": "IF", "ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
 OTHERWISE = frozenset({"ELSE", "DEFAULT"})
 """Parts that occur once in a block; ELSE is the last part of an IF."""
 SILENT = frozenset({"ENDIF", "ENDS", "CASE", "DEFAULT"})
-"""Statements without code of their own."""
+"""Keywords of statements that need no code."""
 PIECE = 64
-"""Statements, or parts of blocks, that are read, matched or written in one piece of a compilation."""
+"""Number of statements that one step of a compilation processes."""
 
 
 class Place(NamedTuple):
@@ -72,17 +72,17 @@ class Program:
     begins: tuple[int, ...]
     """The place in the code of each statement."""
     heads: tuple[int, ...] = ()
-    """The places in the code of operations that take a sample, or of their announcements, in order."""
+    """Places in the code of operations that take a sample (or of their announcements), in order."""
     announces: frozenset[int] = frozenset()
-    """The statements that are announced to Python before they are executed, by a FETCH of nothing."""
+    """Statements that are announced to Python before their execution, by a FETCH without values."""
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
-        """Return the program of a source text.  Never fails: an invalid statement sets Bs when it is reached."""
+        """Compile a source text; an invalid statement is no error, but sets Bs when it is executed."""
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return the same program with announcements of these statements; `heads` has the same length in both."""
+        """Return the same program, in which these statements are announced before their execution."""
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
@@ -91,19 +91,19 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the announcement before the operation at this place of `heads`; 0: not announced."""
+        """Return the number of code words that announce the statement at this place; 0 if it is not announced."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 
 class Compilation:
-    """A compilation in progress, done in short pieces, so that a long program causes no long delay."""
+    """A compilation in progress; it is done in short steps, so that a long program causes no long delay."""
 
     def __init__(self, text: str, announces: frozenset[int] = frozenset()) -> None:
         self._pieces = _pieces(text, announces)
         self._program: Program | None = None
 
     def step(self) -> bool:
-        """Continue the compilation by one piece.  Return True if the program is complete."""
+        """Perform one step of the compilation; return True if the program is complete."""
         if self._program is None:
             try:
                 next(self._pieces)
@@ -112,7 +112,7 @@ class Compilation:
         return self._program is not None
 
     def result(self) -> Program:
-        """Complete the compilation.  Return the program."""
+        """Complete the compilation, and return the program."""
         while not self.step():
             pass
         assert self._program is not None
@@ -151,7 +151,7 @@ def word(statement: Statement) -> str:
 
 
 class _Matcher:
-    """Finds the parts of each block: IF and ENDIF, WHILE and LOOP, SWITCH and ENDS.  Unmatched parts are broken."""
+    """Finds the parts of each block: IF and ENDIF, WHILE and LOOP, SWITCH and ENDS."""
 
     def __init__(self, statements: list[Statement]) -> None:
         self.statements = statements
@@ -159,7 +159,7 @@ class _Matcher:
         """The block to which a statement belongs, by its number."""
         self._open: list[_Block] = []
         self._left: list[_Block] = []
-        """The open blocks that BREAK leaves."""
+        """Stack of the open blocks that a BREAK can leave."""
         self._broken = 0
 
     def match(self) -> Iterator[None]:
@@ -251,16 +251,16 @@ class _Writer:
         self.statements, self.blocks, self._announces = statements, blocks, announces
         self.labels: dict[int, int] = {}
         self.begins: list[int] = []
-        """The place of each statement for the preceding statement."""
+        """Place in the code at which the preceding statement continues, for each statement."""
         self.heads: list[int] = []
         self._entries: list[int] = []
-        """The place of each statement for jumps within its block."""
+        """Place in the code to which jumps within its block lead, for each statement."""
         self.code: list[int] = []
         self._last = -1, -1
         self._jumps: list[tuple[int, int]] = []
-        """A word of the code, and the statement whose entry it is to hold."""
+        """Jumps: index of a word in the code, and the statement whose place will be written there."""
         self._calls: list[tuple[int, int, int, int]] = []
-        """The same for a label: the word, the label, and where the statement begins and ends."""
+        """Jumps to labels: index of a word in the code, label, and begin and end of the statement."""
 
     def write(self) -> Iterator[None]:
         """Write the code of all statements; a generator, so that a long program can be written in pieces."""
@@ -334,7 +334,7 @@ class _Writer:
         self._calls.append((target + 1, digits(statement), target - 2, len(self.code)))
 
     def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
-        """Find the label of a GOTO or GOSUB; without its label, the statement sets Bs."""
+        """Write the place of a label into a GOTO or GOSUB; a statement without its label sets Bs."""
         if label in self.labels:
             self.code[at] = self.labels[label]
         else:
@@ -363,7 +363,7 @@ class _Writer:
         self._jump(number, self.blocks[number].end)
 
     def _switch(self, number: int, statement: Statement) -> Iterator[None]:
-        """Write the tests of all CASEs, in order; if none is true, a jump to DEFAULT or the end of the block."""
+        """Write the comparisons of all CASEs in order, followed by a jump to DEFAULT or to the end of the block."""
         block = self.blocks[number]
         cases = [part for part in block.parts if word(self.statements[part]) == "CASE"]
         otherwise = next((part for part in block.parts if word(self.statements[part]) != "CASE"), block.end)
@@ -386,7 +386,7 @@ class _Writer:
                 yield
 
     def _case(self, case: int) -> int:
-        """Write a comparison with a constant; any other CASE sets Bs, and is never equal."""
+        """Write the comparison of a CASE with its constant; a CASE without a constant sets Bs."""
         if self.statements[case].problem is not None:
             target = self._head(ops.S_IF, case)
             self.code += WITHOUT_VALUE.code
@@ -398,7 +398,7 @@ class _Writer:
 
 
 def digits(statement: Statement) -> int:
-    """Return the number in a label, GOTO, GOSUB or CASE."""
+    """Return the number that a label, GOTO, GOSUB or CASE contains."""
     value = statement.operands[0]
     assert isinstance(value, int)
     return value
@@ -425,4 +425,4 @@ _WRITERS: dict[str, Callable[[_Writer, int, Statement], Iterator[None] | None]] 
     "SWITCH": _Writer._switch,
     "BREAK": _Writer._break,
 }
-"""Statements that are more than an operation and its expression."""
+"""Functions that write statements which are more than an operation with an expression, by keyword."""

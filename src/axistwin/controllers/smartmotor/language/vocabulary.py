@@ -6,9 +6,9 @@ from collections.abc import Callable
 from axistwin.controllers.smartmotor.language.lexer import begins_list
 
 LONGEST = 64
-"""Characters of a command; a longer one is dropped."""
+"""Largest number of characters in a command; a longer command is discarded."""
 LONGEST_LIST = 204
-"""Most values in a list such as `ab[0] 1 2 3.`: the size of the array."""
+"""Largest number of values in a list such as `ab[0] 1 2 3.`, which is the size of the array."""
 
 SPACE, CR, QUOTE = ord(" "), ord("\r"), ord('"')
 TERMINATORS = (SPACE, CR, ord("\n"), 0)
@@ -29,7 +29,7 @@ class Words:
         return bool(self._text or self._list)
 
     def forget(self) -> bool:
-        """Drop an incomplete command.  Return True if a command had begun."""
+        """Discard an incomplete command; return True if a command had begun."""
         begun = self.begun
         self._text.clear()
         self._list.clear()
@@ -49,7 +49,7 @@ class Words:
             return
         self._quoted ^= byte == QUOTE
         if len(self._text) < LONGEST:
-            if byte >= SPACE or self._text:  # a control character alone has no effect
+            if byte >= SPACE or self._text:  # a control character without a command has no effect
                 self._text.append(byte)
         elif not self._dropping:
             self._dropping = True

@@ -22,7 +22,7 @@ from axistwin.sim.serial import Uart
 
 FIFO = 16
 TRANSMITTER = 16
-"""A program stops at its PRINT while more characters than this are waiting to be sent."""
+"""Number of unsent characters above which a program waits at a PRINT."""
 
 GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120
 STATUS_QUERY, POSITION, CLOCK, DIRECT_A, DIRECT_V, DIRECT_P = range(0xF9, 0xFF)
@@ -90,28 +90,29 @@ class Channel:
         self.errors = ChannelError(0)
         self.fifo: deque[int] = deque()
         self.transfer: Transfer | None = None
-        """Takes all characters while a program is being transferred."""
+        """The download or upload in progress, which receives all characters; otherwise None."""
         self.direction: UserPin | None = None
         """The direction line of an RS-485 converter, pin G."""
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
-        self._record, self._spoilt = bytearray(), False  # bytes of a binary record; True if one had a line error
+        # received bytes of a binary record, and True if a byte had a line error
+        self._record, self._spoilt = bytearray(), False
         self._timeout_ns = 0
-        """Time within which a command must end, from its first character; 0: no time-out."""
+        """Time in ns after its first character within which a command must end; 0 for no time-out."""
         self._begun_ns: int | None = None
         """Time at which the incomplete command began, while there is a time-out."""
         uart.format = UartFormat()
         uart.on_receive, uart.on_idle = self.receive, self._idle
 
     def close(self) -> None:
-        """Stop receiving and sending: the motor is switched off."""
+        """Stop receiving and sending, because the motor is switched off."""
         self.shut()
         self.transfer = None
         self.uart.on_receive, self.uart.on_idle = lambda byte, errors: None, lambda: None
 
     def receive(self, byte: int, errors: LineError) -> None:
-        """Receive a character.  A line error is flagged, and the command that contains the character is spoiled."""
+        """Receive a character; after a line error, set the flag and discard the command with this character."""
         if not self.open:
             return
         self.received = True
@@ -149,7 +150,7 @@ class Channel:
         self.motor.update_outputs()
 
     def end_transfer(self) -> None:
-        """End a download or upload: characters are commands again."""
+        """End a download or upload, so that characters are commands again."""
         self.transfer = None
         self._words.forget()
 
@@ -178,11 +179,12 @@ class Channel:
 
     def _take_binary(self, byte: int) -> None:
         """Receive an address, which is valid until the next address, or the first byte of a binary record."""
-        if self._words.forget() and not self.asleep:  # an incomplete command
+        if self._words.forget() and not self.asleep:  # discards an incomplete command
             self.flag_new(ChannelError.SCAN)
         if byte <= LAST_ADDRESS:
-            self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])  # only SADDRn changes ADDR
-        elif byte in RECORDS:  # for any motor: the bytes of a record are neither addresses nor commands
+            # ADDR does not change, because only SADDRn changes it
+            self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
+        elif byte in RECORDS:  # a record may be for another motor, but its bytes are neither addresses nor commands
             self._record.append(byte)
         elif byte == STATUS_QUERY and self._active:
             self.motor.report_host_mode(self)
@@ -221,7 +223,7 @@ class Channel:
         return self.addressed and not self.asleep
 
     def flag_new(self, error: ChannelError) -> None:
-        """Set the flag of a receive error.  If the flag is already set, a motor at rest stays at rest."""
+        """Set the flag of a receive error, unless the flag is already set."""
         self.motor.catch_up(changing=False)
         if self.motor.i[FLAGS[error]] and error & self.errors:
             return
@@ -230,16 +232,17 @@ class Channel:
         self.motor.update_outputs()
 
     def flag(self, error: ChannelError) -> None:
-        """Set the flag of an error, and note the error for RCHN of this channel."""
+        """Set the flag of an error, and store the error for RCHN of this channel."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            for channel in self.motor.channels:  # a cleared flag makes the errors noted before obsolete
+            # errors that were noted before the flag was cleared are no longer valid
+            for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
         self.errors |= error
 
     def status(self) -> ChannelError:
-        """RCHN of this channel: return the noted errors whose flags are still set."""
+        """RCHN of this channel: return the stored errors whose flags are still set."""
         return ChannelError(sum(bit for bit, slot in FLAGS.items() if bit & self.errors and self.motor.i[slot]))
 
     def _spoil(self, byte: int, errors: LineError) -> None:
@@ -258,7 +261,7 @@ class Channel:
             self._words.drop()
 
     def send(self, data: bytes) -> None:
-        """Send characters after those that are waiting.  On a closed channel they are lost."""
+        """Send characters after those that are waiting; characters for a closed channel are lost."""
         if not self.open:
             return
         self._set_direction(transmitting=True)

@@ -20,7 +20,7 @@ DECODED_AT_ONCE = 256
 GIVE_UP_NS = 5 * S
 """Time without a character after which a download ends."""
 SECOND_END_NS = 50 * MS
-"""Delay of the answer to an FF that ends a block, because a second FF would end the program."""
+"""Delay in ns of the answer to an FF at the end of a block; a second FF in this time ends the program."""
 
 
 class Download:
@@ -29,8 +29,9 @@ class Download:
     def __init__(self, motor: Processor, channel: Channel) -> None:
         self.motor, self.channel = motor, channel
         self._decoder = image.Decoder()
-        self._size, self._fresh = 0, bytearray()  # bytes of the decoded text, and bytes not decoded yet
-        self._complete = False  # FF has been received; further characters are a compiler's note
+        # number of bytes of the decoded text, and received bytes that are not decoded yet
+        self._size, self._fresh = 0, bytearray()
+        self._complete = False  # True after FF; all further characters are a note of the compiler
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
@@ -42,7 +43,7 @@ class Download:
         ended = byte == self._last == END
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
-        if self._size == self.motor.options.program_bytes:  # characters that exceed the memory are ignored
+        if self._size == self.motor.options.program_bytes:  # characters beyond the end of the memory are ignored
             self._sound &= self._complete
         elif not self._complete:
             self._keep(byte)
@@ -62,7 +63,7 @@ class Download:
         self._fresh.clear()
 
     def spoil(self) -> None:
-        """Receive a byte with a line error: the program is invalid."""
+        """Receive a byte with a line error, which makes the program invalid."""
         self._sound = False
         self.take(0)
 
@@ -83,7 +84,7 @@ class Download:
             acknowledge()
 
     def _supervise(self) -> None:
-        """End the download after a long silence of the host.  After a single FF the program counts as complete."""
+        """End the download after a long silence of the host; after a single FF, the program is complete."""
         if not self._active:
             return
         clock = self.motor.clock

@@ -1,0 +1,1 @@
+"""The kernel in browsers: the sampled functions compiled to WebAssembly."""

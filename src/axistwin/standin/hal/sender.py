@@ -1,0 +1,196 @@
+"""The process of the HAL component, and the thread that reads the component's reports."""
+
+import json
+import os
+import subprocess
+from collections.abc import Callable, Sequence
+from importlib import resources
+from tempfile import TemporaryFile
+from threading import Lock, Thread
+from typing import TYPE_CHECKING, Any
+
+from axistwin.errors import LinkError
+from axistwin.standin.events import Event
+from axistwin.standin.hal.board import HalBoard
+from axistwin.standin.hal.wiring import COMPONENT
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+PYTHON = "/usr/bin/python3"
+"""The Python for which LinuxCNC's module `hal` is installed."""
+INSTALL = "install LinuxCNC (Debian: linuxcnc-uspace)"
+ENDED = "the HAL component axistwin has ended: check HAL, then type `go`"
+END_S = 2.0
+"""Longest time until the component has ended."""
+
+
+class HalSender:
+    """Serves the axes at HAL.  `deliver` is called in another thread with each event.
+
+    `prefix`: words before each command that uses HAL, such as ("runuser", "-u", "cnc", "--").
+    """
+
+    def __init__(
+        self, board: HalBoard, deliver: Callable[["HalSender", Event], None], prefix: Sequence[str] = ()
+    ) -> None:
+        self.wiring = board.wiring
+        self._board, self._deliver, self._prefix = board, deliver, list(prefix)
+        self._lock = Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._owner = False
+
+    def start(self) -> None:
+        """Start the component, and a thread that serves it."""
+        Thread(target=self._run, name=f"board {self.wiring.name}", daemon=True).start()
+
+    def _run(self) -> None:
+        try:
+            running = self._halcmd("list", "comp").split()
+            self._owner = all(name.startswith("halcmd") for name in running)
+            process = self._start_component()
+            assert process.stdout is not None
+            with process.stdout:
+                self._prepare(process.stdout.readline())
+                for line in process.stdout:
+                    self._act(self._board.receive, json.loads(line))
+        except LinkError as error:
+            self._end()
+            self._act(self._board.fail, str(error))
+        else:
+            if self._process is process:
+                self._act(self._board.fail, ENDED)
+
+    def _start_component(self) -> "subprocess.Popen[bytes]":
+        """Start the component's process.  Raises LinkError."""
+        if os.geteuid() == 0 and not self._prefix:
+            raise LinkError("LinuxCNC's rtapi_app refuses root: start axistwin as another user")
+        code = resources.files(__package__).joinpath("component.py").read_text(encoding="utf-8")
+        try:
+            process = subprocess.Popen(
+                [*self._prefix, PYTHON, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL, start_new_session=True,
+            )  # fmt: skip
+        except OSError:
+            raise LinkError(f"no {PYTHON}: {INSTALL}") from None
+        assert process.stdin is not None
+        os.set_blocking(process.stdin.fileno(), False)
+        self._process = process
+        with self._lock:
+            self._flush()
+        return process
+
+    def _prepare(self, first: bytes) -> None:
+        """Run the HAL file and begin, after the component's first report.  Raises LinkError."""
+        created = json.loads(first or b"{}")
+        if "created" not in created:
+            raise LinkError(created.get("error", f"the HAL component axistwin cannot be created: {INSTALL}"))
+        if self.wiring.file is not None:
+            try:
+                self._halcmd("-f", self.wiring.file.name)
+            except LinkError as error:
+                hint = "" if self._owner else ": HAL was running before: `halrun -U` ends it"
+                raise LinkError(f"{error}{hint}") from None
+        self._check_links()
+        with self._lock:
+            self._board.commands.append({"begin": True})
+            self._flush()
+
+    def _check_links(self) -> None:
+        """Raise LinkError if an input of the component has no signal."""
+        pins = (line.split() for line in self._halcmd("-s", "show", "pin", f"{COMPONENT}.").splitlines())
+        if missing := [words[4] for words in pins if words[2:3] == ["IN"] and "<==" not in words]:
+            raise LinkError(f"no signal is linked to {', '.join(missing)}: link it in {self.wiring.file}")
+
+    def _halcmd(self, *words: str) -> str:
+        """Run halcmd; return its output.  Raises LinkError."""
+        folder = self.wiring.file.parent if self.wiring.file else None
+        with TemporaryFile("w+") as out, TemporaryFile("w+") as err:  # rtapi_app would keep a pipe open
+            try:
+                code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
+            except OSError:
+                raise LinkError(f"no halcmd: {INSTALL}") from None
+            out.seek(0)
+            err.seek(0)
+            if code:
+                said = [line.strip() for line in err if not line.startswith("Note:")]
+                raise LinkError(f"halcmd {' '.join(words)}: {said[0] if said else f'exit code {code}'}")
+            return out.read()
+
+    def _act(self, act: Callable[..., None], *values: Any) -> None:
+        """Execute an act on the board, send its commands, and deliver its events."""
+        with self._lock:
+            act(*values)
+            self._flush()
+        while self._board.events:
+            self._deliver(self, self._board.events.popleft())
+
+    def _flush(self) -> None:
+        """Send the pending commands.  A component that does not read them has failed."""
+        commands, process = self._board.commands, self._process
+        if process is None or process.stdin is None:
+            return
+        data = b"".join(json.dumps(commands.popleft()).encode() + b"\n" for _ in range(len(commands)))
+        try:
+            if data and os.write(process.stdin.fileno(), data) < len(data):
+                self._board.fail("the HAL component axistwin does not answer: check the load of the computer")
+        except OSError:
+            self._board.fail(ENDED)
+
+    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
+        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
+        self._act(self._board.queue, axis, direction, times_s)
+
+    def complete(self, until_s: float) -> None:
+        """Send the positions up to this time: all pulses before it have been queued."""
+        self._act(self._board.complete, until_s)
+
+    def set_output(self, source: str, level: bool, at_s: float) -> None:
+        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
+        self._act(self._board.set_output, source, level, at_s)
+
+    def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
+        """Stop the axes of these controllers at once; () stops all axes."""
+        self._act(self._board.stop, reason, groups)
+
+    @property
+    def stopped(self) -> frozenset[str]:
+        """Controllers whose axes are stopped; can be read in any thread."""
+        return frozenset(tuple(self._board.stopped))
+
+    def resume(self, group: str) -> None:
+        """Accept pulses of a stopped controller again."""
+        self._act(self._board.resume, group)
+
+    def restart(self, now_s: float) -> None:
+        """Start the component again after a failure."""
+        self._end()
+        self._board.restart(now_s)
+        self.start()
+
+    def shut_down(self) -> None:
+        """Stop all axes and switch the drives off."""
+        self._act(self._board.shut_down)
+
+    def close(self) -> None:
+        """End the component; also end HAL if it was not running before."""
+        self._end()
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is None:
+            return
+        assert process.stdin is not None
+        process.stdin.close()
+        try:
+            process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        if self._owner:
+            for words in (("stop",), ("unload", "all")):
+                try:
+                    self._halcmd(*words)
+                except LinkError:
+                    continue

@@ -1,0 +1,66 @@
+"""The axes, inputs and outputs of a stand-in at LinuxCNC HAL, and the pins of the component `axistwin`."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from axistwin.errors import UsageError
+from axistwin.standin.wiring import DrivenAxis, Sensed, Switched, check_groups, groups
+
+COMPONENT = "axistwin"
+MOST_NAME = 47
+"""Longest name of a pin in HAL."""
+AXIS_PINS = (
+    ("position-cmd", "float out, position in pulses"),
+    ("velocity-cmd", "float out, velocity in pulses/s"),
+    ("enable", "bit out, switches the drive on"),
+    ("plus", "bit out, moving in the positive direction"),
+    ("minus", "bit out, moving in the negative direction"),
+    ("position-fb", "float in, position of the motor in pulses"),
+)
+
+
+@dataclass(frozen=True)
+class HalWiring:
+    """The axes, inputs and outputs at HAL; `file`: HAL commands that link the component's pins."""
+
+    name: str
+    axes: tuple[DrivenAxis, ...]
+    inputs: tuple[Sensed, ...] = ()
+    outputs: tuple[Switched, ...] = ()
+    file: Path | None = None
+
+    @cached_property
+    def groups(self) -> tuple[str, ...]:
+        """Names of the controllers with axes at HAL; all axes of a controller stop together."""
+        return groups(self.axes)
+
+    def used(self) -> Iterator[tuple[str, str]]:
+        """Yield the name of each pin with a description."""
+        yield f"{COMPONENT}.heartbeat", "bit out, changes every millisecond"
+        for axis in self.axes:
+            for pin, use in AXIS_PINS:
+                yield f"{COMPONENT}.{axis.axis}.{pin}", use
+        for given in self.inputs:
+            yield f"{COMPONENT}.{given.to}", "bit in"
+        for output in self.outputs:
+            yield f"{COMPONENT}.{output.source}", "bit out"
+
+    def check(self) -> None:
+        """Raise UsageError for a name that is too long for HAL, or an input of another board."""
+        for pin, _ in self.used():
+            if len(pin) > MOST_NAME:
+                raise UsageError(f"HAL pin {pin} is too long: expected at most {MOST_NAME} characters")
+        check_groups(self.inputs, self.groups)
+
+    def setup(self) -> dict[str, Any]:
+        """Return the first command for the component."""
+        stops = {given.to: given.stops_at for given in self.inputs if given.stops is not None}
+        return {
+            "axes": [axis.axis for axis in self.axes],
+            "inputs": [given.to for given in self.inputs],
+            "stops": stops,
+            "outputs": {output.source: output.safe for output in self.outputs},
+        }

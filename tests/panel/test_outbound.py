@@ -1,0 +1,67 @@
+"""The order in which a new page is sent to the browser."""
+
+import asyncio
+from types import SimpleNamespace
+
+import pytest
+
+from axistwin.panel.outbound import AT_A_TIME, Outbound
+
+
+class Outbox:
+    """Stand-in for NiceGUI's outbox: it sends what it has when the event loop runs."""
+
+    def __init__(self):
+        self.updates, self.sent = {}, []
+
+    def enqueue_update(self, element):
+        self.updates[element.id] = element
+        if len(self.updates) == 1:
+            asyncio.get_running_loop().call_soon(self.flush)
+
+    def enqueue_message(self, kind, data, target):
+        self.sent.append((kind, data, target))
+
+    def flush(self):
+        self.sent.append(list(self.updates))
+        self.updates.clear()
+
+
+def client_of(**state):
+    page = SimpleNamespace(id=0)
+    return SimpleNamespace(
+        elements={0: page}, outbox=Outbox(), **{"has_socket_connection": True, "is_deleted": False, **state}
+    )
+
+
+def built(client, count):
+    """Build a page with new elements; the first has a message of its own."""
+    with Outbound(client) as outbound:
+        for number in range(1, count + 1):
+            client.elements[number] = element = SimpleNamespace(id=number)
+            client.outbox.enqueue_update(element)
+        client.outbox.enqueue_update(client.elements[0])
+        client.outbox.enqueue_message("run", {"code": "1"}, "it")
+    assert not client.outbox.updates and not client.outbox.sent
+    return outbound
+
+
+def test_elements_are_sent_before_those_that_contain_them_and_messages_last():
+    async def play():
+        client = client_of()
+        await built(client, AT_A_TIME + 1).send()
+        return client.outbox.sent
+
+    inside = list(range(1, AT_A_TIME + 2))
+    assert asyncio.run(play()) == [inside[:AT_A_TIME], inside[AT_A_TIME:], [0], ("run", {"code": "1"}, "it")]
+
+
+@pytest.mark.parametrize("state", [{"has_socket_connection": False}, {"is_deleted": True}])
+def test_a_browser_that_has_gone_is_not_waited_for(state):
+    async def play():
+        client = client_of(**state)
+        client.outbox.flush = lambda: None
+        await asyncio.wait_for(built(client, AT_A_TIME + 1).send(), 60)
+        return client.outbox.updates
+
+    assert 0 in asyncio.run(play())
