@@ -1,8 +1,12 @@
-"""Play all recorded conversations here and in Pyodide under node, and compare bytes, times, levels and positions.
+"""Run all recorded conversations and all examples here and in Pyodide under node, and compare the results.
+
+Compared are bytes, levels and positions with their times; of examples also the drawings.  The speed of a moving
+SmartMotor in Pyodide is printed.
 
     python benchmarks/playground.py --engine build/engine
 
-`make engine` makes the folder.  The verdict is printed; the exit code is 1 if a conversation differs.
+`make engine` makes the folder.  The verdict is printed; the exit code is 1 if a result differs, or if the SmartMotor is
+too slow.
 """
 
 import argparse
@@ -17,14 +21,16 @@ from pathlib import Path
 from axistwin.playground import build
 
 ROOT = Path(__file__).parents[1]
+LEAST_SPEED = 10
 CONVERSATIONS = ROOT / "tests" / "conversations"
 
 PLAY = '''
-import hashlib, json
+import hashlib, json, tempfile, time
 from pathlib import Path
 from axistwin.bench import Bench
 from axistwin.bench.options import read_options
 from axistwin.conversations import load, play
+from axistwin.playground import Playground
 from axistwin.programs.running import options
 
 def result(file):
@@ -43,9 +49,32 @@ def result(file):
             seen.append((bench.now, axis_name, axis.position))
     return [str(difference), len(seen), hashlib.sha256(repr(seen).encode()).hexdigest()]
 
+def example(name):
+    """Return a hash of the states of an example in its first 20 seconds, one state a second."""
+    playground, seen = Playground(Path(tempfile.mkdtemp())), []
+    seen.append(playground.open_example(name))
+    for second in range(1, 21):
+        seen.append(playground.advance(second * 10**9, 1e9))
+    return ["None", 20, hashlib.sha256(json.dumps(seen).encode()).hexdigest()]
+
+def speed():
+    """Return how much faster than real time a moving SmartMotor runs."""
+    playground = Playground(Path(tempfile.mkdtemp()))
+    playground.open_model("smartmotor")
+    playground.advance(10**9, 1e9)
+    for line in ("UCI UDI ZS", "A=100 V=32212 MV G"):
+        playground.send("smartmotor", line)
+    playground.advance(3 * 10**9, 1e9)
+    begin = time.perf_counter()
+    state = playground.advance(63 * 10**9, 1e9)
+    assert state["controllers"]["smartmotor"]["axes"]["shaft"]["moving"]
+    return 60 / (time.perf_counter() - begin)
+
 def results(folder):
     files = sorted(Path(folder).glob("*.talk"))
-    return json.dumps({file.name: result(file) for file in files if not load(file).headers["model"].endswith(".toml")})
+    found = {file.name: result(file) for file in files if not load(file).headers["model"].endswith(".toml")}
+    names = [one["name"] for one in Playground(Path(tempfile.mkdtemp())).choices()["examples"]]
+    return json.dumps({"speed": speed(), "results": found | {name: example(name) for name in names}})
 '''
 
 NODE = """
@@ -75,7 +104,7 @@ def main() -> int:
     space: dict[str, object] = {}
     begin = time.perf_counter()
     exec(PLAY, space)
-    here = json.loads(space["results"](CONVERSATIONS))  # type: ignore[operator]
+    here = json.loads(space["results"](CONVERSATIONS))["results"]  # type: ignore[operator]
     here_s = time.perf_counter() - begin
     with tempfile.TemporaryDirectory() as folder:
         build(Path(folder), engine)
@@ -88,13 +117,15 @@ def main() -> int:
     if done.returncode:
         print(done.stderr[-3000:], file=sys.stderr)
         return 1
-    there = json.loads(done.stdout)
+    found = json.loads(done.stdout)
+    there, speed = found["results"], found["speed"]
     different = [name for name in here if here[name] != there.get(name)]
     for name in different:
         print(f"{name}: {here[name]} here, {there.get(name)} in Pyodide")
-    verdict = "bad" if different or len(here) < 50 else "good"
+    verdict = "bad" if different or len(here) < 50 or speed < LEAST_SPEED else "good"
     items = sum(count for _, count, _ in here.values())
-    print(f"{len(here)} conversations, {items} data, levels and positions: {len(different)} differ")
+    print(f"{len(here)} conversations and examples, {items} data, levels and positions: {len(different)} differ")
+    print(f"a moving SmartMotor in Pyodide: {speed:.0f} times real (goal >= {LEAST_SPEED})")
     print(f"{here_s:.1f} s here, {there_s:.1f} s in Pyodide with its start: verdict {verdict}")
     return verdict == "bad"
 

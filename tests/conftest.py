@@ -22,7 +22,7 @@ from .digiplan.talking import ready
 TESTS = Path(__file__).parent
 BROWSER = "tests/panel/browser"
 PACKED = "packed"
-SLOW_FOLDERS = {"panel", "sessions", "basic"}
+SLOW_FOLDERS = {"panel", "sessions", "basic", "drivers", "probing", "playground"}
 SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
     "bus_hosts": "x86",
@@ -39,8 +39,9 @@ SLOW_FILES = {
     "examples": "scenes",
     "fault_injection": "anywhere machines triggers",
     "guide": "new shipped",
-    "links": "bus c_hosts fairness pty repeats rfc2217 tcp telnet urls",
-    "motion": "profile step_queue",
+    "links": "bus c_hosts comport fairness pty repeats rfc2217 tcp telnet urls",
+    "motion": "expansion profile step_queue",
+    "plant": "machine_units",
     "plots": "plot_trace",
     "robustness": "mutated_files mutation same_instant",
     "scenes": "scene_happenings",
@@ -48,10 +49,10 @@ SLOW_FILES = {
     "smartmotor": "arrays brake_model brakes cam cam_on_the_fly check decisions_motion encoder_edges f_functions"
     " fault_handling follow host_mode host_streams image inputs_outputs interpreter interrupt_priority"
     " interrupt_returns interrupt_roles interrupts jit kernel_properties kernel_reference limits listing"
-    " machine master_on_an_axis modes overheat pieces program_store registers serial_data servo"
-    " servo_reference status_word trajectory",
+    " machine master_on_an_axis modes overheat pieces program program_store registers serial_data servo"
+    " servo_reference status_word trajectory wasm",
     "standin": "board driver hal protocol",
-    "sweeps": "engine sweeps_page values",
+    "sweeps": "cluster engine sensitivity sentences sweeps_page tuning values",
     "testing": "pytest_plugin twin",
     "traces": "trace traces traces_page",
 }

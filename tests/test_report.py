@@ -102,7 +102,7 @@ def test_the_report_is_built_with_every_row(report, found, tmp_path):
             "compumotor/40h": ["compumotor/test_moves.py::test_b"],
         },
     }
-    assert report.write(found, run, tmp_path) == 0
+    assert report.write(found, run, tmp_path, report.Hardware()) == 0
     result = json.loads((tmp_path / "fidelity.json").read_text(encoding="utf-8"))
     assert [row["key"] for row in result["rows"]] == [row.key for row in found]
     assert result["seen on real hardware"] == 0
@@ -119,7 +119,7 @@ def test_the_report_is_built_with_every_row(report, found, tmp_path):
 def test_a_test_that_fails_makes_the_report_fail(report, found, tmp_path, capsys):
     timing = [row for row in found if row.kind == "timing"]
     outcomes = {test: "passed" for row in timing for test in row.tests} | {timing[0].tests[0]: "failed"}
-    assert report.write(timing, {"outcomes": outcomes, "examples": {}, "asked": {}}, tmp_path) == 1
+    assert report.write(timing, {"outcomes": outcomes, "examples": {}, "asked": {}}, tmp_path, report.Hardware()) == 1
     assert f"not passed: {timing[0].key}" in capsys.readouterr().err
 
 
@@ -130,3 +130,30 @@ def test_the_words_of_a_run(report, tmp_path):
     assert result["outcomes"] == {name: "passed"}
     assert [(row["expected"], row["obtained"]) for row in result["examples"][name]] == [([120, -20], [120, -20])]
     assert name in result["asked"]["digiplan/B"]
+
+
+def test_reports_of_probes_fill_the_column_of_real_hardware(report, found, tmp_path):
+    probe = {
+        "model": "1811",
+        "seen_on_real_hardware": {"Requests": 2},
+        "results": [
+            {"name": "8Ch moving", "section": "Requests", "verdict": "same"},
+            {"name": "8Ch moving, followed by 00", "section": "Requests", "verdict": "same"},
+            {"name": "94h triggers", "section": "Requests", "verdict": "differs"},
+        ],
+    }
+    (tmp_path / "board.json").write_text(json.dumps(probe))
+    rows = [row for row in found if row.kind == "command" and row.family == "compumotor" and row.chapter == "Requests"]
+    run = {"outcomes": {}, "examples": {}, "asked": {}}
+    assert report.write(rows, run, tmp_path / "out", report.seen(tmp_path)) == 0
+    result = json.loads((tmp_path / "out/fidelity.json").read_text())
+    assert [chapter["seen on real hardware"] for chapter in result["chapters"]] == [2]
+    counts = {row["more"]["code"]: row["more"]["seen on real hardware"] for row in result["rows"]}
+    assert (counts["8Ch"], counts["94h"], result["reports of probes"]) == (2, 0, 1)
+    assert "2 cases were the same on real hardware" in (tmp_path / "out/fidelity.html").read_text()
+
+
+def test_a_file_that_is_no_report_of_a_probe(report, tmp_path):
+    (tmp_path / "x.json").write_text("[]")
+    with pytest.raises(SystemExit, match=r"x\.json is no report of a probe"):
+        report.seen(tmp_path)

@@ -1,10 +1,11 @@
 """The fidelity report.
 
-python tools/report.py [--out DIRECTORY] | --check | --accept [--drop]
+python tools/report.py [--out DIRECTORY] [--hardware DIRECTORY] | --check | --accept [--drop]
 
 Without an option the tests of the families are run, and `fidelity.html` and `fidelity.json` are written.  `--check`
 compares the names of all rows with `docs/report_rows.txt`, without running a test: exit code 1 if a row is missing.
 `--accept` adds the names of new rows to that file; with `--drop` it also removes the names of missing rows.
+The column "seen on real hardware" counts cases of the JSON reports of `axistwin probe` in `docs/hardware`.
 """
 
 import argparse
@@ -21,13 +22,14 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "src")]
 
 from axistwin import __version__  # noqa: E402
 from fidelity import runs  # noqa: E402
+from fidelity.hardware import Hardware, seen  # noqa: E402
 from fidelity.page import folded, page, table  # noqa: E402
 from fidelity.rows import FAMILIES, MANUALS, Row, rows  # noqa: E402
 
 KEYS = ROOT / "docs" / "report_rows.txt"
 MUTATION = ROOT / "benchmarks" / "robustness" / "mutation.json"
-SEEN_ON_HARDWARE = 0
-"""No controller of any family has been compared with axistwin on real hardware yet."""
+HARDWARE = ROOT / "docs" / "hardware"
+SEEN = "seen on real hardware"
 KINDS = {
     "command": "Commands, chapter by chapter",
     "example": "Examples of the manuals",
@@ -45,13 +47,15 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="is a row lost?")
     parser.add_argument("--accept", action="store_true", help="keep the names of new rows")
     parser.add_argument("--drop", action="store_true", help="with --accept: forget the names of lost rows")
+    parser.add_argument("--hardware", type=Path, default=HARDWARE, help="directory of reports of axistwin probe, JSON")
     asked = parser.parse_args()
     found = rows()
     if asked.check or asked.accept:
         return compare({row.key for row in found}, KEYS, accept=asked.accept, drop=asked.drop)
+    hardware = seen(asked.hardware)
     with tempfile.TemporaryDirectory() as scratch:
         run = runs.run(tests_of(found), Path(scratch))
-    return write(found, run, asked.out)
+    return write(found, run, asked.out, hardware)
 
 
 def compare(keys: set[str], file: Path, *, accept: bool = False, drop: bool = False) -> int:
@@ -79,13 +83,14 @@ def tests_of(found: list[Row]) -> list[str]:
     return sorted(folders | {name for name in named if not name.startswith(tuple(folders))})
 
 
-def write(found: list[Row], run: dict[str, Any], out: Path) -> int:
+def write(found: list[Row], run: dict[str, Any], out: Path, hardware: Hardware) -> int:
     """Write the page and the JSON; return 1 if a test of a row has not passed."""
-    lines = [filled(row, run) for row in found]
+    lines = [filled(row, run, hardware) for row in found]
     mutation = json.loads(MUTATION.read_text(encoding="utf-8")) if MUTATION.exists() else {}
     result = {
-        "version": __version__, "date": date.today().isoformat(), "seen on real hardware": SEEN_ON_HARDWARE,  # noqa: DTZ011
-        "chapters": chapters(lines), "rows": lines, "mutation": mutation,
+        "version": __version__, "date": date.today().isoformat(), SEEN: sum(hardware.sections.values()),  # noqa: DTZ011
+        "reports of probes": hardware.reports, "chapters": chapters(lines, hardware), "rows": lines,
+        "mutation": mutation,
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     (out / "fidelity.json").write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
@@ -97,13 +102,13 @@ def write(found: list[Row], run: dict[str, Any], out: Path) -> int:
     return 1 if bad else 0
 
 
-def filled(row: Row, run: dict[str, Any]) -> dict[str, Any]:
+def filled(row: Row, run: dict[str, Any], hardware: Hardware) -> dict[str, Any]:
     """Return a row with the results of the run: outcome, tests of a command, obtained value."""
     line = row.as_dict()
     if row.kind == "command":
         line["tests"] = run["asked"].get(f"{row.family}/{row.more['code']}", [])
         line["more"]["tested"] = bool(line["tests"])
-        line["more"]["seen on real hardware"] = SEEN_ON_HARDWARE
+        line["more"][SEEN] = hardware.commands[row.family, str(row.more["code"])]
     outcomes = {run["outcomes"].get(test, "not run") for test in row.tests}
     line["outcome"] = next((worst for worst in ("failed", "not run", "skipped", "passed") if worst in outcomes), "")
     if row.kind == "example" and "expected" in row.more:
@@ -113,8 +118,8 @@ def filled(row: Row, run: dict[str, Any]) -> dict[str, Any]:
     return line
 
 
-def chapters(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the commands of each chapter: listed, implemented, tested, seen on real hardware."""
+def chapters(lines: list[dict[str, Any]], hardware: Hardware) -> list[dict[str, Any]]:
+    """Count the commands of each chapter: listed, implemented, tested; and cases seen on real hardware."""
     counted: dict[tuple[str, str], Counter[str]] = defaultdict(Counter)
     for line in lines:
         if line["kind"] == "command":
@@ -122,7 +127,7 @@ def chapters(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
             more = line["more"]
             count.update(listed=1, implemented=int(more["implemented"]), tested=int(more["tested"]))
     return [
-        {"family": family, "chapter": chapter, **count, "seen on real hardware": SEEN_ON_HARDWARE}
+        {"family": family, "chapter": chapter, **count, SEEN: hardware.sections[family, chapter]}
         for (family, chapter), count in counted.items()
     ]
 
@@ -141,10 +146,15 @@ def html(result: dict[str, Any]) -> str:
     sections.append(("mutation", "Mutation score", _mutation(result["mutation"])))
     words = (
         f"axistwin {result['version']}, {result['date']}. Each row names its evidence: manual text, manual example, "
-        "real host software, or inferred. <b>Nothing here has been seen on real hardware yet: "
-        "that column is 0 everywhere.</b>"
+        f"real host software, or inferred. <b>{_hardware(result)}</b>"
     )
     return page("Fidelity report", sections, words)
+
+
+def _hardware(result: dict[str, Any]) -> str:
+    if not result["reports of probes"]:
+        return "Nothing here has been seen on real hardware yet: that column is 0 everywhere."
+    return f"{result[SEEN]} cases were the same on real hardware, in {result['reports of probes']} reports of probes."
 
 
 def _summary(result: dict[str, Any]) -> str:
@@ -156,13 +166,13 @@ def _summary(result: dict[str, Any]) -> str:
 
 def _commands(result: dict[str, Any], lines: list[dict[str, Any]]) -> str:
     family = lines[0]["family"]
-    head = ["chapter", "listed", "implemented", "tested", "seen on real hardware"]
+    head = ["chapter", "listed", "implemented", "tested", SEEN]
     whole = table(head, ([c[name] for name in head] for c in result["chapters"] if c["family"] == family))
     each = table(
         ["code", "command", "chapter", "models", "implemented", "tests", "on hardware", "evidence"],
         (
             [f"`{line['more']['code']}`", line["what"], line["chapter"], ", ".join(line["more"]["models"]),
-             line["more"]["implemented"], len(line["tests"]), SEEN_ON_HARDWARE, line["evidence"]]
+             line["more"]["implemented"], len(line["tests"]), line["more"][SEEN], line["evidence"]]
             for line in lines
         ),
     )  # fmt: skip

@@ -2,10 +2,11 @@
 
     python benchmarks/robustness/probe.py [--seed 1] [--mutants 200] [--unchanged 50] [--states 1000]
 
-Mutants: controllers with one changed handler of the command table, which some case calls.  Those that no byte shows are
-listed with the reason, and so are commands that no case sends.  Unchanged: none may differ.  States: after random
-commands, a probe without motion may make no pulse.  The exit code is 1 if an unchanged controller differs, if a pulse
-is made, or if fewer than 95 % of the other mutants are found.
+Mutants: controllers of three families with one changed handler of the command table, or with another value of an
+option.  Mutants that a probe cannot show are listed with the reason; a command that no case sends counts as a mutant
+that is not found.  Unchanged: none may differ.  States: after random commands, a probe without motion may make no pulse
+and no step of a shaft.  The exit code is 1 if an unchanged controller differs, if something moves, if fewer than 95 %
+of the other mutants are found, or if more than 10 % cannot be shown.
 """
 
 import argparse
@@ -14,8 +15,8 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
-from functools import cache
+from dataclasses import fields, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -26,21 +27,47 @@ from axistwin import Bench
 from axistwin.bench import product
 from axistwin.controllers.digiplan import interface
 from axistwin.controllers.product import Product
+from axistwin.controllers.smartmotor.language import language
 from axistwin.errors import AxistwinError
 from axistwin.probing import Motion, Probe, Settings, Twin, Verdict, VirtualEnd, probe
 from axistwin.probing.cases import dialect
+from axistwin.probing.comparing import other_values
+from states import random_state
 
-MODELS = ("if1", "1811")
+MODELS = ("if1", "1811", "smartmotor")
 NEW = Settings(Motion.SMALL, as_new=True, find_options=False)
 STILL = Settings(find_options=False)
 FOUND, MOST_INVISIBLE = 0.95, 0.10
-TIME = "only the time of a move changes, and no case measures times of moves"
-INVISIBLE = {
-    (0x14, "ignored"): "only the direction pin changes", (0x14, "another parameter"): "a switch: 2 is as 1",
-    (0xD6, "ignored"): TIME, (0xD6, "another parameter"): TIME, (0x29, "another parameter"): TIME,
-    ("=", "another parameter"): TIME, ("B", "another parameter"): TIME, ("B", "ignored"): TIME,
+PIN, EDGE, NONE = "only a pin changes", "needs a signal at an input", "has no effect in any state"
+POWER_UP = "acts only at power-up, before a probe"
+UNSAFE = "not sent: the machine could move without limit, or lose the power of its drives"
+NOT_SHOWN: dict[str, dict[str, tuple[object, ...]]] = {
+    "if1": {
+        PIN: ("S", "R", "fault_output"), EDGE: ("L", "limits"), POWER_UP: ("U", "V", "(", "*", "self_test_s"),
+        "the handler is not called: the command is part of the grammar": (
+            "\n", "\r", " ", "$", "+", ",", "-", ":", "#",
+        ),
+        "the host's end of the cable is the same": ("wiring",),
+        "acts only within 5 ms of the data format message, or after a lock in another format": (
+            "strict_format", "unlock",
+        ),
+    },
+    "1811": {
+        PIN: (0x14, "interrupts", "high_impedance", "test_switch"), NONE: (0x00, 0xFE),
+        EDGE: (
+            *range(0x74, 0x78), *range(0x7C, 0x80), 0xAC, 0x19, *range(0xA6, 0xAC), 0x35, 0x36, 0x37, "limit_us",
+            "trigger1_us", "trigger6_us", "trigger1_hold_us", "trigger6_hold_us", "home_ms", "invert_z",
+            "invert_encoder",
+        ),
+        UNSAFE: (0x10, 0x11, 0x12, 0x13, 0x39, 0x3A, 0xFF), POWER_UP: ("initialisation_s",),
+        "acts only on an 1810": ("encoder_commands",),
+    },
+    "smartmotor": {
+        PIN: ("brake",), EDGE: ("debounce_samples", "index_at", "reset_below_v"), POWER_UP: ("boot_window_s",),
+        "needs a stored program": ("statements_per_sample", "load_block", "program_bytes"),
+    },
 }  # fmt: skip
-"""Mutants that no byte of an answer shows, by code and change, with the reason."""
+"""Mutants that no answer shows, by model, reason, and code or option."""
 
 
 def new(model: str, **options: Any) -> tuple[Bench, VirtualEnd]:
@@ -85,6 +112,8 @@ def other_answer(handler: Callable[..., Any]) -> Callable[..., Any]:
 
     def changed(*arguments: Any, **keywords: Any) -> Any:
         answer = handler(*arguments, **keywords)
+        if isinstance(answer, str) and answer:
+            return answer[:-1] + chr(ord(answer[-1]) ^ 1)
         if not isinstance(answer, bytes) or not answer:
             return answer
         body = answer.rstrip(b"\r\n") or answer
@@ -99,7 +128,8 @@ def other_parameter(handler: Callable[..., Any]) -> Callable[..., Any]:
     def changed(*arguments: Any, **keywords: Any) -> Any:
         places = [place for place, value in enumerate(arguments) if type(value) is int]
         values = (value + 1 if place in places[-1:] else value for place, value in enumerate(arguments))
-        return handler(*values, **keywords)
+        named = {name: value + 1 if type(value) is int else value for name, value in keywords.items()}
+        return handler(*values, **named)
 
     return changed
 
@@ -116,97 +146,107 @@ def changed(made: Product, code: object, change: str) -> Iterator[Counter[str]]:
     handler = CHANGES[change](command.handler)
 
     def counted(*arguments: Any, **keywords: Any) -> Any:
-        numbers = any(type(value) is int for value in arguments)
+        numbers = any(type(value) is int for value in (*arguments, *keywords.values()))
         answer = handler(*arguments, **keywords)
         calls["sent"] += 1
         calls["effective"] += {
             "ignored": True,
-            "another answer": isinstance(answer, bytes),
+            "another answer": isinstance(answer, bytes | str),
             "another parameter": numbers,
         }[change]
         return answer
 
-    interface.read.cache_clear()
+    clear_caches()
     with patch.dict(made.commands._by_code, {code: replace(command, handler=counted)}):
         yield calls
+    clear_caches()
+
+
+def clear_caches() -> None:
+    """Forget the commands that have been read with another table."""
     interface.read.cache_clear()
+    language.command.cache_clear()
+    language.read.cache_clear()
+
+
+def option_values(model: str) -> Iterator[tuple[str, object]]:
+    """Yield another value of each option of a model."""
+    made = product(model)
+    yield from other_values(made, {})
+    default = made.options()
+    for option in fields(made.options):
+        value = getattr(default, option.name)
+        if type(value) is int:
+            yield option.name, value * 2 if value != 8 else 32
+        if option.name == "part_number":
+            yield option.name, "94-012345-02B"
+        if option.name == "interrupts":
+            yield option.name, ("input_ready",)
+
+
+def reason(model: str, code: object) -> str:
+    """Return the reason why a probe does not show a mutant, or an empty text."""
+    return next((words for words, codes in NOT_SHOWN[model].items() if code in codes), "")
+
+
+def handler_mutant(model: str, code: Any, change: str) -> tuple[str, bool | None]:
+    """Return the name of a mutant, and True if it is found; None if there is nothing to change."""
+    made = product(model)
+    name = f"{model} {code if isinstance(code, str) else f'{code:02X}h'} {made.commands.get(code).name}: {change}"
+    with changed(made, code, change) as calls:
+        found = differs(probed(model))
+    if calls["effective"]:
+        return name, found
+    return name, None if calls["sent"] or change != "ignored" else False
+
+
+def option_mutant(model: str, option: str, value: object) -> tuple[str, bool | None]:
+    """Return the name of a mutant, and True if it is found."""
+    return f"{model} option {option}={value}", differs(probed(model, **{option: value}))
 
 
 def mutants(rng: random.Random, number: int) -> tuple[int, list[str], list[str]]:
-    """Probe mutants; return the number of found ones, the names of missed ones, and commands that no case sends."""
-    found, missed, unsent = 0, [], set()
-    every = [(m, c.code, change) for m in MODELS for c in product(m).commands if c.implemented for change in CHANGES]
+    """Probe mutants; return the number of found ones, the names of missed ones, and names that cannot be shown."""
+    every: list[tuple[str, Any, Callable[[], tuple[str, bool | None]]]] = [
+        (m, c.code, partial(handler_mutant, m, c.code, change))
+        for m in MODELS
+        for c in product(m).commands
+        if c.implemented
+        for change in CHANGES
+    ]
+    every += [(m, name, partial(option_mutant, m, name, value)) for m in MODELS for name, value in option_values(m)]
     rng.shuffle(every)
-    for model, code, change in every if number else []:
+    found, missed, invisible = 0, [], []
+    for model, code, probe_it in every if number else []:
         twin(model)
-        made = product(model)
-        with changed(made, code, change) as calls:
-            result = differs(probed(model))
-        name = f"{model} {code if isinstance(code, str) else f'{code:02X}h'} {made.commands.get(code).name}"
-        if not calls["sent"]:
-            unsent.add(name)
-        if not calls["effective"]:
-            continue
+        name, result = probe_it()
         if result:
             found += 1
-        else:
-            missed.append(f"{name}: {change}: {INVISIBLE.get((code, change), 'missed')}")
-        if found + len(missed) == number:
+        elif result is not None:
+            why = reason(model, code)
+            (invisible if why else missed).append(f"{name}: {why}" if why else name)
+        if found + len(missed) + len(invisible) == number:
             break
-    return found, missed, sorted(unsent)
+    return found, missed, invisible
 
 
 # Random states
 
 
-def move(model: str, rng: random.Random) -> bytes:
-    """Return a random command that may move, wait or set something."""
-    if model == "1811":
-        code = rng.choice([command.code for command in product(model).commands])
-        return bytes((code, *(rng.choice((0, 0, 1, 2, 50)) for _ in range(rng.randint(0, 14)))))
-    parts = (
-        "X",
-        "Y",
-        "+",
-        "-",
-        "100",
-        "5",
-        "$",
-        "@400",
-        "<4",
-        "G",
-        ":",
-        "H1",
-        "%",
-        "[",
-        "#",
-        "B+5",
-        "R1",
-        "S2",
-        "F",
-        "\r",
-    )
-    return "".join(rng.choices(parts, k=rng.randint(1, 9))).encode() + rng.choice((b"\r", b"\r", b""))
-
-
 def state(model: str, rng: random.Random) -> str:
     """Probe a controller in a random state without motion; return an error, or an empty text."""
-    bench, end = new(model)
-    if model == "if1":
-        end.ask(b"(", 2)
-        end.ask(b"U61\r", wait_s=1.5)
-    said = [move(model, rng) for _ in range(rng.randint(1, 6))]
-    for message in said:
-        end.ask(message)
-    bench.run(rng.choice((0.5, 5)))
-    controller = bench.controllers[model]
-    if any(axis.moving for axis in controller.axes.values()) or (model == "1811" and controller.busy):
-        return ""  # moves by itself
+    bench, end, said = random_state(model, rng)
+    if bench is None:
+        return ""
     began = bench.now
+    axes = end.controller.axes
+    before = [axis.position for axis in axes.values()]
     with suppress(AxistwinError):
         probe(model, end, STILL)
-    pulses = sum(axis.pulse_times(began).size for axis in controller.axes.values())
-    return f"{model}: {pulses} pulses after {said}" if pulses else ""
+    pulses = model != "smartmotor" and sum(axis.pulse_times(began).size for axis in axes.values())
+    if pulses or [axis.position for axis in axes.values()] != before:
+        return f"{model}: {pulses} pulses after {said}"
+    return ""
 
 
 def main() -> int:
@@ -218,17 +258,16 @@ def main() -> int:
     rng = random.Random(given.seed)
     wrong = [model for n in range(given.unchanged) if differs(probed(model := MODELS[n % len(MODELS)]))]
     moved = [line for n in range(given.states) if (line := state(MODELS[n % len(MODELS)], rng))]
-    found, missed, unsent = mutants(rng, given.mutants)
-    for title, names in (("moved", moved), ("not found", missed), ("sent by no case", unsent)):
+    found, missed, invisible = mutants(rng, given.mutants)
+    for title, names in (("moved", moved), ("not found", missed), ("cannot be shown", invisible)):
         print("\n".join(f"{title}: {name}" for name in names), end="\n" if names else "")
-    visible = [name for name in missed if name.endswith(": missed")]
-    share = found / max(1, found + len(visible))
-    invisible = len(missed) - len(visible)
-    reached = not given.mutants or (share >= FOUND and invisible <= MOST_INVISIBLE * (found + len(missed)))
+    share = found / max(1, found + len(missed))
+    few = len(invisible) <= MOST_INVISIBLE * (found + len(missed) + len(invisible))
+    reached = not given.mutants or (share >= FOUND and few)
     good = not wrong and not moved and reached
     print(
-        f"{'held' if good else 'FAILED'}: {found} of {found + len(visible)} mutants found ({share:.1%}), {invisible} "
-        f"invisible; {len(wrong)} of {given.unchanged} unchanged controllers differ; "
+        f"{'held' if good else 'FAILED'}: {found} of {found + len(missed)} mutants found ({share:.1%}), "
+        f"{len(invisible)} cannot be shown; {len(wrong)} of {given.unchanged} unchanged controllers differ; "
         f"{len(moved)} of {given.states} states with pulses; seed {given.seed}"
     )
     return 0 if good else 1

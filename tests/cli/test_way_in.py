@@ -128,7 +128,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "found"),
     [
-        (("r",), ["run", "record", "replay"]),
+        (("r",), ["run", "record", "rescue", "replay"]),
         (("run", ""), [*FAMILIES, "cell/scene.toml"]),
         (("run", "i"), ["if1", "if2"]),
         (("run", "ce"), ["cell/scene.toml"]),

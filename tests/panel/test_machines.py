@@ -5,7 +5,7 @@ from fractions import Fraction
 
 from axistwin import Bench
 from axistwin.motion import Profile, Segment
-from axistwin.panel.drawings.drawing import Drawing
+from axistwin.panel.drawings.picture import Picture
 from axistwin.panel.views.machines import machines
 
 from .showing import bench_of, show
@@ -20,7 +20,7 @@ def go(axis, pulses, rate=1000):
 
 def seen(visit, axis):
     """Return all values in the drawing of an axis, by part and property."""
-    return visit.found(f"axis {axis}").shown
+    return visit.found(f"axis {axis}").drawing.shown
 
 
 def written(visit, axis, *parts):
@@ -35,7 +35,7 @@ def place(visit, axis, part):
 
 def drawn(visit):
     """Return the names of those axes of an IF1 that are on the page."""
-    figures = visit.user.find(kind=Drawing).elements
+    figures = visit.user.find(kind=Picture).elements
     return [axis for axis in "XYZ" if any(f"if1.{axis}" in figure._markers for figure in figures)]
 
 

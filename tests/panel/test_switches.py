@@ -20,7 +20,7 @@ def played(model, play, **options):
 
 def told(visit, mark, part):
     """Return what a switch shows: its position, the level of its terminal, and its state for screen readers."""
-    shown = visit.found(mark).shown
+    shown = visit.found(mark).drawing.shown
     return shown[f"{part}-word", "text"], shown[f"{part}-level", "text"], shown[part, "aria-pressed"]
 
 
@@ -71,14 +71,14 @@ def test_the_switches_of_a_slide_are_pressed_there(model, part, pin, free):
             level = free if word == "free" else {"low": "high", "high": "low"}[free]
             assert told(visit, mark, part) == (word, level, "true" if word == "pressed" else "false")
             assert visit.bench[model].pins[pin].level is (level == "high")
-        assert (f"switch-{pin}-word", "text") not in visit.found(f"switches {model}").shown
+        assert (f"switch-{pin}-word", "text") not in visit.found(f"switches {model}").drawing.shown
 
     played(model, play, **options)
 
 
 def test_a_lamp_shows_an_output_and_an_output_pin_is_no_input():
     def lamps(visit):
-        shown = visit.found("switches 1811").shown
+        shown = visit.found("switches 1811").drawing.shown
         assert shown["lamp-output1", ".lit"] and shown["lamp-output1", "aria-label"] == "output 1: on"
         assert not shown["lamp-led", ".lit"]
         visit.bench["1811"].power(False)

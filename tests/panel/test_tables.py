@@ -5,8 +5,8 @@ from fractions import Fraction
 import pytest
 from nicegui.elements.scene import Scene
 
+from axistwin.drawings.table import PIECE, PIECES
 from axistwin.motion import Profile, Segment
-from axistwin.panel.drawings.table import PIECE, PIECES
 from axistwin.panel.views.machines import machines
 
 from .showing import bench_of, show
@@ -21,7 +21,7 @@ def at(context):
 
 def top(visit):
     """Return all values in the drawing from above."""
-    return visit.found("table if2").shown
+    return visit.found("table if2").drawing.shown
 
 
 def go(visit, **pulses):

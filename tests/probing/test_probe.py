@@ -14,14 +14,18 @@ from axistwin.testing import serve
 from ..command import run
 
 SMALL = Settings(Motion.SMALL)
-CASES = {"if1": 138, "if2": 138, "1810": 155, "1811": 155, "smartmotor": 192}
+CASES = {"if1": 138, "if2": 138, "1810": 156, "1811": 156, "smartmotor": 192}
 
 
 def controller(model, **options):
     bench = Bench()
     made = bench.add(model, **options)
     bench.run(2)
-    return made, VirtualEnd(bench, made)
+    end = VirtualEnd(bench, made)
+    if model == "if2":
+        end.ask(b"(")
+        end.ask(b"U61\r", wait_s=1.5)
+    return made, end
 
 
 def differences(found):
@@ -107,7 +111,9 @@ def test_a_stored_program_forbids_settings():
     end.ask(b"UCI UDI ZS\r")
     end.ask(b"LOAD ", 1)
     end.ask(b"a=1 END \xff\xff", 1)
-    assert dialect(product("smartmotor")).examine(end).no_writes.startswith("a program is stored")
+    assert (
+        dialect(product("smartmotor")).examine(end, product("smartmotor")).no_writes.startswith("a program is stored")
+    )
 
 
 @pytest.mark.parametrize(
@@ -123,6 +129,22 @@ def test_a_controller_that_cannot_be_probed(model, said, error):
         end.ask(message, wait_s=1.5)
     with pytest.raises(LinkError, match=error.replace("(", r"\(").replace(")", r"\)")):
         probe(model, end)
+
+
+def test_an_if2_that_waits_for_its_data_format_is_not_initialised():
+    bench = Bench()
+    end = VirtualEnd(bench, bench.add("if2"))
+    bench.run(2)
+    with pytest.raises(LinkError, match="the IF2 waits for its data format"):
+        probe("if2", end)
+
+
+def test_a_command_that_another_host_has_not_ended_does_not_start():
+    made, end = controller("smartmotor")
+    end.ask(b"UCI UDI ZS A=100 V=100000 P=5000 \rG")
+    probe("smartmotor", end, Settings(find_options=False))
+    assert not made.axes["shaft"].moving
+    assert made.axes["shaft"].position == 0
 
 
 def test_a_silent_port():
@@ -166,11 +188,11 @@ def test_the_report():
     _, end = controller("1811", part_number="94-012345-02B")
     found = probe("1811", end)
     kept = json.loads(json.dumps(found.as_dict()))
-    assert kept["counts"] == {"same": 153, "differs": 2, "inconclusive": 0}
+    assert kept["counts"] == {"same": 154, "differs": 2, "inconclusive": 0}
     assert kept["facts"] == {"part number": "94-012345-02B"}
     assert kept["seen_on_real_hardware"]["Requests"] > 50
     assert "<td>FDh part number</td>" in html(found)
-    assert html(found).count("<tr") == 156
+    assert html(found).count("<tr") == 157
 
 
 def test_help_has_examples():

@@ -1,5 +1,7 @@
 """An emulated controller drives a simulated board: the board makes its pulses, and a stop corrects its position."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -176,19 +178,59 @@ def test_inputs_and_outputs(if1):
     assert if1.metal.small.levels[10] == 1
 
 
+def send(twin, *values, seconds):
+    """Send a command to an 1811, and wait."""
+    for value in values:
+        twin.controller.bus.write(0, value)
+    twin.controller.bus.write(1, 0x10)
+    twin.run(seconds)
+
+
+@pytest.fixture
+def homing():
+    """An 1811 with a home switch that the real motor closes between 500 and 700 pulses."""
+    axis, home = AxisPins("table.motor", X.step, X.direction, X.enable), InputPin("table.home", BoardPin("P9"))
+    limit = InputPin("table.cw_limit", BoardPin("P8", inverted=True), stops=+1, stops_at=True)
+    twin = Twin("1811", (axis,), (home, limit), ())
+    metal_run = twin.metal.run
+
+    def run(seconds, each):
+        def turn(now):
+            twin.metal.small.levels[9] = int(500 <= net(twin) < 700)
+            each(now)
+
+        metal_run(seconds, turn)
+
+    twin.metal.run = run
+    twin.run(1.2)
+    send(twin, 0x31, 0, 0, *(2000).to_bytes(4, "big"), *(100_000).to_bytes(4, "big"), seconds=0.1)
+    send(twin, 0x38, 1, 0, 5, 0, seconds=0.1)
+    return twin
+
+
+def test_homing_finds_the_switch_again_after_a_stop(homing):
+    """The delay of the switch, a horizon and 20 ms, is the same each time, and so is the home position."""
+    send(homing, 0x39, 0, seconds=12.0)
+    found = net(homing)
+    assert 690 < found < 740
+    send(homing, 0x33, *(-1700 & 0xFFFF_FFFF).to_bytes(4, "big"), seconds=0.5)
+    homing.driver.stop("stopped by the user")
+    homing.run(3.0)
+    assert found - 1700 < net(homing) < found
+    homing.driver.go_on(homing.metal.now)
+    homing.run(0.2)
+    send(homing, 0x39, 0, seconds=14.0)
+    assert abs(net(homing) - found) <= 2
+    assert homing.controller.axes["motor"].position == net(homing)
+
+
 def test_an_1811_drives_a_legacy_drive():
     limit = InputPin("table.cw_limit", BoardPin("P8", inverted=True), stops=+1, stops_at=True)
     axis = AxisPins("table.motor", X.step, X.direction, X.enable)
     twin = Twin("1811", (axis,), (limit,), (OutputPin("table.shutdown", OUTPUT.pin),))
     board, small = twin.controller, twin.metal.small
     twin.run(1.2)
-
-    def command(*values, seconds):
-        for value in values:
-            board.bus.write(0, value)
-        board.bus.write(1, 0x10)
-        twin.run(seconds)
-
+    command = partial(send, twin)
     command(0x31, 0, 0, *(1000).to_bytes(4, "big"), *(100_000).to_bytes(4, "big"), seconds=0.1)
     command(0x33, *(1500).to_bytes(4, "big"), seconds=0.9)
     small.levels[8] = 0

@@ -54,6 +54,7 @@ GROUPS = {
         Command("run", "runs", "Run a program or a conversation at full speed."),
         Command("plot", "runs", "Draw a trace."),
         Command("diff", "runs", "Find the first difference between two traces."),
+        Command("fmu", "runs", "Write a scene as an FMU for Simulink, Dymola or OpenModelica."),
     ),
     "Run a scene many times": (
         Command("sweep", "sweeping", "Run a scene with other values; measure, and test claims."),
@@ -66,6 +67,7 @@ GROUPS = {
         Command("boards", "serving", "List the motion boards that are connected."),
         Command("record", "serving", "Record the conversation of a host with a real controller."),
         Command("probe", "serving", "Compare a real controller with a virtual one, case by case."),
+        Command("rescue", "serving", "Save what a real controller contains, and start a twin."),
         Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),
     ),
     "Write programs and scenes": (

@@ -143,7 +143,7 @@ class Master(Connection):
             self.slot.bus.write(offset, value)
         return "ok"
 
-    # Reports of the interrupt line
+    # Functions that report the interrupt line to clients
 
     def _subscribe(self, on: bool) -> None:
         self._end_subscription()

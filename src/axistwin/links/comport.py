@@ -101,7 +101,7 @@ class SetBreak:
 
 @dataclass(frozen=True)
 class SetFlow:
-    """Request to set the flow control of characters to the device, e.g. FLOW_NONE or FLOW_HARDWARE."""
+    """Request for a kind of flow control for data to the device, e.g. FLOW_NONE or FLOW_HARDWARE."""
 
     outbound: Control
 

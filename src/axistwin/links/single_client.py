@@ -75,7 +75,7 @@ class SingleClient(Generic[G]):
 
     @property
     def full(self) -> bool:
-        """True while nothing is read from the client."""
+        """True while the gate is closed, so that no data are read from the client."""
         return self.gate.closed
 
     @property

@@ -13,6 +13,7 @@ from fastapi import Request
 from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
+from axistwin.drawings import asset
 from axistwin.panel import layout
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful
@@ -54,9 +55,9 @@ async def page(enter: Callable[[], Context]) -> None:
     """
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_head_html(f"<script>{BEGIN}</script>")
-    for script in SCRIPTS:
-        ui.add_head_html(f"<script>{_text('views', script)}</script>")
-    ui.add_css(_text("panel.css"))
+    for script in (asset("parts.js"), *(_text("views", name) for name in SCRIPTS)):
+        ui.add_head_html(f"<script>{script}</script>")
+    ui.add_css(asset("drawings.css") + _text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
     await client.connected()  # this call also returns if the browser does not connect

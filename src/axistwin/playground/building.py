@@ -8,6 +8,7 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 from shutil import copyfile
 
+from axistwin.drawings import asset
 from axistwin.errors import UsageError
 from axistwin.version import VERSION
 
@@ -45,6 +46,8 @@ def build(target: Path, engine: Path) -> Path:
     for path in PAGE.iterdir():
         if path.is_file():
             copyfile(path, target / path.name)
+    for name in ("drawings.css", "parts.js"):
+        (target / name).write_text(asset(name), encoding="utf-8")
     contents = {"version": VERSION, "wheel": wheel[0], "core": cores[-1].name}
     (target / "contents.json").write_text(json.dumps(contents), encoding="utf-8")
     return target / "index.html"

@@ -18,10 +18,12 @@ from axistwin.bench.codec import codec_of, unpadded
 from axistwin.controllers.front import Item, Lamp
 from axistwin.diagnostics import diagnose_text
 from axistwin.diagnostics.checking import MODELS, PROGRAMS
+from axistwin.drawings import used_axes
 from axistwin.errors import PlacedError, UsageError
 from axistwin.guide.shipped import examples
 from axistwin.playground.curves import Curves
 from axistwin.playground.link import Shared, decode, encode
+from axistwin.playground.pictures import Pictures
 from axistwin.scenes.scene import Scene
 from axistwin.sessions.saving import SCENE
 from axistwin.sessions.session import Session
@@ -98,7 +100,7 @@ class Playground:
         self._scene, self._session = scene, session
         self._messages: list[dict[str, Any]] = []
         self._tutors: dict[str, Tutor] = {}
-        self._curves = Curves(session)
+        self._curves, self._pictures = Curves(session), Pictures(session)
         for name in session.bench.controllers:
             self._listen(session.bench, name)
 
@@ -156,7 +158,8 @@ class Playground:
 
     def _parts(self, name: str, controller: Controller) -> dict[str, Any]:
         family = FAMILIES[controller.product.model]
-        pins = controller.pins.items()
+        drawn = self._pictures.drawn(name)
+        pins = [(pin, found) for pin, found in controller.pins.items() if pin not in drawn]
         lamps = [(group, item) for group in controller.product.front for item in group.items if isinstance(item, Lamp)]
         return {
             "name": name,
@@ -172,6 +175,7 @@ class Playground:
                 }
                 for axis, found in controller.axes.items()
             ],
+            "drawings": self._pictures.overview(name),
             "inputs": [pin for pin, found in pins if found.drivable],
             "outputs": [pin for pin, found in pins if found.is_output],
             "lamps": [
@@ -200,12 +204,16 @@ class Playground:
         return self.state(from_ns) if due_ns is None else self.advance(due_ns, inf, from_ns)
 
     def state(self, from_ns: int = 0, points: int = 300) -> dict[str, Any]:
-        """Return time, positions, levels, lamps, the messages since the last call, and the curves since `from_ns`."""
+        """Return time, positions, levels, lamps, and the curves since `from_ns`.
+
+        Messages, and changes of drawings, are those since the last call.
+        """
         bench = self._now.bench
         messages, self._messages = self._messages, []
         return {
             "now_ns": bench.now,
             "controllers": {name: self._values(controller) for name, controller in bench.controllers.items()},
+            "drawings": self._pictures.changes(),
             "messages": messages,
             "curves": self._curves.window(from_ns, points),
             "interval_ns": self._curves.interval_ns,
@@ -216,6 +224,7 @@ class Playground:
         tutor = self._tutors[controller.name]
         return {
             "powered": controller.powered,
+            "used": used_axes(controller),
             "axes": {
                 axis: {"position": found.position, "velocity": float(found.velocity), "moving": found.moving}
                 for axis, found in controller.axes.items()
@@ -248,6 +257,10 @@ class Playground:
     def act(self, name: str, target: str, value: str) -> None:
         """Perform an action at the machine, e.g. `act("if1", "input1", "low")` or `act("if1", "power", "off")`."""
         self._now.do(name, target, value)
+
+    def click(self, drawing: str, part: str) -> None:
+        """Perform the action of a part of a drawing, e.g. press a switch."""
+        self._pictures.click(drawing, part)
 
     def load(self, name: str, file: str, text: str) -> None:
         """Switch a controller off and on, load a program, and start the program."""

@@ -46,12 +46,14 @@ class Dialect:
 
     cases: Callable[[Product, str], list[Case]]
     """Function that returns the cases for a product; its second argument is the terminator of messages, or ""."""
-    examine: Callable[[End], Condition]
+    examine: Callable[[End, Product], Condition]
     """Function that sets a known state without motion; it raises LinkError if the controller does not answer."""
     first: bytes
     """Request that is used to test if the port keeps real time."""
     answer_form: Callable[[bytes], bytes]
     """Function that returns the form of an answer, without its values."""
+    initialise: Callable[[End], None] = lambda end: None
+    """Function that brings a new twin into the state in which it answers."""
     patience_s: float = 0.0
     """Longest time for which the controller can hold back an answer."""
     definitions: tuple[int, ...] = ()

@@ -107,7 +107,7 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
     settings = settings or Settings()
     made = product(model)
     family = dialect(made)
-    found = Probe(made.model, family.examine(end))
+    found = Probe(made.model, family.examine(end, made))
     every = family.cases(made, found.condition.facts.get("terminator", ""))
     wanted = [case for case in every if _reason(case, found.condition, settings.motion) is None]
     twin = twin or Twin(made, family, wanted, settings.line, {})
@@ -144,7 +144,8 @@ class Twin:
         keywords: dict[str, Any] = {} if line is None else {"line": line}
         self.end = VirtualEnd(bench, bench.add(made.model, **keywords, **options))
         bench.run(POWER_UP_S)
-        family.examine(self.end)
+        family.initialise(self.end)
+        family.examine(self.end, made)
         self.first = [self.end.ask(family.first) for _ in range(EXCHANGES)][-1]
         self.answers = {
             case: tuple(self.end.ask(said, 0, case.wait_s if case.moves else family.patience_s) for said in case.says)
@@ -231,7 +232,7 @@ def _fits(
     received = {result.case: result.received for result in found.results if result.received}
     suggested = family.candidates({case.name: answers[0].data for case, answers in received.items()})
     fitting = []
-    for name, value in _values(made, suggested):
+    for name, value in other_values(made, suggested):
         try:
             answers = Twin(made, family, cases, settings.line, {name: value}).answers
         except AxistwinError:  # the twin does not answer with this value of the option
@@ -250,7 +251,7 @@ def _fits(
     return [f"{text} ({left} differences left)" if left else text for left, text in fitting if left == best]
 
 
-def _values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
+def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
     """Return values to try for each option of the model: all choices, half and double times, suggested values."""
     hints = get_type_hints(made.options)
     default = made.options()

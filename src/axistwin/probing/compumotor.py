@@ -1,6 +1,6 @@
 """Cases for the 1810 and 1811.  Commands are sent as bytes; answers are messages of 16 bytes."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from axistwin.controllers.compumotor.language import Opcode
 from axistwin.controllers.product import Product
@@ -9,13 +9,17 @@ from axistwin.probing.cases import Case, Condition, Dialect, around
 from axistwin.probing.ends import MESSAGE, End
 
 USER_BITS = (0x08, 0x09, 0x0A)
-MOVE = 0xC0
-"""Number of the move that the cases define and delete; it must be free."""
+MOVE, TOO_HIGH = 0x32, 0xC0
+"""Number of the move that the cases define and delete; it must be free.  A number above 32h is not stored."""
 MOVE_PARAMETERS, MODE, MOVING, FREE, PART = 0x91, 0x90, 0x8C, 0xE2, 0xFD
 LISTS = 0x92
 DEFINITIONS = (0xC8, 0xCB, 0xCE)
 DELETE, DEFAULTS, ECHO = 0xD7, 0x31, 0x01
 INDEXER = 0x50
+STREAMED = 16
+"""Bytes of a command with streamed distances."""
+STATUS = b""
+"""Request for the user bits, which the host reads without a command."""
 UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
 
 
@@ -34,7 +38,7 @@ def _requests(commands: dict[int, Opcode]) -> list[Case]:
     for code, command in filter(lambda item: _asked(item[0]), commands.items()):
         section, name = command.chapter, f"{code:02X}h {command.name}"
         if command.parameters:
-            numbers = (0, 1, MOVE, 255) if code == MOVE_PARAMETERS else (1, 15)
+            numbers = (0, 1, MOVE, TOO_HIGH, 255) if code == MOVE_PARAMETERS else (1, 15)
             found += [Case(f"{name} {number}", section, (bytes((code, number)),), depends=True) for number in numbers]
             found.append(Case(f"{name} without a number", section, (bytes((code,)), bytes((ECHO, code)))))
             continue
@@ -54,7 +58,7 @@ def _bits(commands: dict[int, Opcode]) -> list[Case]:
         (parameter,) = command.fields
         for words, value in around(parameter.low, parameter.high).items():
             if 0 <= value <= 0xFF:
-                says = (bytes((code, value)), b"\x97")
+                says = (bytes((code, value)), STATUS, b"\x97")
                 name = f"{code:02X}h {command.name}: {words}, {value}"
                 found.append(Case(name, command.chapter, says, writes=True, depends=True))
     return found
@@ -109,36 +113,107 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         says = (*(bytes.fromhex(text) for text in texts), *(bytes((code,)) for code in (0x84, 0x86, 0x89, 0x8C)))
         return Case(name, commands[0x32].chapter, says, moves=True, writes=True, wait_s=0.4)
 
+    there, back = "33 00 00 00 C8", "33 FF FF FF 38"
     return [
-        case(0x31, "31 00 00 00 00 03 E8 00 00 27 10", "50", "30"),
+        case(0x31, "31 00 00 00 00 03 E8 00 00 27 10", "33 00 00 00 07", "30", "83", "9A"),
+        case(0x2F, "2F 00 00 00 07", "9A", "30", "9A"),
         case(0x33, "33 00 00 00 32", "33 FF FF FF CE"),
         case(0x34, "34 00 00 00 28", "34 00 00 00 00"),
         case(0x40, "C8 C0 00 00 00 03 E8 00 00 27 10 00 00 00 32", "40 C0", name="a number above 32h"),
         case(0x40, "C8 32 00 00 00 03 E8 00 00 27 10 00 00 00 32", "40 32", "91 32"),
         case(0xCB, "CB 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "40 32", "91 32"),
-        case(0xD6, "D6 00 00 01 2C", "33 00 00 00 64", "33 FF FF FF 9C", "D6 00 00 00 00"),
+        case(0xD6, "A5 01", "D6 00 00 01 2C", "33 00 00 00 64", "33 FF FF FF 9C", "D6 00 00 00 00", "A5 00"),
         case(0x2E, "2E 00 00 03 E8", "33 00 00 00 0A"),
         case(0xD9, "D9 0F", "33 00 00 00 0A", "29 00 00 07 D0", "33 FF FF FF F6", "D8", "92 0F", "41 0F"),
         case(0x79, "79", "DA 0F"),
         case(0x20, "D9 0F", "20 01 00 03", "33 00 00 00 05", "D8", "92 0F", "41 0F", "DA 0F", "92 0F"),
-        case(0x94, "94", "97", "0B 01", "97", "0C 01", "97", name="triggers and outputs"),
+        case(0x94, "94", "97", "0C 01", "97", "0B 01", "97", "0C 02", "97", "0B 02", "97", name="triggers and outputs"),
         case(0xB0, "9C", "B0 00 02 00 01", "9C", "B0 00 01 00 01", "9C", name="ratio"),
         case(0xB1, "9D", "B1 00 00 03 E8", "9D", "B1 00 00 61 A8", "9D", name="motor resolution"),
         case(0xB2, "9E", "B2 00 00 00 05", "9E", "B2 00 00 00 00", "9E", name="backlash sigma"),
         case(0x14, "14 01", "33 00 00 00 14", "14 00", "33 00 00 00 14", name="sense of CW"),
         case(0x0D, "0D 01", "97", "0D 02", "97", "0D 00", "97"),
         *(
-            case(code, f"{code:02X} 01", "33 00 00 00 14", "33 FF FF FF EC", f"{code:02X} 00", "33 00 00 00 14")
+            # 00h is not answered, so that the move ends
+            case(code, f"{code:02X} 01", there, "00", back, "00", f"{code:02X} 00", "33 00 00 00 14")
             for code in range(0xA0, 0xA6)
         ),
         case(0xAF, "A1 01", "AF", "33 00 00 00 14", "A1 00"),
+        *_sequences(case),
+        *_streams(case),
+        *_shown_elsewhere(case, commands),
         run("32 00", "70", name="32h go on, then stop"),
         run("32 01", "78", name="32h go on the other way, then kill"),
         run("CE 32 00 00 00 00 64 00 00 27 10 00", "40 32", "91 32", "70", "D7 32", name="CEh continuous move"),
     ]  # fmt: skip
 
 
-def examine(end: End) -> Condition:
+def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> list[Case]:
+    """Return cases of settings whose effect is in the answer to another request or in the user bits."""
+    return [
+        case(0x0F, "0F 00 01 01", "", "32 00", "", "78", "", "0F 00 00 01", "08 00", "", "0F 03 01 00", "97", "32 00",
+             "97", "78", "0F 03 00 00", "0D 06", "97", name="a bit that shows motion", wait_s=0.1),
+        *(
+            case(code, "0F 00 80 01", "", "B5 00 00 00 05", "", "0F 00 00 01", "08 00")
+            for code in {0xB5} & commands.keys()
+        ),
+        case(0x18, "18 01", "33 00 00 00 0A", "80", "18 00", "33 FF FF FF F6"),
+        case(0x38, "38 01 00 32 00", "8A", "38 00 00 32 00", "8A"),
+        case(0xB3, "B3 01 05 00 00 00 10 00", "9F"),
+        case(0xB4, "B0 00 01 00 01", "B1 00 00 61 A8", "B4 00 00 00 32", "2E 00 0F 42 40", "9B", "2E 00 00 00 00"),
+        case(0xD4, "D4 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "91 32", "D7 32"),
+        case(0xD5, "D5 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "91 32", "D7 32"),
+        case(0x73, "31 00 00 00 00 01 F4 00 00 27 10", "33 00 00 01 2C", "73", "8D", "78", wait_s=0.2),
+    ]  # fmt: skip
+
+
+def _sequences(case: Callable[..., Case]) -> list[Case]:
+    """Return cases in which a sequence waits, repeats and sends messages, without motion."""
+
+    def sequence(code: int, *texts: str, then: tuple[str, ...] = (), name: str = "", wait_s: float = 0.4) -> Case:
+        return case(code, "D9 0F", *texts, "01 07", "D8", "41 0F", *then, "79", "DA 0F", name=name, wait_s=wait_s)
+
+    wait, go_on = "29 00 00 00 C8", "48"
+    return [
+        sequence(0x20, "20 01 00 03", "29 00 00 00 1E"),
+        sequence(0x21, "21 01", "29 00 00 00 1E", then=(go_on,)),
+        sequence(0x28, "28 01", then=(go_on,)),
+        sequence(0x28, "28 00", then=(go_on,), name="wait for continue, without a message"),
+        sequence(0x29, wait),
+        sequence(0x2A, "2A 00 01", wait_s=1.5),
+        sequence(0x2B, "2B 00 01", then=("79",)),
+        sequence(0x2C, "2C 02 01", name="wait for a high level of trigger 2"),
+        sequence(0x2C, "2C 02 00", name="wait for a low level of trigger 2"),
+        sequence(0x71, wait, then=("71",), wait_s=0.05),
+        sequence(0x72, wait, then=("72", "88", "88", "88", go_on), wait_s=0.1),
+        sequence(0x7A, wait, then=("7A", "88", "88", go_on), wait_s=0.1),
+        sequence(0x79, wait, then=("79", "88", "88"), wait_s=0.1),
+        sequence(0xDA, wait, then=("DA 0F", "92 0F", "41 0F"), wait_s=0.4),
+    ]
+
+
+def _streams(case: Callable[..., Case]) -> list[Case]:
+    """Return cases in which a few pulses are streamed; each stream ends with standstill."""
+    mode, there, back = "53 03 10 00 00 00 00 00 64", "E3 01 00 05", "E3 02 FF FB 00 00"
+    zeros = " 00" * 14
+    velocities = "E0 00 10 00 02 80 10 00 02 00 00 00 01"
+
+    def stream(code: int, *texts: str, name: str = "", wait_s: float = 0.4) -> Case:
+        padded = (text + zeros[: 3 * (STREAMED - len(text.split()))] if text[:2] == "E3" else text for text in texts)
+        return case(code, *padded, "78", "50", "90", name=name, wait_s=wait_s)
+
+    return [
+        stream(0x51, "51 09 10 00 00 00 10", "90", velocities, "E2", "42", "E2"),
+        stream(0x52, "52 09 10 00 00 00 10 00 64", "90", "E1 00 10 80 10" + zeros[:30], "E2", "42"),
+        stream(0x53, mode, "90", "E3 03 00 05 FF FB 00 00", "E2", "42", "80"),
+        stream(0xE3, mode, "E3 04 00 05 00 05 FF F6 00 00", "42", "83", wait_s=0.15),
+        stream(0xEE, mode, there, "EE 00 01 01 07 00", back, "42"),
+        stream(0x7B, mode, there, "E2", "7B", "E2"),
+        stream(0x7B, mode, there, back, "42", "7B", "E2", name="kill streaming buffer, during the stream", wait_s=0.05),
+    ]
+
+
+def examine(end: End, _: Product) -> Condition:
     """Read mode, part number and state.  Raises LinkError if the board does not answer or the motor is moving."""
     answers = {}
     for code in (MODE, MOVING, PART):
@@ -161,8 +236,8 @@ def examine(end: End) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return the opcodes of the messages."""
-    return answer[::MESSAGE]
+    """Return the opcodes of the messages; a status byte has no form."""
+    return b"." if len(answer) == 1 else answer[::MESSAGE]
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:

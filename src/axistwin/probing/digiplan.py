@@ -13,6 +13,8 @@ from axistwin.probing.ends import End
 
 SPOIL = b"~"
 """A character that is no command: a message with this character only sets the data fault bit."""
+FORMAT = b"U61\r"
+"""Data format message of a new twin."""
 SETTINGS = "<>@^D"
 LEGAL = {"<": 4, ">": 1, "@": 400, "^": 4, "D": 0}
 """Legal values of the settings; the cases end with these values."""
@@ -20,6 +22,8 @@ UNKNOWN = "!\"&'.;?\\_`abcdefghijklmnopqrstuvwxyz{|}"
 IN_MOTION = 1
 RECALCULATION_S = 1.2
 """Longest time for the calculation of a new ramp, in seconds; answers are delayed during this time."""
+HAND_OVER_S = 3.0
+"""Longest duration of the steps before a hand-over."""
 
 
 def cases(product: Product, terminator: str) -> list[Case]:
@@ -107,6 +111,7 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
         ]
     return [
         *found,
+        *_durations(commands, end),
         case("backlash", "B", b"B+5", b"X+20$", b"X-20$", b"B+0"),
         case("faster than the start/stop speed", "@", b"< 4 @ 1000 X+200$", b"X-200 @400$"),
         case("interpolation", "/", b"X+40/Y+20$", b"X-40/Y-20$"),
@@ -131,29 +136,67 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
     ]  # fmt: skip
 
 
-def examine(end: End) -> Condition:
-    """Find the terminator of the messages, clear the fault flags and read the state."""
+def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
+    """Return cases in which a sequence sends `%` when its steps have ended, so that their duration is compared."""
+    setting = {
+        "<": (b"<8", b"<4"), ">": (b">4", b">1"), "^": (b"^20", b"^4"), "D": (b"D5", b"D0"), "Y": (b"^10", b"^4"),
+        "Z": (b"^10", b"^4"),
+    }  # fmt: skip
+    steps = {
+        "<": b"X+200@2000:X-200", ">": b"X+20@20:X-20", "^": b"X+200@2000:X-200", "@": b"X+50@123:X-50@400",
+        "D": b"P0,5", "B": b"B+40:X-50B:X+50B:B+0", "=": b"X+5@100:=2,1:X-15", "P": b"P0,20", "H": b"H1:P0,5",
+        "L": b"L1:P0,5",
+        "A": b"X@100G:P0,20:L1A:X-20@400", "Z": b"X+40/Z+20@200:X-40/Z-20", "Y": b"X+40/Y+20@200:X-40/Y-20",
+        "%": b"P0,5",
+    }  # fmt: skip
+    found = []
+    for code, text in steps.items():
+        before, after = setting.get(code, (b"E", b"E"))
+        says = tuple(said + end for said in (before, b"F", b":" + text + b":%:$", b"F", b"%", b"#", b"O", b"N", after))
+        name = f"{code}: {commands[code].name}, and the time of a hand-over"
+        found.append(
+            Case(name, commands[code].chapter, says, moves=True, writes=True, depends=code in "HLA", wait_s=HAND_OVER_S)
+        )
+    return found
+
+
+def examine(end: End, made: Product) -> Condition:
+    """Find the terminator of the messages, clear the fault flags and read the state.
+
+    An IF1 that waits for its data format is initialised.  An IF2 is not: it could start a stored sequence.
+    """
     for terminator in ("\r", "\n"):
         code = terminator.encode()
         end.ask(SPOIL + code)
         if re.fullmatch(rb"[CEF\[]\r\n?", end.ask(b"E" + code, 2).data):
             return _condition(end, terminator)
     answer = end.ask(b"(", 2).data
+    if answer == b"U\r" and made.model == "if2":
+        raise LinkError(
+            "the IF2 waits for its data format, after which a locked IF2 starts its sequence: initialise the IF2, e.g. "
+            "with U61, then start again"
+        )
     if answer == b"U\r":
-        return _initialise(end)
+        return _initialised(end)
     raise LinkError(
         f"the interface does not answer E (received {answer!r}): check the line format, e.g. --line '9600 8N2', "
         "or switch the interface off and on"
     )
 
 
-def _initialise(end: End) -> Condition:
-    end.ask(b"U61\r", wait_s=1.5)
+def _initialised(end: End) -> Condition:
+    end.ask(FORMAT, wait_s=1.5)
     if not end.ask(b"E\r", 2).data:
         raise LinkError("the interface does not answer after U61: give its frame by --line '9600 8N2'")
     condition = _condition(end, "\r")
     condition.facts["initialised"] = "by this program, with U61"
     return condition
+
+
+def initialise(end: End) -> None:
+    """Initialise a twin that has just been switched on."""
+    end.ask(b"(", 2)
+    end.ask(FORMAT, wait_s=1.5)
 
 
 def _condition(end: End, terminator: str) -> Condition:
@@ -179,4 +222,4 @@ def answer_form(answer: bytes) -> bytes:
     return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))
 
 
-DIALECT = Dialect(cases, examine, b"E", answer_form, RECALCULATION_S)
+DIALECT = Dialect(cases, examine, b"E", answer_form, initialise, RECALCULATION_S)

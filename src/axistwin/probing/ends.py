@@ -4,7 +4,7 @@ import socket
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import serial
 
@@ -22,6 +22,7 @@ MESSAGE = 16
 COMMAND_READY, MESSAGE_TAKEN = 0x10, 0x80
 MESSAGE_READY, INPUT_READY, FAILED = 0x08, 0x10, 0x20
 NOBODY = 0xFF
+USER_BITS = 0x07
 
 
 class Answer(NamedTuple):
@@ -38,13 +39,20 @@ class End(ABC):
     """Uncertainty of a measured time."""
     exact = False
     """True if a loaded computer cannot delay an answer."""
+    messages = False
+    """True for a board on a bus, which receives commands and sends messages."""
+    has_line = True
+    """True if the port has a baud rate and a frame."""
 
     def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0) -> Answer:
         """Send `data` and collect the answer.
 
         The answer is complete after `expected` bytes and a silence.  If bytes are missing, the answer ends after
-        `LONGEST_S`.  A request without an answer takes `wait_s` seconds.
+        `LONGEST_S`.  A request without an answer takes `wait_s` seconds.  No `data`: the answer is the user
+        bits of a board's status byte.
         """
+        if not data:
+            return Answer(bytes((self.user_bits,)), 0.0)
         self.drain()
         began = last = self.now
         self.send(data)
@@ -76,6 +84,14 @@ class End(ABC):
     def drain(self) -> None:
         """Discard late data of an earlier answer."""
 
+    def set_line(self, line: UartFormat) -> None:  # noqa: B027  # a bus has no line format
+        """Change baud rate and frame, if the port has any."""
+
+    @property
+    def user_bits(self) -> int:
+        """The user bits of a board's status byte."""
+        return 0
+
     @abstractmethod
     def close(self) -> None:
         """Close the connection."""
@@ -97,6 +113,17 @@ class VirtualEnd(End):
             self._host.subscribe_received(self._messages.extend)
         else:
             controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
+        self.messages = controller.product.attend is not None
+        self.has_line = not self.messages
+
+    def set_line(self, line: UartFormat) -> None:
+        """Change baud rate and frame of the host."""
+        self.controller.serial.host.format = line
+
+    @property
+    def user_bits(self) -> int:
+        """The user bits of the board's status byte."""
+        return self.controller.bus.status & USER_BITS
 
     @property
     def now(self) -> float:
@@ -138,10 +165,10 @@ class SerialEnd(End):
 
     def __init__(self, url: str, name: str, line: UartFormat) -> None:
         self._name = name
+        self.has_line = not url.startswith("socket://")
         try:
             self.port = serial.serial_for_url(
-                url, baudrate=line.baudrate, bytesize=line.bytesize, parity=line.parity, stopbits=line.stopbits,
-                timeout=0.01,
+                url, **_settings(line), timeout=0.01,
             )  # fmt: skip
         except (serial.SerialException, ValueError, OSError) as error:
             raise LinkError(f"cannot open {name}: {error}: check the name, and close other programs") from None
@@ -153,8 +180,8 @@ class SerialEnd(End):
 
     def set_line(self, line: UartFormat) -> None:
         """Change baud rate and frame."""
-        self.port.baudrate, self.port.bytesize = line.baudrate, line.bytesize
-        self.port.parity, self.port.stopbits = line.parity, line.stopbits
+        if self.has_line:
+            self._call(lambda: self.port.apply_settings(_settings(line)))
 
     def send(self, data: bytes) -> None:
         """Send characters."""
@@ -183,6 +210,8 @@ class SerialEnd(End):
 class BusEnd(End):
     """The host's end of a bus socket; commands and messages use the handshake of chapter Reading and writing."""
 
+    messages = True
+    has_line = False
     _POLL_S = 0.002
     _INPUT_S = 2.0
 
@@ -223,6 +252,11 @@ class BusEnd(End):
         while self.receive():
             pass
 
+    @property
+    def user_bits(self) -> int:
+        """The user bits of the board's status byte."""
+        return self._status() & USER_BITS
+
     def close(self) -> None:
         """Close the connection."""
         self._lines.close()
@@ -244,6 +278,12 @@ class BusEnd(End):
         if not answer or answer.startswith("error"):
             raise LinkError(f"{self._name}: the bus socket answered {answer or 'nothing'!r} to {text!r}")
         return answer
+
+
+def _settings(line: UartFormat) -> dict[str, Any]:
+    return {
+        "baudrate": line.baudrate, "bytesize": line.bytesize, "parity": line.parity, "stopbits": line.stopbits,
+    }  # fmt: skip
 
 
 def open_end(target: str, line: UartFormat | None) -> End:

@@ -19,6 +19,8 @@ ARRAYS = ("ab[0]", "ab[203]", "aw[101]", "al[50]")
 EXPRESSIONS = ("1+2", "7-9", "-3*4", "7/2", "-7/2", "5&3", "5|3", "1<2", "2<=1", "3==3", "3!=3", "2147483647+1", "1/0")
 ADDRESSED = 0x80
 """A byte above 80h selects one motor of a chain; 80h selects all."""
+SPOIL = b"\x80" + CR
+"""Addresses all motors, and discards a command that another host has not ended."""
 DYNAMIC = ("RCLK", "RTEMP")
 """Reports whose values change without a command."""
 
@@ -114,9 +116,9 @@ def _moves(commands: dict[str, Instruction]) -> list[Case]:
     ]
 
 
-def examine(end: End) -> Condition:
+def examine(end: End, _: Product) -> Condition:
     """Read firmware, checksum and mode.  Raises LinkError if the motor does not answer or is moving."""
-    end.ask(CR)
+    end.ask(SPOIL)
     answer = end.ask(b"RSP" + CR, expected=4).data
     match = re.search(rb"(\d+)/(\d+)\r", answer)
     if match is None:

@@ -176,10 +176,11 @@ class Board:
 
     def _fit_clock(self) -> Procedure:
         connection = self.connection
-        connection.clock = ClockFit(connection.dictionary.clock_hz)
+        connection.clock, connection.starting = ClockFit(connection.dictionary.clock_hz), True
         for _ in range(SAMPLES):
             yield "clock", None, b""
             if connection.clock.good:
+                connection.starting = False
                 break
         else:
             raise LinkError(

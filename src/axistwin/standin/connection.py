@@ -14,7 +14,7 @@ SOON_S = 0.05
 MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
 """A board has failed if it acknowledges nothing for this time; a board that has just been reset takes longer."""
 CLOCK_S, CLOCK_AT_START_S = 1.0, 0.02
-"""Intervals in seconds at which the board's clock is read: normally, and until the clock fit is good."""
+"""Intervals in seconds at which the board's clock is read: in motion, and while the board is being started."""
 ANSWER_S, MOST_REQUESTS = 0.25, 24
 """Time after which an unanswered request is sent again, and largest number of times that it is sent."""
 
@@ -42,6 +42,8 @@ class Connection:
         self.now_s = 0.0
         self.channel, self.dictionary = Channel(), Dictionary()
         self.clock = ClockFit(1.0)
+        self.starting = True
+        """True until the clock fit is good enough for motion; short intervals later would make its slope uncertain."""
         self._requests: list[_Request] = []
         self._clock_sent_s: float | None = None
         self._next_clock_s = 0.0
@@ -124,7 +126,7 @@ class Connection:
     def read_clock(self) -> None:
         """Request the time of the board's clock at regular intervals."""
         if self.now_s >= self._next_clock_s:
-            self._next_clock_s = self.now_s + (CLOCK_S if self.clock.good else CLOCK_AT_START_S)
+            self._next_clock_s = self.now_s + (CLOCK_AT_START_S if self.starting else CLOCK_S)
             self._clock_sent_s = None
             self.channel.send(self.dictionary.encode("get_clock"), self._clock_request_sent)
 

@@ -49,8 +49,8 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
     """Replace a defective controller: its host talks to an emulated controller, which drives the real motors.
 
     The scene's table [stand-in] maps axes, inputs and outputs to the pins of a board with Klipper's micro-controller
-    firmware.  All pin events happen later by a constant delay, the horizon.  While the motors are live, type `stop`
-    or Enter to stop them, and `go` to continue after a stop.
+    firmware, or to LinuxCNC HAL.  All pin events happen later by a constant delay, the horizon.  While the motors are
+    live, type `stop` or Enter to stop them, and `go` to continue after a stop.
 
     The journal of each run contains the positions of the motors.  After a run that did not end properly, the next run
     does not start without --unhomed; home the machine then.

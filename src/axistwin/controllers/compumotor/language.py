@@ -24,8 +24,8 @@ class Accept(Flag):
     INDEXER = auto()  # valid in indexer mode
     STREAMING = auto()  # valid in the streaming modes
     SEQUENCE = auto()  # may be placed in a sequence buffer
-    DURING_SEQUENCE = auto()  # valid from the host while a sequence is being performed
-    DURING_STREAMING = auto()  # valid from the host while the streaming buffer is being performed
+    DURING_SEQUENCE = auto()  # the host may send this command while the board performs a sequence
+    DURING_STREAMING = auto()  # the host may send this command while the board performs the streaming buffer
     DEFINING = auto()  # performed even between D9h and D8h, while a sequence is defined
     ENCODER = auto()  # 1811 only
 

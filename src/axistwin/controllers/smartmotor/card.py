@@ -1,5 +1,6 @@
 """The SmartMotor as a device: its terminals and plugs exist with and without power."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -89,9 +90,12 @@ class SmartMotor:
         return inhibition(self._motor)
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable such as `a`, a motion parameter or a gain, at once.  Raises UsageError for an unknown name."""
+        """Set a variable such as `a` or `al[3]`, a motion parameter or a gain, at once.
+
+        Raises UsageError for an unknown name.
+        """
         statement = command(f"{name}={value}")
-        if self._motor is None or statement.problem is not None or not name.isalnum():
+        if self._motor is None or statement.problem is not None or not NAME.fullmatch(name):
             raise UsageError(
                 f"invalid assignment {name}={value}: expected a variable, parameter or gain, e.g. KP=100 or a=3"
             )
@@ -118,6 +122,8 @@ def _check(sessions: Sequence[Session]) -> list[Diagnostic]:
     return check(sessions)
 
 
+NAME = re.compile(r"[A-Za-z]+|a[bwl]\[\d{1,3}\]", re.ASCII)
+"""A variable, a parameter, a gain, or an element of an array."""
 GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
 """Coefficients of the PID filter, which the command F puts in force."""
 ORDERS = (

@@ -121,7 +121,7 @@ class Pacer(Advancer):
         return self.delays.report()
 
     def _restart(self) -> None:
-        """Pace virtual time by the wall clock or at full speed, from its present value."""
+        """Begin to pace anew, by the wall clock or at full speed, from the present virtual time."""
         assert self._loop is not None
         self._cancel()
         if self._speed is None:

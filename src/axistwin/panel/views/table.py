@@ -5,10 +5,10 @@ from collections.abc import Callable
 from nicegui import ui
 
 from axistwin.bench import Controller
+from axistwin.drawings import NO_TOOL, Table, Trail, Trails, table_axes
 from axistwin.panel.context import Context
-from axistwin.panel.drawings.table import NO_TOOL, Table
+from axistwin.panel.drawings.picture import Picture
 from axistwin.panel.drawings.table3d import Table3D
-from axistwin.panel.drawings.trail import Trail, Trails, table_axes
 
 TURN = 30.0
 """Rotation of the 3-D view by one click, in degrees."""
@@ -29,11 +29,13 @@ def table(context: Context, name: str) -> Callable[[bool], None]:
             tool = _tool(context, controller)
             solid = _Solid(context, controller, names)
         flat = Table(controller, names)
+        picture = Picture(flat.drawing)
         solid.make_room()
 
     def refresh(smooth: bool) -> None:
         controller, trail = context.bench[name], trails[name]
         flat.show(controller, trail, tool(), smooth=smooth)
+        picture.send()
         solid.show(controller, trail, tool())
 
     return refresh

@@ -107,6 +107,7 @@ function draw(state) {
   windowNs = Math.max(WINDOW_NS, LEAST_SAMPLES * state.interval_ns);
   $("time").textContent = `${(nowNs / S).toFixed(3)} s`;
   for (const message of state.messages) append(message);
+  for (const [name, changes] of Object.entries(state.drawings)) drawings[name].show(changes);
   for (const [name, values] of Object.entries(state.controllers)) drawController(name, values);
   drawCurves(state.curves);
   const chosen = state.controllers[$("controller").value];
@@ -123,7 +124,7 @@ function append({ name, who, text }) {
   if (atEnd) log.scrollTop = log.scrollHeight;
 }
 
-// Machine: a rail for each axis, with its limits
+// Machine: the drawings, of which the state contains the changes
 
 const SVG = "http://www.w3.org/2000/svg";
 const svg = (tag, attributes, text = "") => {
@@ -132,38 +133,26 @@ const svg = (tag, attributes, text = "") => {
   made.textContent = text;
   return made;
 };
-let rails = {};
+let drawings = {};
+let boxes = {};
 
 function buildMachine() {
-  rails = {};
+  drawings = {};
+  boxes = {};
   const parts = [];
   for (const controller of opened.controllers)
-    for (const axis of controller.axes) {
-      const drawing = svg("svg", { viewBox: "0 0 600 64", role: "img", "aria-label": `axis ${axis.name}` });
-      const [low, high] = axis.limits ?? [0, 0];
-      const rail = { axis, low, high, drawing, slide: svg("rect", { class: "slide", y: 26, width: 16, height: 20, rx: 3 }), words: svg("text", { x: 8, y: 16 }) };
-      drawing.append(svg("line", { class: "rail", x1: 20, x2: 580, y1: 36, y2: 36 }));
-      if (axis.limits) for (const x of [20, 580]) drawing.append(svg("line", { class: "stop", x1: x, x2: x, y1: 24, y2: 48 }));
-      rail.from = svg("text", { x: 14, y: 62 });
-      rail.to = svg("text", { x: 586, y: 62, "text-anchor": "end" });
-      drawing.append(rail.slide, rail.words, rail.from, rail.to);
-      rails[axis.name] = rail;
-      parts.push(drawing);
+    for (const { name, kind, art, axis } of controller.drawings) {
+      const drawing = element("div", { class: kind });
+      drawings[name] = window.axistwinParts(drawing, art, guarded(async (part) => {
+        await call("click", name, part);
+        if (!running) draw(await call("state", Math.max(0, nowNs - windowNs)));
+      }));
+      const title = axis ? `${controller.name}.${axis}` : name;
+      const box = element("section", { class: "axis", "aria-label": title }, element("h2", { class: "axis-name" }, title), drawing);
+      if (axis) boxes[title] = box;
+      parts.push(box);
     }
   $("machine").replaceChildren(...parts);
-}
-
-function drawAxis(name, { position, velocity, moving }) {
-  const rail = rails[name];
-  if (!rail.axis.limits) {
-    rail.low = Math.min(rail.low, position, -1000);
-    rail.high = Math.max(rail.high, position, 1000);
-  }
-  const place = (position - rail.low) / (rail.high - rail.low || 1);
-  rail.slide.setAttribute("x", 12 + 560 * Math.min(1, Math.max(0, place)));
-  rail.words.textContent = `${name}   ${position} ${rail.axis.unit}   ${Math.round(velocity)}/s${moving ? "   moving" : ""}`;
-  rail.from.textContent = rail.low;
-  rail.to.textContent = rail.high;
 }
 
 // Inputs, outputs and lamps
@@ -187,7 +176,7 @@ function buildPins() {
     const outputs = controller.outputs.map((pin) => element("span", { class: "lamp" }, pin));
     lamps[controller.name] = controller.lamps.map((lamp) => element("span", { class: `lamp ${lamp.tone}`, title: `${lamp.group}: ${lamp.words}` }, lamp.label));
     levels[controller.name] = { power, inputs: Object.fromEntries(controller.inputs.map((pin, n) => [pin, inputs[n]])), outputs: Object.fromEntries(controller.outputs.map((pin, n) => [pin, outputs[n]])) };
-    parts.push(element("h2", {}, `${of}inputs (pressed: high)`), element("div", { class: "row" }, power, ...inputs));
+    parts.push(element("h2", {}, inputs.length ? `${of}power, inputs (pressed: high)` : `${of}power`), element("div", { class: "row" }, power, ...inputs));
     if (outputs.length) parts.push(element("h2", {}, `${of}outputs`), element("div", { class: "row" }, ...outputs));
     if (controller.lamps.length) parts.push(element("h2", {}, `${of}lamps`), element("div", { class: "row" }, ...lamps[controller.name]));
   }
@@ -195,7 +184,7 @@ function buildPins() {
 }
 
 function drawController(name, values) {
-  for (const [axis, value] of Object.entries(values.axes)) drawAxis(`${name}.${axis}`, value);
+  for (const axis of Object.keys(values.axes)) boxes[`${name}.${axis}`].hidden = !values.used.includes(axis);
   const { power, inputs, outputs } = levels[name];
   power.setAttribute("aria-pressed", values.powered);
   for (const [pin, level] of Object.entries(values.pins)) {
@@ -214,7 +203,7 @@ function drawCurves(curves) {
   const to = nowNs / S;
   const from = Math.max(0, to - windowNs / S);
   const parts = [];
-  for (const [name, quantities] of Object.entries(curves))
+  for (const [name, quantities] of Object.entries(curves).filter(([name]) => !boxes[name].hidden))
     for (const [quantity, points] of Object.entries(quantities)) {
       const values = points.map(([, value]) => value);
       const low = Math.min(0, ...values);
@@ -336,6 +325,7 @@ addEventListener("drop", (event) => {
 
 function setTheme(dark) {
   document.documentElement.classList.toggle("dark", dark);
+  document.body.classList.toggle("body--dark", dark);
   $("theme").setAttribute("aria-pressed", dark);
 }
 setTheme(matchMedia("(prefers-color-scheme: dark)").matches);

@@ -245,7 +245,7 @@ class Core:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Report changes of followed numbers that the kernel has made, from the log of a committed block."""
+        """Report the changes that the kernel has made to observed quantities, from the log of a committed block."""
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)

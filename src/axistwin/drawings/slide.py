@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 
 from axistwin.bench import Controller
-from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
-from axistwin.panel.drawings.scale import grouped, ticks
-from axistwin.panel.drawings.switches import Press, action, on_slides, show_switch
+from axistwin.drawings.drawing import Drawing
+from axistwin.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
+from axistwin.drawings.scale import grouped, ticks
+from axistwin.drawings.switches import Press, action, on_slides, show_switch
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
@@ -31,9 +31,11 @@ class Slide:
         self._switches = {part: pin for pin, part in on_slides(controller).items()}
         self._controller = controller
         self.drawing = Drawing(
-            self._art(controller, axis), lambda name: press(name, action(self._controller.pins[name]))
+            f"axis {controller.name}.{name}",
+            "slide",
+            self._art(controller, axis),
+            lambda pin: press(pin, action(self._controller.pins[pin])),
         )
-        self.drawing.classes("drawing slide").mark(f"axis {controller.name}.{name}")
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         """Show the position, velocity and faults of the axis."""
@@ -53,7 +55,6 @@ class Slide:
         elif axis.home is not None:
             drawing.flag("home", "lit", axis.home[0] <= position <= axis.home[1])
             show_switch(drawing, "home", controller.pins[self._switches["home"]])
-        drawing.send()
 
     def _show_servo(self, controller: Controller, axis: ServoAxis) -> None:
         drawing, pin = self.drawing, controller.product.brake_pin

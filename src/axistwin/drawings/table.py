@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from itertools import islice
 
 from axistwin.bench import Controller
-from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.scale import grouped, ticks
-from axistwin.panel.drawings.trail import POINTS, Point, Trail
+from axistwin.drawings.drawing import Drawing
+from axistwin.drawings.scale import grouped, ticks
+from axistwin.drawings.trail import POINTS, Point, Trail
 
 WIDTH, LEFT, TOP = 300.0, 40.0, 16.0
 BELOW = 14.0
@@ -33,7 +33,7 @@ class Table:
         self._trail: Trail | None = None
         self._piece, self._shown = 0, (0, (0, 0))
         self._marked: tuple[str, int, Point | None] | None = None
-        self.drawing = Drawing(self._art()).classes("drawing top-view").mark(f"table {controller.name}")
+        self.drawing = Drawing(f"table {controller.name}", "top-view", self._art())
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
         """Show the position, state and path of the tool."""
@@ -46,7 +46,6 @@ class Table:
         drawing.write("tool", f"{tool} {'high' if high else 'low'}" if tool else "")
         self._show_trail(trail)
         self._show_places(tool, trail.places.get(tool, {}))
-        drawing.send()
 
     def _show_places(self, tool: str, places: dict[Point, None]) -> None:
         now = tool, len(places), next(reversed(places), None)

@@ -7,9 +7,9 @@ clockwise.
 from html import escape
 
 from axistwin.bench import Bench, Controller
-from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
-from axistwin.panel.drawings.scale import grouped, signed
+from axistwin.drawings.drawing import Drawing
+from axistwin.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
+from axistwin.drawings.scale import grouped, signed
 from axistwin.plant.axes import Axis
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
@@ -31,8 +31,7 @@ class Shaft:
         self.name, self.per_rev = name, axis.per_rev or ASSUMED
         self._said = axis.per_rev is not None
         self._before, self._frames = 0, 0
-        self.drawing = Drawing(self._art(controller, axis)).classes("drawing shaft")
-        self.drawing.mark(f"axis {controller.name}.{name}")
+        self.drawing = Drawing(f"axis {controller.name}.{name}", "shaft", self._art(controller, axis))
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         """Show the position, velocity and faults of the axis."""
@@ -50,7 +49,6 @@ class Shaft:
         self._show_brake(controller)
         if isinstance(axis, ServoAxis):
             self._show_servo(controller, axis, smooth=smooth)
-        drawing.send()
 
     def _angle(self, position: int) -> str:
         return f"rotate({360 * position / self.per_rev:.1f}deg)"

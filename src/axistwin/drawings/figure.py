@@ -5,8 +5,8 @@ from html import escape
 from typing import Protocol
 
 from axistwin.bench import Controller
-from axistwin.panel.drawings.drawing import Drawing
-from axistwin.panel.drawings.scale import grouped, minus, signed
+from axistwin.drawings.drawing import Drawing
+from axistwin.drawings.scale import grouped, minus, signed
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
@@ -17,6 +17,8 @@ STATES = '<p class="states" aria-live="polite" data-part="states"></p>'
 
 class Figure(Protocol):
     """A drawing of an axis as a machine."""
+
+    drawing: Drawing
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         """Update the drawing; parts move to their new positions in a smooth transition, or at once."""

@@ -6,8 +6,8 @@ from fractions import Fraction
 import pytest
 
 from axistwin import Bench, Session
+from axistwin.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
 from axistwin.motion import Profile, Segment
-from axistwin.panel.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
 
 TRAVEL = {"limits": (-1000, 9000)}
 HALF = Fraction(1, 2)

@@ -6,7 +6,7 @@ from html import escape
 
 from axistwin.bench import Controller
 from axistwin.controllers.front import Lamp, Tone
-from axistwin.panel.drawings.drawing import Drawing
+from axistwin.drawings.drawing import Drawing
 from axistwin.sim.pins import Pin, SensedPin
 
 Press = Callable[[str, str], None]
@@ -24,8 +24,12 @@ class Switches:
         self.inputs = [name for name in self._inputs(controller) if name not in elsewhere]
         self.outputs = [name for name, pin in controller.pins.items() if pin.is_output and LAMPS.match(name)]
         self._name = controller.name
-        self.drawing = Drawing(self._art(), lambda name: press(name, action(self._pin(name))))
-        self.drawing.classes("drawing switchboard").mark(f"switches {controller.name}")
+        self.drawing = Drawing(
+            f"switches {controller.name}",
+            "switchboard",
+            self._art(),
+            lambda name: press(name, action(self._pin(name))),
+        )
         self._pins = controller.pins
 
     def show(self, controller: Controller) -> None:
@@ -40,7 +44,6 @@ class Switches:
             drawing.flag(f"lamp-{name}", "lit", on)
             drawing.put(f"lamp-{name}", "aria-label", f"{self._title(name)}: {'on' if on else 'off'}")
             drawing.write(f"lamp-{name}-level", "high" if level else "low")
-        drawing.send()
 
     def _pin(self, name: str) -> Pin:
         return self._pins[name]

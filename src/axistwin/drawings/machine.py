@@ -1,0 +1,30 @@
+"""The drawings of the axes of a controller."""
+
+from importlib import resources
+
+from axistwin.bench import Controller
+from axistwin.drawings.figure import Figure
+from axistwin.drawings.shaft import Shaft
+from axistwin.drawings.slide import Slide
+from axistwin.drawings.switches import Press
+
+
+def figure(controller: Controller, axis: str, press: Press) -> Figure:
+    """Return the drawing of an axis: a slide if its travel is limited, otherwise a shaft."""
+    limited = controller.axes[axis].limits is not None
+    return Slide(controller, axis, press) if limited else Shaft(controller, axis)
+
+
+def used_axes(controller: Controller) -> list[str]:
+    """Return the axes that are configured, are moving, or are not at position 0; all axes if there are none."""
+    return [axis for axis in controller.axes if _used(controller, axis)] or list(controller.axes)
+
+
+def _used(controller: Controller, name: str) -> bool:
+    axis = controller.axes[name]
+    return bool(controller.given.get(name)) or axis.position != 0 or axis.moving
+
+
+def asset(name: str) -> str:
+    """Return the text of a file for pages with drawings: `parts.js` or `drawings.css`."""
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
