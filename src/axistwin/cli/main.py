@@ -43,6 +43,7 @@ class Command:
 
 GROUPS = {
     "Begin": (
+        Command("learn", "serving", "Six short lessons for a model, in the terminal."),
         Command("examples", "start", "List the examples, or copy one."),
         Command("new", "start", "Write a new scene from five answers."),
         Command("docs", "start", "Open the pages of the documentation."),
@@ -62,7 +63,6 @@ GROUPS = {
     "Connect hosts and controllers": (
         Command("serve", "serving", "Put controllers on real ports: TCP, pty, RFC2217, serial, bus."),
         Command("term", "serving", "An interactive terminal on a virtual or a real controller."),
-        Command("learn", "serving", "Six short lessons for a model, in the terminal."),
         Command("stand-in", "serving", "Let a legacy host drive real motors through a motion board."),
         Command("boards", "serving", "List the motion boards that are connected."),
         Command("record", "serving", "Record the conversation of a host with a real controller."),
