@@ -34,7 +34,7 @@ at = 0.5
 do = "input2 high"
 """
 LINES = "".join(f"X{way}8000@4000$\n" for way in ("", "-", "", "-"))
-SCALING, OVERHEAD_MS, KILLS, MEMORY_MB, ROUNDS = 0.9, 3.0, 10, 50, 7
+SCALING, OVERHEAD_MS, KILLS, MEMORY_MB, ROUNDS = 0.9, 3.0, 10, 50, 5
 CLAIM = "never table.input2 rises while table.X.position > 3997 and table.X.position < 4003"
 
 
@@ -124,7 +124,7 @@ def overhead_ms(directory: Path) -> tuple[float, float]:
     of the processes is left out: it is the same for any number of runs.  Each time is the least of several, because
     other programs slow down a processor that they share.
     """
-    few, many = 100, 400
+    few, many = 100, 700
     rounds = [(bare_ms(directory, few), swept_s(directory, few), swept_s(directory, many)) for _ in range(ROUNDS)]
     bare, few_s, many_s = (min(column) for column in zip(*rounds, strict=True))
     return bare, (many_s - few_s) / (many - few) * 1e3 - bare
