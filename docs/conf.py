@@ -37,7 +37,7 @@ html_show_sourcelink = False
 
 ENGINE = Path(os.environ.get("AXISTWIN_ENGINE", Path(__file__).parents[1] / "build" / "engine"))
 """Folder of the playground's engine, made by `make engine`; the site contains the playground if it exists."""
-OURS = ("sms", "talk", "if1", "181x", "csv")
+OURS = ("sms", "talk", "if1", "181x", "csv", "basic")
 """Languages of code blocks without a Pygments lexer."""
 EXAMPLES = re.compile(r"\]\(((?:\.\./)*)\.\./examples/([\w-]+)/README\.md\)")
 

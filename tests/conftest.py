@@ -144,6 +144,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="write what the controllers say now into tests/conversations/*.talk; review the difference",
     )
+    parser.addoption(
+        "--hardware",
+        action="append",
+        default=[],
+        metavar="MODEL=PORT",
+        help="run tests/drivers/test_hardware.py with a real controller, e.g. if1=/dev/ttyUSB0; it moves 400 counts",
+    )
 
 
 @pytest.fixture

@@ -123,6 +123,56 @@ def test_the_scene_of_the_ioc_is_one(tmp_path):
     compile((tmp_path / "test_ioc.py").read_text(), "test_ioc.py", "exec")
 
 
+EXCHANGE = re.compile(
+    r"^\| (?:[a-z-]+|`[A-Z]+`(?: on| off)?) \| `(?P<sent>.*?)` \| (?:`(?P<answer>.*?)` )?\|", re.MULTILINE
+)
+
+
+@pytest.fixture
+def smartmotor_driver(tmp_path):
+    """A motor of the EPICS tutorial's scene, its clock, and a function that sends a message as the IOC does."""
+    lay_out(page("epics"), tmp_path)
+    with axistwin.serve(tmp_path / "motor.toml", speed="manual") as twin:
+        url = twin.ports["motor"]
+        with socket.create_connection((url.host, url.port), timeout=PATIENCE_S) as ioc:
+
+            def ask(message, answered=True):
+                ioc.sendall(message.encode() + b"\n")
+                twin.advance(0.5)
+                return ioc.recv(20).decode() if answered else None
+
+            twin.advance(0.5)
+            yield twin, ask
+
+
+def test_the_exchanges_of_the_smartmotor_driver_are_those_of_the_page(smartmotor_driver):
+    twin, ask = smartmotor_driver
+    exchanges = EXCHANGE.findall(page("epics"))
+    assert len(exchanges) == 16
+    for sent, answer in exchanges:
+        message = sent.replace("\\r", "\r")
+        assert ask(message, bool(answer)) == (f"{answer}\r" if answer else None), sent
+        twin.advance(2.0 if sent == "G" else 0.0)
+    assert ask("RBo") == "1\r"
+
+
+def test_after_a_following_error_the_smartmotor_driver_needs_zs(smartmotor_driver):
+    twin, ask = smartmotor_driver
+    motor = twin.bench["motor"]
+    twin.do(lambda: motor.axes["shaft"].jam())
+    for message in ("A=300", "V=400000", "P=4000", "G"):
+        ask(message, answered=False)
+    assert ask("RBe") == "1\r"
+    twin.do(lambda: motor.axes["shaft"].jam(on=False))
+    for message in ("MP\ra=@P\rP=a\rG", "P=4000", "G"):
+        ask(message, answered=False)
+    assert ask("RP") == "0\r"
+    for message in ("ZS", "MP\ra=@P\rP=a\rG", "P=4000", "G"):
+        ask(message, answered=False)
+    twin.advance(1.5)
+    assert ask("RP") == "4000\r"
+
+
 def test_what_ci_does_is_done_here():
     """Its commands: an installation of the packages that there are, and a test run that the tutorial shows."""
     workflow = files(page("ci"))[".github/workflows/test.yml"]

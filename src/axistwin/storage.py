@@ -1,5 +1,6 @@
-"""Non-volatile memory of controllers, whose contents are kept without power."""
+"""Non-volatile memory of controllers, whose contents are kept without power; and the encodings of text files."""
 
+import codecs
 import os
 import sys
 from collections.abc import Iterator
@@ -18,6 +19,10 @@ LOCK, HOLDER = ".axistwin.lock", ".axistwin.holder"
 MOST_BYTES = 1 << 20
 """Maximum size of a controller's memory file."""
 LONGEST = 80
+MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+"""Byte order marks with their encodings."""
+DOS, WINDOWS = "cp850", "latin-1"
+"""Encodings of old texts.  Code page 437 has the letters of 850 in the same places."""
 
 _log = getLogger("axistwin.state")
 
@@ -285,3 +290,18 @@ def excerpt(text: object) -> str:
     """Return a text, or the text of an error, as one short line."""
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
+
+
+def encoding_of(data: bytes) -> str:
+    """Return the encoding of a text file: that of its byte order mark, or UTF-8, or a code page.
+
+    In code pages 437 and 850 most national letters are bytes from 80h to 9Fh, which are no letters in Latin-1.
+    """
+    for mark, encoding in MARKS.items():
+        if data.startswith(mark):
+            return encoding
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return DOS if any(0x80 <= byte <= 0x9F for byte in data) else WINDOWS
+    return "utf-8"

@@ -112,7 +112,7 @@ def test_an_unreadable_line_is_an_error_at_its_place(check):
     result = check("a.talk", "> (\n+1\n?what\n")
     assert result.return_value == 1
     assert result.stdout.startswith("a.talk:3:1: error: unknown kind of line")
-    assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is not an ASCII character [AX104]\n"
+    assert check("a.if1", "X100$\nXê$\n").stdout == "a.if1:2:2: error: 'ê' is not an ASCII character [AX104]\n"
 
 
 def test_files_that_are_not_programs(check, tmp_path):

@@ -10,7 +10,7 @@ from axistwin import Bench
 from axistwin.controllers.digiplan.chapters.terminals import CABLES, TERMINALS
 from axistwin.controllers.digiplan.options import Wiring
 from axistwin.errors import UsageError
-from axistwin.terminal.keyboards import KEYBOARDS
+from axistwin.programs.keyboards import KEYBOARDS
 
 from .talking import ask, command, edges, number, ready, send, times, until_idle, write
 

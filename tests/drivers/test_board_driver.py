@@ -143,12 +143,28 @@ def test_events_sequences_closed_loop_and_streams(twin, board):
     while not (messages := board.take_messages()):
         pass
     assert messages[0][:2] == bytes([1, 7])
-    with pytest.raises(RefusedError, match="1 to 280, the last 0"):
-        board.stream_times(2, 4, 1, [100])
+    for wrong in ([100], [], [0x8000, 0]):
+        with pytest.raises(RefusedError, match="-32767 to 32767, the last 0"):
+            board.stream_times(2, 4, 1, wrong)
     board.stream_times(2, 4, 1, [100, -100, 0])
     while board.axes["motor"].status().moving:
         pass
     board.command(0x50)
+
+
+def test_a_stream_longer_than_the_buffer_is_refilled(twin, board):
+    board.stream_times(20, 1, 1, [100] * 250 + [-40] * 99 + [0])
+    assert not board.axes["motor"].wait(10).moving
+    updates = 13_107_200 / 3 / 65_536 * 0.02
+    expected = updates * (250 * 100 - 99 * 40)
+    assert abs(true_position(twin) - expected) < 350  # each update may lose the fraction of a pulse
+
+
+def test_a_stream_that_the_board_has_used_up_is_stopped():
+    with axistwin.serve("1811", speed=50.0) as twin, connect(url_of(twin), "1811") as board:
+        with pytest.raises(RefusedError, match="the stream was interrupted"):
+            board.stream_times(2, 4, 1, [100] * 5_000 + [0])
+        assert not board.axes["motor"].wait(5).moving
 
 
 def test_a_wrong_command_and_a_silent_request(board):

@@ -4,6 +4,7 @@ import pytest
 
 import axistwin
 from axistwin.drivers import PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers.steps import Pause
 
 from .devices import answering, model_of, url_of
 
@@ -81,6 +82,22 @@ def test_a_power_cut_loses_the_position(twin, motor):
     shaft.set_position(300)
     shaft.move_to(310)
     assert shaft.wait(5).position == 310
+
+
+def test_a_power_cut_between_the_check_and_the_move_is_noticed(twin, motor, monkeypatch):
+    shaft = motor.axes["shaft"]
+    set_profile = shaft.core._set_profile
+
+    def after_a_power_cut():
+        twin.do(lambda: model_of(twin).power_cycle())
+        yield Pause(0.1)
+        yield from set_profile()
+
+    monkeypatch.setattr(shaft.core, "_set_profile", after_a_power_cut)
+    shaft.set_profile(acceleration=30_000)
+    with pytest.raises(RefusedError, match="does not move: the power of shaft was cut"):
+        shaft.move_to(300)
+    assert shaft.status().lost and true_position(twin) == 0
 
 
 def test_pins_programs_cams_and_streams(twin, motor):
@@ -161,3 +178,22 @@ def test_garbage_raises_a_clear_error(answers, error, says):
     left = iter(answers)
     with answering(lambda _: next(left, b"")) as url, pytest.raises(error, match=says):
         connect(url, "smartmotor", timeout=0.15)
+
+
+def test_two_motors_on_an_rs485_line():
+    bench = axistwin.Bench()
+    motors = [bench.add("smartmotor", f"m{number}") for number in (1, 2)]
+    bench.run(0.3)
+    for number, motor in enumerate(motors, 1):
+        motor.serial.write(f"SADDR{number} OCHN(RS4,1,N,9600,1,8,C) ".encode())
+    bench.run(0.3)
+    bench.rs485(*motors, name="line")
+    with (
+        axistwin.serve(bench, speed=5.0) as twin,
+        connect(twin.ports["line"], "smartmotor", addresses=[1, 2], rs485=True) as line,
+    ):
+        for name, target in (("shaft1", 200), ("shaft2", -300)):
+            line.axes[name].move_to(target)
+        assert [line.axes[name].wait(5).position for name in ("shaft1", "shaft2")] == [200, -300]
+        assert [twin.do(lambda motor=motor: motor.axes["shaft"].position) for motor in motors] == [200, -300]
+        assert {name: status.position for name, status in line.statuses().items()} == {"shaft1": 200, "shaft2": -300}

@@ -9,7 +9,7 @@ import pytest
 
 from ..command import refused, run
 
-NAMES = ["cut-to-length", "drill", "gains", "stand-in", "winder", "xy-table"]
+NAMES = ["cut-to-length", "drill", "gains", "old-hosts", "stand-in", "winder", "xy-table"]
 
 
 def test_the_examples_are_listed():
@@ -45,7 +45,7 @@ def test_nothing_is_overwritten(tmp_path):
         (["examples", "dril", "x"], "no example 'dril': did you mean drill?"),
         (
             ["examples", "zzz", "x"],
-            "no example 'zzz': expected cut-to-length, drill, gains, stand-in, winder, xy-table",
+            "no example 'zzz': expected cut-to-length, drill, gains, old-hosts, stand-in, winder, xy-table",
         ),
         (["examples", "drill"], "the directory for the copy is missing: e.g. axistwin examples drill my-drill"),
         (["docs", "prots"], "no page 'prots': did you mean ports?"),

@@ -18,9 +18,11 @@ HOST_TIMEOUT_S = 10
 class Served:
     """A bench on real ports, at full speed unless a speed is given.  A context manager."""
 
-    def __init__(self, *, speed: float | None = None, flow: Flow = Flow.DTR, reset: bool = False) -> None:
+    def __init__(
+        self, *, speed: float | None = None, flow: Flow = Flow.DTR, reset: bool = False, share: bool = False
+    ) -> None:
         self.bench = Bench()
-        self.server = Server(self.bench, speed=speed, flow=flow, reset=reset)
+        self.server = Server(self.bench, speed=speed, flow=flow, reset=reset, share=share)
         self.problems: list[dict[str, Any]] = []
         self._loop = asyncio.new_event_loop()
         self._loop.set_exception_handler(lambda _, context: self.problems.append(context))

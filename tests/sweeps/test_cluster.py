@@ -1,9 +1,11 @@
 """Runs on a Dask cluster give the same rows; a cluster that cannot be used is refused before the first run."""
 
+import socket
+
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.sweeps import Sweep, cluster, digest
+from axistwin.sweeps import Sweep, Tuning, cluster, digest, read
 
 from ..command import run
 from .scenes import stepper
@@ -29,6 +31,38 @@ def test_a_cluster_gives_the_rows_of_this_process(tmp_path, scheduler, monkeypat
     monkeypatch.setattr(cluster, "VERSION", "0.0.1")
     with pytest.raises(UsageError, match=r"expected 0\.0\.1, as here"):
         sweep(tmp_path).run(tmp_path / "b.parquet", scheduler=scheduler)
+
+
+def test_another_program_at_the_address_is_refused(tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="the extra [cluster] is not installed")
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.2)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(UsageError, match=f"no scheduler at {address}"):
+            sweep(tmp_path).run(tmp_path / "a.parquet", scheduler=address)
+    assert not (tmp_path / "a.parquet.parts").exists()
+
+
+def test_a_lost_scheduler_ends_a_sweep_that_can_be_continued(tmp_path):
+    distributed = pytest.importorskip("distributed", reason="the extra [cluster] is not installed")
+    options = {"processes": False, "dashboard_address": None, "n_workers": 1, "threads_per_worker": 1}
+    local = distributed.LocalCluster(**options, protocol="tcp", host="127.0.0.1")
+    out, made = tmp_path / "a.parquet", sweep(tmp_path)
+    with pytest.raises(UsageError, match="the same command continues the sweep"):
+        made.run(out, seconds=3, scheduler=local.scheduler_address, progress=lambda *_: local.close())
+    cluster.end_processes()
+    kept = read(out).num_rows
+    left = []
+    found = sweep(tmp_path).run(out, seconds=3, workers=0, progress=lambda done, *_: left.append(done))
+    assert (left, found.num_rows) == ([*range(kept + 1, 4)], 3)
+    assert digest(found) == digest(sweep(tmp_path).run(seconds=3, workers=0))
+
+
+def test_a_study_runs_on_a_cluster(tmp_path, scheduler):
+    pytest.importorskip("optuna", reason="the extra [tune] is not installed")
+    made = Tuning(stepper(tmp_path), "max table.X.velocity", maximise=True).change("table.X.load.torque", "0.1..0.4")
+    on_a_cluster = made.run(tmp_path / "a.db", trials=2, seconds=3, scheduler=scheduler)
+    assert on_a_cluster.trials == made.run(tmp_path / "b.db", trials=2, seconds=3, workers=0).trials
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere"])

@@ -9,7 +9,7 @@ import pytest
 
 from axistwin import AxistwinError, Scene
 from axistwin.sessions import Session
-from axistwin.sweeps import Sweep, digest, read
+from axistwin.sweeps import Sweep, digest, read, workers
 from axistwin.sweeps.job import Runner
 from axistwin.sweeps.sweep import Design
 from axistwin.sweeps.workers import ThisProcess, Workers
@@ -86,6 +86,26 @@ def test_a_run_has_a_time_limit_and_a_failed_run_has_its_reason(tmp_path, monkey
     assert [(row["ended"], row["notes"]) for row in rows] == [("limit", "not finished after 0.5 s of real time")]
     with pytest.raises(AxistwinError, match="MODULE:FUNCTION"):
         Sweep(scene, host="nowhere:at").vary("seed", "1").check()
+
+
+def test_a_run_that_kills_its_worker_has_its_reason_and_the_others_go_on(tmp_path, monkeypatch):
+    (tmp_path / "deadly.py").write_text(
+        "import os\n\n\ndef die(bench):\n    if bench.origin['seed'] == '2':\n        os._exit(1)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(workers, "TRIES", 1)
+    rows = Sweep(stepper(tmp_path), host="deadly:die").vary("seed", "1..4").run(workers=1).to_pylist()
+    found = [(row["run"], row["ended"], row["notes"]) for row in rows]
+    assert found == [(0, "rest", None), (1, "killed", "the worker was killed"), (2, "rest", None), (3, "rest", None)]
+
+
+def test_drawn_values_are_checked_as_drawn(tmp_path):
+    def made(text):
+        return Sweep(stepper(tmp_path)).vary("table.X.load.torque", text)
+
+    made("normal(0.15, 0.02)").check(Design("lhs", 5))
+    with pytest.raises(AxistwinError, match=r"table\.X\.load\.torque=-0\."):
+        made("normal(0.02, 0.02)").check(Design("lhs", 50))
 
 
 class StoppedError(Exception):
@@ -173,6 +193,8 @@ def test_the_command(tmp_path):
         (["--vary", "seed"], "expected PATH=VALUES"),
         (["--vary", "seed=5..1"], "the lower value must be first"),
         (["--vary", "table.Q.load=1"], "is not in the scene"),
+        (["--vary", "tabel.X.load.torque=1"], "did you mean 'table'?"),
+        (["--vary", "seed=1", "--program", "missing.talk"], "missing.talk cannot be read"),
         (["--vary", "table.X.load.torqe=1"], "did you mean 'torque'?"),
         (["--vary", "table.X.load.torque=-1"], "table.X.load.torque=-1"),
         (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected NAME:SENTENCE"),

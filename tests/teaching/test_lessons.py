@@ -47,6 +47,23 @@ def test_each_step_is_done_by_its_solution_only(model, number):
     pupil.close()
 
 
+@pytest.mark.parametrize("lines", [("X2000$", ":wait 6", "X1000$"), ("X400$", ":wait 3", "X600$")])
+def test_a_wrong_move_is_remarked_and_the_task_can_still_be_done(lines):
+    learner, lesson = Learner("if1").initialise(), course("if1")[1]
+    pupil = Pupil(lesson, learner.bench)
+    *wrong, right = lines
+    for line in wrong:
+        solve(learner, line)
+        assert not pupil.check()
+    assert pupil.remark() == f"X has moved by {lines[0][1:-1]}: the task is not done yet"
+    assert pupil.remark() == ""
+    solve(learner, right)
+    learner.bench.run(3)
+    assert pupil.check()
+    assert pupil.task.startswith("2. ")
+    pupil.close()
+
+
 def test_no_lessons_for_an_unknown_model():
     with pytest.raises(UsageError, match="no lessons for 'if9': expected one of if1, if2"):
         course("if9")

@@ -95,8 +95,35 @@ def test_why_nothing_moves_in_an_if1():
     learner.type("K")
     learner.type("[")
     assert first_reason(learner) == "communication is locked by [: type  ]"
+    learner.controller.pins["estop"].drive(False)
+    assert [reason.partition(" (")[0] for reason in learner.tutor.why()] == [
+        "the emergency stop is open", "communication is locked by [: type  ]",
+    ]  # fmt: skip
     learner.controller.power(False)
     assert first_reason(learner).startswith("the power is off")
+
+
+@pytest.mark.parametrize(
+    ("line", "driven", "reason"),
+    [
+        ("H13X300$", (), "the move waits for input1 high"),
+        ("H13X300$", ("input1",), "the move waits for input3 high"),
+        (":X10:H2L1X20:=0,1:$", ("input1",), "step 2 of the sequence waits for input2 high"),
+        (":X10:H2L1X20:=0,1:$", ("input1", "input2"), "step 2 of the sequence waits for input1 low"),
+    ],
+)
+def test_an_if1_tells_the_input_for_which_it_waits(line, driven, reason):
+    learner = Learner("if1").initialise()
+    for name in driven:
+        learner.controller.pins[name].drive(True)
+    learner.type(line)
+    learner.bench.run(1.0)
+    pin, level = reason.split()[-2:]
+    remedy = f"! {pin} {level} in a program, :drive {pin} {level} in a terminal"
+    assert learner.tutor.why() == [learner.controller.hint] == [f"{reason}: {remedy}"]
+    learner.controller.pins[pin].drive(level == "high")
+    learner.bench.run(0.02)
+    assert not learner.controller.hint.startswith(reason)
 
 
 def test_why_nothing_moves_in_an_1811():
@@ -137,7 +164,7 @@ def test_every_suggestion_is_accepted(model):
         ("smartmotor", "1670", "    512  Bp  plus limit"),
         ("if1", "8", "answer to F: 8 data fault"),
         ("if1", "X100@300$", "@  speed data"),
-        ("if1", "dp301", "Each speed range has its highest speed"),
+        ("if1", "dp301", "The highest speeds of the speed ranges"),
         ("if1", "estop", "estop: emergency stop, now high"),
         ("if1", "12345678", "no meaning known for '12345678'"),
         ("1811", "83 00 00 00 00 61 A8", "  00 00 00 00 61 A8: position 25000 pulses"),

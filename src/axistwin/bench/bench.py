@@ -29,6 +29,8 @@ class SharedLine:
 
     port: SerialPort
     motors: tuple[Controller, ...]
+    channel: str
+    """The connected channel of each motor: "serial" or "rs485"."""
 
 
 class Bench:
@@ -216,7 +218,7 @@ class Bench:
         port = SerialPort(self.clock, wiring(uarts, instant=plug.instant), line=plug.format)
         for motor in motors:
             motor._lines[channel] = name
-        self.lines[name] = SharedLine(port, motors)
+        self.lines[name] = SharedLine(port, motors, channel)
         return port
 
     def _check_name(self, name: str) -> None:

@@ -43,6 +43,7 @@ class Command:
 
 GROUPS = {
     "Begin": (
+        Command("learn", "serving", "Six short lessons for a model, in the terminal."),
         Command("examples", "start", "List the examples, or copy one."),
         Command("new", "start", "Write a new scene from five answers."),
         Command("docs", "start", "Open the pages of the documentation."),
@@ -53,6 +54,7 @@ GROUPS = {
         Command("run", "runs", "Run a program or a conversation at full speed."),
         Command("plot", "runs", "Draw a trace."),
         Command("diff", "runs", "Find the first difference between two traces."),
+        Command("fmu", "runs", "Write a scene as an FMU for Simulink, Dymola or OpenModelica."),
     ),
     "Run a scene many times": (
         Command("sweep", "sweeping", "Run a scene with other values; measure, and test claims."),
@@ -61,13 +63,16 @@ GROUPS = {
     "Connect hosts and controllers": (
         Command("serve", "serving", "Put controllers on real ports: TCP, pty, RFC2217, serial, bus."),
         Command("term", "serving", "An interactive terminal on a virtual or a real controller."),
-        Command("learn", "serving", "Six short lessons for a model, in the terminal."),
         Command("stand-in", "serving", "Let a legacy host drive real motors through a motion board."),
         Command("boards", "serving", "List the motion boards that are connected."),
         Command("record", "serving", "Record the conversation of a host with a real controller."),
         Command("probe", "serving", "Compare a real controller with a virtual one, case by case."),
         Command("rescue", "serving", "Save what a real controller contains, and start a twin."),
         Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),
+    ),
+    "Serve axes to laboratories and plants": (
+        Command("ioc", "serving", "Serve axes as motor records of EPICS."),
+        Command("opcua", "serving", "Serve axes as an OPC UA address space."),
     ),
     "Write programs and scenes": (
         Command("check", "authoring", "Find errors in programs and scenes."),

@@ -40,6 +40,7 @@ class Sent(NamedTuple):
     """A byte that a host sends, with its place in the user's file."""
 
     byte: int
+    """In the source of a stored program the code point of the character as typed, which may be above 255."""
     line: int
     column: int
     width: int = 1

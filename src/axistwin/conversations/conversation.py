@@ -24,9 +24,12 @@ from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.numbers import NumberError, decimal, real, shortened
+from axistwin.storage import encoding_of
 from axistwin.units import MOST_NS, S
 
 MOST_BYTES = 4 << 20
+END_OF_FILE = "\x1a"
+"""Ctrl-Z, the end-of-file mark of DOS editors."""
 MOST_S = 1e9
 """Longest accepted time in a header, about thirty years; a longer time is probably a typing error."""
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
@@ -112,11 +115,14 @@ def load_text(path: Path) -> str:
             raise UsageError(f"{path} cannot be read: not a file")
         if path.stat().st_size > MOST_BYTES:
             raise UsageError(f"{path} cannot be read: the file is larger than {MOST_BYTES >> 20} MiB")
-        return path.read_text(encoding="utf-8")
+        data = path.read_bytes()
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ProgramError("is not a text file in UTF-8", file=str(path)) from None
+    encoding = encoding_of(data)
+    if encoding == "utf-16" or b"\0" in data:
+        raise ProgramError("is not a text file in UTF-8, Latin-1, or code page 437 or 850", file=str(path))
+    text = data.decode(encoding, "replace").partition(END_OF_FILE)[0]
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def parse(text: str, file: str = "", codec: Codec | None = None, model: str = "") -> Conversation:

@@ -18,10 +18,10 @@ from axistwin.controllers.product import Product
 from axistwin.conversations import conversation
 from axistwin.conversations.conversation import named_model, parse_line
 from axistwin.errors import PlacedError, ProgramError, UsageError
-from axistwin.programs.command_lines import command_line
+from axistwin.programs.command_lines import command_line, named_keyboard
 from axistwin.programs.hex_commands import command_string
 from axistwin.programs.running import check_headers, unknown_kind
-from axistwin.programs.stored_programs import load_source
+from axistwin.programs.stored_programs import read_source
 
 MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}
 """Default model for a program, by its suffix."""
@@ -124,11 +124,8 @@ def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
 
 
 def load(program: Path) -> str:
-    """Return the text of a program.  In a motor's source `?` replaces non-ASCII characters.
-
-    Raises UsageError or ProgramError.
-    """
-    return load_source(program).decode("ascii") if kind_of(program) == ".sms" else conversation.load_text(program)
+    """Return the text of a program as typed.  Raises UsageError or ProgramError."""
+    return read_source(program) if kind_of(program) == ".sms" else conversation.load_text(program)
 
 
 def as_diagnostic(error: PlacedError) -> Diagnostic:
@@ -153,7 +150,7 @@ def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -
     """Parse the lines of a program; return its actions, and diagnostics for invalid lines."""
     acts: list[Act] = []
     unread: list[Diagnostic] = []
-    read = _reader(suffix, codec, file)
+    read = _reader(suffix, codec, file, lines)
     for number, line in enumerate(lines, start=1):
         try:
             act = read(line, number, file)
@@ -164,7 +161,7 @@ def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -
     return acts, unread
 
 
-def _reader(suffix: str, codec: Codec, file: str) -> Callable[[str, int, str], Act | None]:
+def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Callable[[str, int, str], Act | None]:
     """Return the function that parses a line of a program with this suffix."""
     match suffix:
         case ".talk":
@@ -172,9 +169,9 @@ def _reader(suffix: str, codec: Codec, file: str) -> Callable[[str, int, str], A
         case ".181x":
             return partial(command_string, read=codec.read)
         case ".if1":
-            return command_line
+            return partial(command_line, keyboard=named_keyboard(lines))
         case ".sms":
-            return lambda line, number, _: Say(line.expandtabs(1).encode("ascii", "replace"), line=number)
+            return lambda line, number, file: None  # the characters of a source are those of its lines
     raise unknown_kind(path=Path(file))
 
 
@@ -186,7 +183,7 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
         case ".181x":
             return _typed(acts, lambda act: _sent(act, codec.places(lines[act.line - 1].partition(";")[0].rstrip())))
         case ".sms":
-            return _stored(acts)
+            return _stored(lines)
         case _:
             return _typed(acts, _line)
 
@@ -231,9 +228,10 @@ def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterat
     yield host.sessions
 
 
-def _stored(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
-    """Return all characters of a motor's source, with its comments."""
-    yield [Session(tuple(sent for act in acts if isinstance(act, Say) for sent in _line(act)), stored=True)]
+def _stored(lines: Iterable[str]) -> Iterator[Sequence[Session]]:
+    """Return all characters of a motor's source as typed, with its comments."""
+    typed = (_characters(map(ord, line.expandtabs(1)), number) for number, line in enumerate(lines, start=1))
+    yield [Session(tuple(sent for line in typed for sent in line), stored=True)]
 
 
 def _sent(act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> Iterator[Sent]:
@@ -243,9 +241,16 @@ def _sent(act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> Iterat
 
 
 def _line(act: Say) -> Iterator[Sent]:
+    """Return the characters of a line that a host sends."""
+    return _characters(act.data, act.line)
+
+
+def _characters(codes: Iterable[int], line: int) -> Iterator[Sent]:
     """Yield the characters of a line with their columns; the CR at the end has no width."""
-    yield from (Sent(byte, act.line, column) for column, byte in enumerate(act.data, start=1))
-    yield Sent(ord("\r"), act.line, len(act.data) + 1, 0)
+    column = 0
+    for column, code in enumerate(codes, start=1):
+        yield Sent(code, line, column)
+    yield Sent(ord("\r"), line, column + 1, 0)
 
 
 def _power(act: Act, host: _SentData) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from axistwin.controllers.diagnostics import Diagnostic, Edit
 from axistwin.errors import AxistwinError
+from axistwin.storage import encoding_of
 
 MOST_ROUNDS = 10
 """Largest number of rounds of fixes, because a fix may reveal further errors."""
@@ -65,7 +66,7 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
 def read_exactly(file: Path) -> tuple[str, str]:
     """Return the text of a file with its line ends, and its encoding."""
     data = file.read_bytes()
-    encoding = "latin-1" if file.suffix.lower() == ".sms" else "utf-8"
+    encoding = encoding_of(data)
     return data.decode(encoding), encoding
 
 

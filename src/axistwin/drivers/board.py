@@ -21,8 +21,8 @@ MOVE_ID = 50
 """Number of the predefined move that `move_at` uses."""
 BEGIN_S = 0.1
 """Seconds after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
-MOST_VELOCITIES = 280
-"""Velocities that the empty streaming buffer of about 600 bytes holds."""
+SEVEN, STREAM_BYTES = 7, 14
+"""Velocities in one command (E1h), and their bytes in the streaming buffer."""
 RANGES = (1.0, 0.1, 0.01, 0.001)
 NOT_FOUND = Fault("home not found", "check the home switch and home_definition, then call clear_faults")
 FAIL = Fault("board failure", "call reset; the position is then lost")
@@ -240,17 +240,41 @@ class Board(Core):
         return signed((yield from self.request(0x9A))[:4])
 
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
-        """Stream up to 280 velocities (52h, E1h), one per update; a negative velocity is CCW.  The last must be 0."""
+        """Stream velocities (52h, E1h), one per update; a negative velocity is CCW.  The last must be 0.
+
+        Returns when the last velocities are in the buffer of about 300.  If the board has used up its buffer before the
+        next velocities arrive, stops the motor and raises RefusedError.
+        """
         values = list(velocities)
-        if len(values) > MOST_VELOCITIES or values[-1:] != [0]:
-            raise RefusedError(f"{len(values)} velocities: expected 1 to {MOST_VELOCITIES}, the last 0")
+        if values[-1:] != [0] or any(abs(value) > 0x7FFF for value in values):
+            raise RefusedError("velocities: expected numbers from -32767 to 32767, the last 0")
         alarm = (0xFF, 0xFF, 0xFF, 0xFF)
         yield from self.command(0x52, clock, divisor, *alarm, *update_ms.to_bytes(2, "big"))
-        values += [0] * (-len(values) % 7)
-        for begin in range(0, len(values), 7):
-            words = [abs(value) | (0x8000 if value < 0 else 0) for value in values[begin : begin + 7]]
+        values += [0] * (-len(values) % SEVEN)
+        size = free = yield from self._free_bytes()
+        begun = False
+        while values:
+            count = (free - 1) // STREAM_BYTES * SEVEN
+            yield from self._stream(values[:count])
+            del values[:count]
+            if not begun:
+                yield from self.command(0x42)
+            elif not count:
+                yield Pause(update_ms * SEVEN / 1000)
+            before, free = free, (yield from self._free_bytes())
+            if begun and (free == size or (not count and free == before)):  # empty, or no longer performed
+                for kill in (0x7B, 0x78):
+                    yield from self.command(kill)
+                raise RefusedError("the stream was interrupted: use a longer update_ms, or fewer velocities")
+            begun = True
+
+    def _free_bytes(self) -> Procedure[int]:
+        return int.from_bytes((yield from self.request(0xE2))[2:4], "big")
+
+    def _stream(self, values: list[int]) -> Procedure[None]:
+        for begin in range(0, len(values), SEVEN):
+            words = [abs(value) | (0x8000 if value < 0 else 0) for value in values[begin : begin + SEVEN]]
             yield from self.command(0xE1, *(byte for word in words for byte in word.to_bytes(2, "big")))
-        yield from self.command(0x42)
 
 
 class Motor(AxisCore):
@@ -265,6 +289,7 @@ class Motor(AxisCore):
         self._target: int | None = None
         self._begin_by: float | None = None
         self._has_moved = False
+        self._home_from = 0
 
     def forget(self) -> None:
         """Discard the stored state that a reset of the board has made invalid."""
@@ -335,9 +360,11 @@ class Motor(AxisCore):
     def home(self, direction: int) -> Procedure[None]:
         """Begin a search for HOME, whose position becomes 0."""
         yield from self._set_profile()
+        start = yield from self._position()
         yield from self._board.command(0x38, *self._board.home_definition)
         yield from self._board.command(0x39, 0 if direction > 0 else 1)
         self._homing, self._home_failed, self._has_moved = True, False, False
+        self._home_from = start
         self._target, self._begin_by = None, (yield Clock()) + BEGIN_S
 
     def status(self) -> Procedure[Status]:
@@ -355,6 +382,7 @@ class Motor(AxisCore):
         except FailedError:
             return Status(0, 0, 0, False, faults=(FAIL,), lost="the board has failed")
         if not moving and self._homing:
+            self._has_moved |= position != self._home_from
             yield from self._homed()
             position = yield from self._position()
         return Status(

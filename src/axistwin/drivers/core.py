@@ -55,6 +55,13 @@ class Core(ABC):
     def synchronise(self) -> Procedure[None]:
         """Find the controller and prepare it; earlier bytes do not matter."""
 
+    def statuses(self) -> Procedure[dict[str, Status]]:
+        """Return the state of each axis, in counts."""
+        found = {}
+        for name, axis in self.axes.items():
+            found[name] = yield from axis.status()
+        return found
+
     # Bytes
 
     def _send(self, data: bytes) -> Procedure[None]:
@@ -104,6 +111,8 @@ class AxisCore(ABC):
     def __init__(self, name: str, velocity: float, acceleration: float, *, exact: bool = True) -> None:
         self.name, self.velocity, self.acceleration = name, velocity, acceleration
         self.max_velocity = velocity
+        self.max_position = 2**31 - 1
+        """Largest distance of a position from 0, in counts."""
         self.scale = Scale()
         self.setpoint = 0
         self.exact = exact

@@ -23,6 +23,7 @@ CHUNK = 32
 """Number of characters sent at once; the input buffer of the controller holds 64."""
 START_POLLS = 5
 STARTUP_TRIES, STARTUP_S = 6, 0.5
+MAX_DISTANCE = 999_999_999
 MAX_SPEED = {1: 25_000, 2: 50_000, 3: 100_000, 4: 4_000}
 _ANSWER = re.compile(rb"(I\r\n?)?\s*(\d+)\r(\n?)$")
 
@@ -305,7 +306,14 @@ class IF1(Core):
 
     def status_of(self, axis: "IF1Axis") -> Procedure[Status]:
         """Return the state of an axis."""
+        return self._status(axis, (yield from self._poll()))
+
+    def statuses(self) -> Procedure[dict[str, Status]]:
+        """Return the state of each axis, in counts; the controller is read once."""
         moving = yield from self._poll()
+        return {name: self._status(axis, moving) for name, axis in self.axes.items()}
+
+    def _status(self, axis: AxisCore, moving: bool) -> Status:
         state, move = self._state, self._move
         position, velocity, mine = float(state.positions[axis.name]), 0.0, False
         if moving and move is not None and axis.name in move.signs:
@@ -417,6 +425,7 @@ class IF1Axis(AxisCore):
         super().__init__(name, velocity=1000.0, acceleration=10_000.0, exact=False)
         self._if1 = core
         self.max_velocity = float(MAX_SPEED[core.speed_range])
+        self.max_position = MAX_DISTANCE
 
     def move_to(self, target: int) -> Procedure[None]:
         """Begin a move to a position."""
@@ -424,7 +433,7 @@ class IF1Axis(AxisCore):
         if (yield from core._poll()):
             raise BusyError("the IF1 is moving: it has one ramp generator for all axes; wait, or stop it")
         distance, speed = target - core.position_of(self.name), core.speed(self.velocity)
-        if abs(distance) > 999_999_999:
+        if abs(distance) > MAX_DISTANCE:
             raise RefusedError(f"distance {distance}: expected at most 999999999 steps")
         if distance:
             yield from core._set_ramp(self.acceleration)

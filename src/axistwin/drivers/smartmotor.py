@@ -30,19 +30,26 @@ class SmartMotors(Core):
 
     `addresses`: the addresses of the motors on a daisy chain or an RS485 line; () for one motor without an address.
     `chain`: give the motors of an RS232 daisy chain their addresses, in this order, if they do not answer.  `limits`:
-    the limit switches are wired to pins C and D; False makes these pins inputs.
+    the limit switches are wired to pins C and D; False makes these pins inputs.  `rs485`: the line has one pair of
+    wires, on which a motor must not answer while the host sends.
     """
 
     line = Line(9600)
 
     def __init__(
-        self, timeout: float = 0.5, *, addresses: Sequence[int] = (), chain: bool = True, limits: bool = False
+        self,
+        timeout: float = 0.5,
+        *,
+        addresses: Sequence[int] = (),
+        chain: bool = True,
+        limits: bool = False,
+        rs485: bool = False,
     ) -> None:
         super().__init__(timeout)
         if not all(1 <= address <= 120 for address in addresses):
             raise ValueError(f"addresses {tuple(addresses)}: expected numbers from 1 to 120")
-        self.addresses, self.chain, self.limits = tuple(addresses), chain, limits
-        self._echo = False
+        self.addresses, self.chain, self.limits, self.rs485 = tuple(addresses), chain and not rs485, limits, rs485
+        self.echo = False
         self._shafts = [Shaft(self, address) for address in self.addresses or (None,)]
         self.axes = {shaft.name: shaft for shaft in self._shafts}
 
@@ -78,7 +85,7 @@ class SmartMotors(Core):
             *before, last = answer.rstrip(b"\r").split(b"\r")
             period, slash, version = last.rpartition(b"/")
             if slash and period[-5:].isdigit() and version:
-                self._echo = any(part.endswith(b"RSP") for part in before)
+                self.echo = any(part.endswith(b"RSP") for part in before)
                 return True
             if answer and not answer.rstrip(b"\r").endswith(b"RSP"):
                 raise WrongAnswerError(f"{shown(answer)} as the answer to RSP: expected 24576/476; is it a SmartMotor?")
@@ -101,13 +108,18 @@ class SmartMotors(Core):
         """Send commands; check their echo."""
         data = prefix + text.encode("ascii") + b"\r"
         yield Write(data)
-        if self._echo and (echo := (yield from self._take(len(data), text))) != data:
+        if self.echo and (echo := (yield from self._take(len(data), text))) != data:
             raise WrongAnswerError(f"echo {shown(echo)} of {text}: the line is disturbed, or another host uses it")
 
+    @property
+    def one_by_one(self) -> bool:
+        """True if each report has to wait for the answer before it, because of an echo or a shared pair of wires."""
+        return self.echo or self.rs485
+
     def ask(self, prefix: bytes, *reports: str) -> Procedure[list[str]]:
-        """Send reports one by one and return their answers; an answer could otherwise mix with an echo."""
+        """Return the answers to reports."""
         found = b""
-        for lines in [[report] for report in reports] if self._echo else [reports]:
+        for lines in [[report] for report in reports] if self.one_by_one else [reports]:
             yield from self.send(prefix, " ".join(lines))
             for line in lines:
                 found += (yield from self._until(b"\r", line)) + b"\r"
@@ -186,7 +198,7 @@ class SmartMotors(Core):
         for clock, position in points:
             yield Write(b"\xfa" + position.to_bytes(4, "big", signed=True) + b"\r")
             yield Write(b"\xfb" + clock.to_bytes(4, "big") + b"\r")
-        if self._echo:
+        if self.echo:
             yield from self._discard(0.05)
         yield from self.send(shaft.prefix, "G")
 
@@ -242,11 +254,25 @@ class Shaft(AxisCore):
         yield from self._state()
         if self._lost and target is not None:
             Status(0, 0, 0, False, lost=self._lost).known_position()
-        self._set_acceleration = self._units()
-        yield from self._line.send(self.prefix, f"A={self._set_acceleration} {text} G")
+        yield from self._set_profile()
+        yield from self._line.send(self.prefix, f"{text} G")
         position, word = yield from self._state()
         if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
             raise RefusedError(f"{self.name} does not move: {'; '.join(map(str, faults))}")
+
+    def _set_profile(self) -> Procedure[None]:
+        """Set a new acceleration.  An acceleration of 0 before it shows that the power was cut."""
+        units = self._units()
+        if units == self._set_acceleration:
+            return
+        (before,) = yield from self._line.ask(self.prefix, "RA" if self._line.one_by_one else f"RA A={units}")
+        if not whole(before, "RA"):
+            yield from self._line.send(self.prefix, "A=0")
+            yield from self.prepare()
+            raise RefusedError(f"{self.name} does not move: {self._lost}")
+        if self._line.one_by_one:
+            yield from self._line.send(self.prefix, f"A={units}")
+        self._set_acceleration = units
 
     def move_to(self, target: int) -> Procedure[None]:
         """Begin a move to a position, even during a motion."""
@@ -267,13 +293,17 @@ class Shaft(AxisCore):
 
     def stop(self) -> Procedure[None]:
         """Decelerate to a standstill."""
-        self._homing = 0
-        yield from self._line.send(self.prefix, "X")
+        yield from self._end("X")
 
     def abort(self) -> Procedure[None]:
         """Stop the trajectory at once."""
+        yield from self._end("S")
+
+    def _end(self, text: str) -> Procedure[None]:
+        """End a motion.  The answer to a report shows that the motor has received the command."""
         self._homing = 0
-        yield from self._line.send(self.prefix, "S")
+        yield from self._line.send(self.prefix, text)
+        yield from self._read()
 
     def home(self, direction: int) -> Procedure[None]:
         """Search for the index pulse of the encoder, which becomes position 0; the shaft stops beyond it."""

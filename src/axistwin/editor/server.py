@@ -15,10 +15,11 @@ from axistwin.controllers.diagnostics import Diagnostic, Fix, Severity
 from axistwin.diagnostics.checking import SCENE, diagnose_text, product_for
 from axistwin.diagnostics.scenes import diagnose_scene
 from axistwin.editor.answers import Editing, Item, Symbol
+from axistwin.editor.background import Background, undisturbed
 from axistwin.editor.compumotor import Commands
 from axistwin.editor.digiplan import CommandLines
 from axistwin.editor.scene import Scenes
-from axistwin.editor.smartmotor import SourceEditing
+from axistwin.editor.smartmotor import SourceEditing, parsed
 from axistwin.editor.talk import Conversations
 from axistwin.errors import UsageError
 from axistwin.version import VERSION
@@ -89,6 +90,9 @@ class Text:
         suffix = self.path.suffix.lower()
         if self.editing is None:
             return []
+        if suffix == ".sms":
+            for line in self.lines:
+                parsed(line)  # so that the next completion needs no line to be read
         if suffix == SCENE:
             return diagnose_scene(self.path, self.text) if "[[controller]]" in self.text else []
         try:
@@ -120,7 +124,9 @@ class Server(LanguageServer):
     def __init__(self) -> None:
         super().__init__("axistwin", VERSION)
         self.asked_to_end = False
+        self._background = Background()
         self._due: dict[str, asyncio.TimerHandle] = {}
+        self._checks: dict[str, asyncio.Task[None]] = {}
         self._published: dict[str, tuple[str, list[Diagnostic]]] = {}
 
     def text(self, uri: str) -> Text:
@@ -128,10 +134,14 @@ class Server(LanguageServer):
         return Text(self.workspace.get_text_document(uri))
 
     def publish(self, uri: str) -> None:
-        """Send the diagnostics of a document to the editor."""
+        """Check a document in the background, and publish the diagnostics unless the text changes meanwhile."""
+        self._cancel(uri)
+        self._checks[uri] = asyncio.get_running_loop().create_task(self._publish(uri))
+
+    async def _publish(self, uri: str) -> None:
         text = self.text(uri)
-        self._published[uri] = text.text, text.diagnose()
-        found = [_diagnostic(text, each) for each in self._published[uri][1]]
+        listed = await self.found(text)
+        found = [_diagnostic(text, each) for each in listed]
         found += [_too_long(text)] if text.too_long else []
         params = lsp.PublishDiagnosticsParams(uri, found, text.document.version)
         self.text_document_publish_diagnostics(params)
@@ -141,10 +151,13 @@ class Server(LanguageServer):
         self._cancel(uri)
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE_S, self.publish, uri)
 
-    def found(self, text: Text) -> list[Diagnostic]:
-        """Return the diagnostics of a document; an unchanged text is not checked again."""
+    async def found(self, text: Text) -> list[Diagnostic]:
+        """Return the diagnostics of a document; those of the last check are reused if the text is unchanged."""
         about, found = self._published.get(text.document.uri, ("", []))
-        return found if about == text.text else text.diagnose()
+        if about != text.text:
+            found = await self._background.run(text.diagnose)
+            self._published[text.document.uri] = text.text, found
+        return found
 
     def close_document(self, uri: str) -> None:
         """Remove the diagnostics of a closed document."""
@@ -153,9 +166,9 @@ class Server(LanguageServer):
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
     def _cancel(self, uri: str) -> None:
-        due = self._due.pop(uri, None)
-        if due is not None:
-            due.cancel()
+        for due in (self._due.pop(uri, None), self._checks.pop(uri, None)):
+            if due is not None:
+                due.cancel()
 
 
 def make() -> Server:
@@ -224,10 +237,11 @@ def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
 
 def complete(server: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
     """Return the completions at the cursor."""
-    text = server.text(params.text_document.uri)
-    line, at = text.at(params.position)
-    found = text.editing.complete(text.lines, line, at) if text.editing is not None else []
-    return lsp.CompletionList(False, [_item(each, number) for number, each in enumerate(found)])
+    with undisturbed():
+        text = server.text(params.text_document.uri)
+        line, at = text.at(params.position)
+        found = text.editing.complete(text.lines, line, at) if text.editing is not None else []
+        return lsp.CompletionList(False, [_item(each, number) for number, each in enumerate(found)])
 
 
 def _item(item: Item, number: int) -> lsp.CompletionItem:
@@ -256,10 +270,10 @@ def _symbol(text: Text, symbol: Symbol) -> lsp.DocumentSymbol:
     return lsp.DocumentSymbol(symbol.name, SYMBOLS[symbol.kind], whole, whole, symbol.detail, children=children)
 
 
-def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+async def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
     """Return the fixes of the diagnostics in a range."""
     text = server.text(params.text_document.uri)
-    found = ((each, _diagnostic(text, each)) for each in server.found(text))
+    found = [(each, _diagnostic(text, each)) for each in await server.found(text)]
     return [
         _action(text, each.fix, diagnostic)
         for each, diagnostic in found

@@ -3,20 +3,23 @@
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 from axistwin.controllers.smartmotor.chapters.variables import TABLE, Variable, find
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
-from axistwin.controllers.smartmotor.language.language import read
-from axistwin.controllers.smartmotor.language.lexer import BEFORE_EXPRESSION
-from axistwin.controllers.smartmotor.language.program import OPENS, PARTS, Program, digits, word
+from axistwin.controllers.smartmotor.language.language import Statement, read
+from axistwin.controllers.smartmotor.language.lexer import BEFORE_EXPRESSION, statements
+from axistwin.controllers.smartmotor.language.program import OPENS, PARTS, digits, word
 from axistwin.editor.answers import Hover, Item, Symbol, explain, item
 from axistwin.numbers import NumberError, clipped, whole
 
 _COMMENT = re.compile(r"""(?:[^"']|"[^"]*"?)*'""")
 _NAME = re.compile(r"@[A-Z]+|B[a-z]|[A-Za-z]+\d*|\d+")
+_LET = re.compile(r"([a-z]{1,3})=")
+LINES = 1 << 16
+"""Number of different lines that are kept as read, so that an edit needs one line to be read again."""
 _VARIABLE = re.compile(r"[a-z]{1,3}")
 CALLS = ("GOTO", "GOSUB")
 LABELLED = ("Cn", "GOTOn", "GOSUBn")
@@ -27,50 +30,67 @@ ARRAYS = ("ab", "aw", "al")
 
 
 @dataclass(frozen=True)
+class Line:
+    """One line of a source, as the motor reads the line."""
+
+    statements: tuple[tuple[Statement, int, int], ...]
+    """Each statement with its begin and its end in the line."""
+    labels: tuple[tuple[int, int], ...]
+    """Each label that the line defines, with its column from 1."""
+    names: frozenset[str]
+    """The variables and values in expressions, and the variables that get a value."""
+    parts: tuple[tuple[str, int], ...]
+    """Keywords that begin or end a block, each with the end of its statement."""
+
+
+@lru_cache(maxsize=LINES)
+def parsed(line: str) -> Line:
+    """Return the statements of a line.  A statement never continues on the next line."""
+    listed = tuple((read(line[begin:end]), begin, end) for begin, end in statements(line))
+    labels = tuple((digits(each), begin + 1) for each, begin, _ in listed if word(each) == "Cn")
+    used = {name for each, _, _ in listed for part in each.computed for name in part.names}
+    given = {found[1] for each, _, _ in listed if (found := _LET.match(each.text))}
+    codes = ((str(each.command.code) if each.command is not None else "", end) for each, _, end in listed)
+    parts = tuple((code, end) for code, end in codes if code in OPENS or code in OPENS.values())
+    return Line(listed, labels, frozenset(used | given), parts)
+
+
+@dataclass(frozen=True)
 class Source:
     """A SmartMotor program and the place of each of its statements."""
 
     lines: tuple[str, ...]
 
     @cached_property
-    def program(self) -> Program:
-        """The compiled program."""
-        return Program.compile("\n".join(self.lines).encode("ascii", "replace"))
-
-    @cached_property
     def labels(self) -> dict[int, tuple[int, int]]:
         """Line and column of each label; for a repeated label, the first place."""
         found: dict[int, tuple[int, int]] = {}
-        for statement, place in zip(self.program.statements, self.program.places, strict=True):
-            if word(statement) == "Cn":
-                found.setdefault(digits(statement), (place.line, place.column))
+        for number, line in enumerate(self.lines, start=1):
+            for label, column in parsed(line).labels:
+                found.setdefault(label, (number, column))
         return found
 
-    def statement(self, line: int, at: int) -> int | None:
-        """Return the number of the statement at a place."""
-        for number, place in enumerate(self.program.places):
-            if place.line == line and place.column - 1 <= at <= place.column - 1 + place.end - place.begin:
-                return number
-        return None
+    def statement(self, line: int, at: int) -> tuple[Statement, int] | None:
+        """Return the statement at a place, and its begin in the line."""
+        listed = parsed(self.lines[line - 1]).statements
+        return next(((each, begin) for each, begin, end in listed if begin <= at <= end), None)
 
     def label_at(self, line: int, at: int) -> int | None:
         """Return the number of the label that the statement at a place defines or calls."""
-        number = self.statement(line, at)
-        if number is None or word(self.program.statements[number]) not in LABELLED:
-            return None
-        return digits(self.program.statements[number])
+        found = self.statement(line, at)
+        return digits(found[0]) if found is not None and word(found[0]) in LABELLED else None
 
     def open_blocks(self, line: int, at: int) -> list[str]:
         """Return the IF, WHILE and SWITCH blocks that enclose a place, innermost last."""
         blocks: list[str] = []
-        for statement, place in zip(self.program.statements, self.program.places, strict=True):
-            if (place.line, place.column - 1 + place.end - place.begin) >= (line, at):
-                break
-            keyword = str(statement.command.code) if statement.command is not None else ""
-            if keyword in OPENS.values():
-                blocks.append(keyword)
-            elif keyword in OPENS and blocks[-1:] == [OPENS[keyword]]:
-                blocks.pop()
+        for number, text in enumerate(self.lines[:line], start=1):
+            for keyword, end in parsed(text).parts:
+                if number == line and end >= at:
+                    break
+                if keyword in OPENS.values():
+                    blocks.append(keyword)
+                elif blocks[-1:] == [OPENS[keyword]]:
+                    blocks.pop()
         return blocks
 
 
@@ -80,11 +100,11 @@ class SourceEditing:
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the command, the value or the label at this place."""
         source = Source(tuple(lines))
-        number = source.statement(line, at)
-        if number is None:
+        found = source.statement(line, at)
+        if found is None:
             return None
-        place = source.program.places[number]
-        return hover(source.program.statements[number].text, at - place.column + 1, place.column - 1, source)
+        statement, begin = found
+        return hover(statement.text, at - begin, begin, source)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
         """Return the commands, values, variables or labels that are valid at this place."""
@@ -103,10 +123,10 @@ class SourceEditing:
         """Return the places of a label and of all statements that call the label."""
         source = Source(tuple(lines))
         label = source.label_at(line, at)
-        places = zip(source.program.statements, source.program.places, strict=True)
         return [
-            (place.line, place.column, place.end - place.begin)
-            for statement, place in places
+            (number, begin + 1, end - begin)
+            for number, text in enumerate(lines, start=1)
+            for statement, begin, end in parsed(text).statements
             if label is not None and word(statement) in LABELLED and digits(statement) == label
         ]
 
@@ -192,9 +212,7 @@ def _variables(source: Source) -> Iterator[Item]:
 
 
 def _names(source: Source) -> list[str]:
-    used = {name for statement in source.program.statements for part in statement.computed for name in part.names}
-    let = (re.match(r"([a-z]{1,3})=", statement.text) for statement in source.program.statements)
-    used |= {found[1] for found in let if found}
+    used: set[str] = set().union(*{parsed(line).names for line in source.lines})
     return sorted(name for name in used if _VARIABLE.fullmatch(name) and name not in ARRAYS)
 
 

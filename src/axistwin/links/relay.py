@@ -70,7 +70,7 @@ class Relay:
         self._pass_through = PassThrough(clock, line, on_receive=self._to_device)
         wiring = direct(self._pass_through, instant=True)
         self.port = SerialPort(clock, wiring, Pin(clock, "dtr", True), Pin(clock, "rts", True), line=line)
-        self.bench.lines[name] = SharedLine(self.port, ())
+        self.bench.lines[name] = SharedLine(self.port, (), "serial")
         self._applied = line
         self._outgoing = bytearray()
         self._closing = False

@@ -42,6 +42,7 @@ class ComPortClient(TcpClient):
 
     def __init__(self, plug: Plug, cts: str = "rts") -> None:
         super().__init__(plug)
+        self.plug: Plug = plug
         self._dsr = plug.serial.dtr_line
         self._cts = self._dsr if cts == "dtr" else plug.serial.rts_line
         self.flow = Flow.NONE

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.bench import Bench
-from axistwin.errors import LinkError
+from axistwin.errors import LinkError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import HostPort, Plug
 from axistwin.links.single_client import Gate, SingleClient
@@ -15,6 +15,7 @@ from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
     from axistwin.links.bus import Registers, Slot
+    from axistwin.links.sharing import Hub
 
 
 NO_PTY = (
@@ -49,6 +50,7 @@ class Server:
     `speed`: times real time; None: as fast as possible.  `flow`: the host's flow control, on transports without one.
     `reset`: True power-cycles the controller for each new client; a function is called with its name instead.  `pacer`:
     replaces the default pacer.  `access`: returns the ports for clients; None: the ports of the bench itself.
+    `share`: a TCP port has several clients.
     """
 
     def __init__(
@@ -60,14 +62,16 @@ class Server:
         reset: bool | Callable[[str], object] = False,
         pacer: Pacer | None = None,
         access: Ports | None = None,
+        share: bool = False,
     ) -> None:
         self.bench, self.pacer = bench, pacer or Pacer(bench.clock, speed)
         self.ports: list[tuple[str, PortUrl]] = []
         self.gate = Gate()
-        self._flow, self._access = flow, access
+        self._flow, self._access, self._share = flow, access, share
         self._reset = reset if callable(reset) else self._power_cycle if reset else lambda name: None
         self._plugs: dict[str, Plug] = {}
         self._slots: dict[str, Slot] = {}
+        self._hubs: dict[str, Hub] = {}
         self._open: list[OpenPort] = []
 
     async def open(self, name: str, url: PortUrl) -> PortUrl:
@@ -75,7 +79,15 @@ class Server:
 
         Raises LinkError; UsageError for an unknown name.
         """
-        port = await (_open_slot(self._slot(name), url) if url.scheme == "bus" else _open(self._plug(name), url))
+        port: OpenPort
+        if self._share:
+            if url.scheme != "tcp":
+                raise UsageError(f"{url} cannot be shared: expected a TCP port, e.g. tcp://127.0.0.1:5001")
+            port = await _open_shared(self._hub(name), url)
+        elif url.scheme == "bus":
+            port = await _open_slot(self._slot(name), url)
+        else:
+            port = await _open(self._plug(name), url)
         self._open.append(port)
         self.ports.append((name, port.url))
         return port.url
@@ -119,6 +131,13 @@ class Server:
             self._plugs[name] = Plug(name, port, self.pacer, title=title, flow=self._flow, reset=reset, gate=self.gate)
         return self._plugs[name]
 
+    def _hub(self, name: str) -> "Hub":
+        from axistwin.links.sharing import Hub
+
+        if name not in self._hubs:
+            self._hubs[name] = Hub(self._plug(name))
+        return self._hubs[name]
+
     def _power_cycle(self, name: str) -> None:
         """Switch all controllers at this endpoint off and on."""
         line = self.bench.lines.get(name)
@@ -156,6 +175,12 @@ async def _open(plug: Plug, url: PortUrl) -> OpenPort:
             from axistwin.links.tcp import TcpClient, listen
 
             return await listen(url, lambda: TcpClient(plug))
+
+
+async def _open_shared(hub: "Hub", url: PortUrl) -> OpenPort:
+    from axistwin.links.tcp import listen
+
+    return await listen(url, hub.seat)
 
 
 async def _open_slot(slot: "Slot", url: PortUrl) -> OpenPort:

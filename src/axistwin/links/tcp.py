@@ -14,11 +14,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from logging import getLogger
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import CHUNK, Plug
-from axistwin.links.single_client import SingleClient
+from axistwin.links.plug import CHUNK
 from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import LineError
 from axistwin.sim.serial_port import Flow
@@ -35,6 +34,37 @@ IDLE_S = 60
 """Seconds of silence after which the system checks the connection (TCP keep-alive)."""
 
 
+class Connector(Protocol):
+    """A place for clients: a plug, a slot, or a seat at a shared plug."""
+
+    client: Any
+
+    @property
+    def name(self) -> str:
+        """Name of the controller."""
+
+    @property
+    def full(self) -> bool:
+        """True while nothing is read from the client."""
+
+    @property
+    def chunk(self) -> int:
+        """Largest number of characters read from the client at once."""
+
+    def connect(self, client: Any) -> bool:
+        """Connect a client.  Returns False if the client is refused."""
+
+    def disconnect(self, client: Any) -> None:
+        """Release the place after its client has disconnected."""
+
+
+class SerialConnector(Connector, Protocol):
+    """A place for clients that send characters."""
+
+    def send(self, data: bytes) -> None:
+        """Transmit characters from the client."""
+
+
 class Connection(asyncio.BufferedProtocol, ABC):
     """A client on a TCP connection; the base of all protocols on TCP."""
 
@@ -42,7 +72,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     answers = False
     """True if the client's requests are answered: nothing is read while the client does not read the answers."""
 
-    def __init__(self, plug: SingleClient[Any]) -> None:
+    def __init__(self, plug: Connector) -> None:
         self.plug, self.name = plug, ""
         self.stalled = False
         self._buffer = bytearray(CHUNK)
@@ -140,9 +170,9 @@ class TcpClient(Connection):
 
     flow: Flow | None = None
 
-    def __init__(self, plug: Plug) -> None:
+    def __init__(self, plug: SerialConnector) -> None:
         super().__init__(plug)
-        self.plug: Plug = plug
+        self.plug: SerialConnector = plug
         self.dropped = 0
 
     def resume_writing(self) -> None:

@@ -254,6 +254,11 @@ class StepperAxis:
         return any(slip.first < pulses and (slip.last is None or pulses < slip.last) for slip in self._slips)
 
     @property
+    def motor(self) -> StepperMotor | None:
+        """Data sheet of the motor; None: an ideal motor."""
+        return self._motor
+
+    @property
     def per_rev(self) -> int | None:
         """Pulses per revolution from the data sheet of motor or encoder; None: unknown."""
         if self._motor is not None:

@@ -16,6 +16,7 @@ from axistwin.bench.actions import action
 from axistwin.bench.acts import Act, Do, Say, Wait
 from axistwin.conversations import conversation
 from axistwin.errors import ProgramError, UsageError
+from axistwin.programs.keyboards import KEYBOARDS, NATIONAL, to_codes
 from axistwin.sim.frames import UartFormat
 from axistwin.units import to_seconds
 
@@ -34,18 +35,34 @@ def command_lines(text: str, file: str = "") -> Iterator[Act]:
 
     Comments and blank lines are left out.  The characters of a line keep their columns.
     """
-    for number, line in enumerate(text.splitlines(), start=1):
-        act = command_line(line, number, file)
+    lines = text.splitlines()
+    keyboard = named_keyboard(lines)
+    for number, line in enumerate(lines, start=1):
+        act = command_line(line, number, file, keyboard)
         if act is not None:
             yield act
 
 
-def command_line(line: str, number: int, file: str = "") -> Act | None:
-    """Parse one line of an `.if1` file; None for a blank line or a comment.  Raises ProgramError."""
+def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -> Act | None:
+    """Parse one line of an `.if1` file; None for a blank line or a comment.  Raises ProgramError.
+
+    `keyboard`: the national keyboard on which the line was typed.
+    """
     words = line.partition(";")[0].rstrip()
     if words.lstrip().startswith(("+", "!")):
         return conversation.parse_line(words, number, file)
-    return Say(_characters(words, number, file), line=number) if words else None
+    return Say(_characters(to_codes(keyboard, words), number, file), line=number) if words else None
+
+
+def named_keyboard(lines: Iterable[str]) -> str:
+    """Return the national keyboard named in the first comments, `; keyboard: germany`, or "us"."""
+    for line in lines:
+        if line.strip() and not line.lstrip().startswith(";"):
+            break
+        key, _, name = line.strip("; \t").partition(":")
+        if key == "keyboard" and name.strip() in KEYBOARDS:
+            return name.strip()
+    return "us"
 
 
 def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], object]:
@@ -159,13 +176,10 @@ class _LineSender:
 
 def _characters(words: str, number: int, file: str) -> bytes:
     if odd := re.search(r"[^ -~\t]", words):
-        raise ProgramError(
-            f"{odd[0]!r} is not an ASCII character",
-            file=file,
-            line=number,
-            column=odd.start() + 1,
-            code=rules.NO_ASCII.code,
-        )
+        message = f"{odd[0]!r} is not an ASCII character"
+        if odd[0] in NATIONAL:
+            message += ": for a national keyboard write, for example, ; keyboard: germany in the first line"
+        raise ProgramError(message, file=file, line=number, column=odd.start() + 1, code=rules.NO_ASCII.code)
     return words.replace("\t", " ").encode()
 
 

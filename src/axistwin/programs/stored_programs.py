@@ -4,49 +4,54 @@ The program is loaded over the motor's serial port in zero time, before observer
 is cycled.  Comments are not sent.
 """
 
-import codecs
 import re
 from pathlib import Path
 
 from axistwin.bench import Bench, Controller, line_format
 from axistwin.bench.actions import motor_of
+from axistwin.conversations.conversation import END_OF_FILE
 from axistwin.errors import ProgramError, UsageError
 from axistwin.sim.serial_port import SerialPort
+from axistwin.storage import encoding_of
 
 ACKNOWLEDGE = b"\x06"
 END = b"\xff\xff"
 READY = b"UCI UDI ZS "
 """Commands that clear the limit fault of an unwired motor; in a limit fault the motor accepts no program."""
-MARKS = {
-    codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
-}  # fmt: skip
-"""Byte order marks with their encodings.  Files without a mark are read as 8-bit characters."""
-END_OF_FILE = "\x1a"
-"""Ctrl-Z, the end-of-file mark of DOS editors."""
 _line_end = re.compile(r"\r\n|[\r\n\v\f]")
 _foreign = re.compile(r"[^\0-\x1b\x1f-\x7f]")
+_odd_end = re.compile("[\x1c-\x1e\x85\u2028\u2029]")
+"""Characters that end a line in Python, but not in a motor."""
 _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 
 
 def load_source(path: Path) -> bytes:
     """Return the text of a source file as bytes to send.  Raises UsageError if the file cannot be read."""
+    return as_sent(read_source(path))
+
+
+def read_source(path: Path) -> str:
+    """Return the text of a source file as typed, with LF after each line.  Raises UsageError."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
     try:
-        text = data.decode(next((code for mark, code in MARKS.items() if data.startswith(mark)), "latin-1"))
+        return _lines(data.decode(encoding_of(data)))
     except UnicodeDecodeError as error:
         raise UsageError(f"{path} cannot be read: invalid {error.encoding}: save the file as text") from None
-    return as_sent(text)
 
 
 def as_sent(text: str) -> bytes:
     """Return a source text as bytes to send: lines end in LF, non-ASCII characters (in comments) become `?`."""
+    return _foreign.sub("?", _lines(text)).encode()
+
+
+def _lines(text: str) -> str:
     lines = _line_end.split(text.partition(END_OF_FILE)[0])
     if not lines[-1]:
         lines.pop()  # removes the empty text after the last line end
-    return "".join(f"{_foreign.sub('?', line.expandtabs(1))}\n" for line in lines).encode()
+    return "".join(f"{_odd_end.sub('?', line.expandtabs(1))}\n" for line in lines)
 
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:

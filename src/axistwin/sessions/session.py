@@ -135,12 +135,11 @@ class Session:
         self._attached.append(attach)
         attach(self.bench)
 
-    def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False) -> Server:
+    def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False, share: bool = False) -> Server:
         """Create the server of real ports.  Its clients stay connected when the bench is replaced."""
         self.pacer.sync()
-        self.server = Server(
-            self.bench, pacer=self.pacer, flow=flow, reset=self._power_cycle if reset else False, access=self.input
-        )
+        resets = self._power_cycle if reset else False
+        self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=resets, access=self.input, share=share)
         self.input.serve(self.server)
         self.server.gate.admitted.subscribe(self.welcome)
         return self.server

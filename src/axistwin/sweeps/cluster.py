@@ -1,16 +1,20 @@
 """Run a sweep on a Dask cluster; the rows are the same as with worker processes of this computer.
 
-Each thread of a worker runs its tasks in a separate process, because Dask cannot stop a run that exceeds the time
-limit.  Dask repeats the run of a lost worker on another worker.
+Tasks are sent in batches, because a message takes some milliseconds.  Each thread of a worker runs its tasks in a
+separate process, because Dask cannot stop a run that exceeds the time limit.  Dask repeats the batch of a lost worker
+on another worker.
 """
 
 import atexit
+import logging
 import pickle
 import socket
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from itertools import islice
 from queue import Empty, SimpleQueue
 from threading import get_ident
+from time import monotonic
 from typing import Any, Self
 from urllib.parse import urlsplit
 
@@ -20,8 +24,10 @@ from axistwin.sweeps.workers import LIMIT_S, Task, Workers
 from axistwin.version import VERSION
 
 CONNECT_S = 10
-PER_THREAD = 4
-"""Number of submitted tasks for each thread of the cluster, so that no worker is idle."""
+PER_THREAD = 3
+"""Number of submitted batches for each thread of the cluster, so that no worker is idle."""
+BATCH_S, MOST_TASKS = 0.2, 32
+"""Real time of a batch, and its largest number of tasks."""
 _POLL_S = 0.5
 _processes: dict[int, tuple[bytes, Workers]] = {}
 """Pickled job and process by thread of a Dask worker."""
@@ -35,10 +41,13 @@ class Cluster:
         self._runner, self._address, self._limit_s = runner, scheduler, limit_s
         self._setup = pickle.dumps(runner.job)
         self._client: Any = None
+        self._run_s: float = BATCH_S
+        """Real time of a run, on average over the latest runs."""
 
     def __enter__(self) -> Self:
         from distributed import Client  # lazy import: takes a second
 
+        self._levels = _silence()
         try:
             _connect(self._address)
             self._client = Client(self._address, timeout=CONNECT_S, set_as_default=False)
@@ -51,6 +60,8 @@ class Cluster:
     def __exit__(self, *_: object) -> None:
         with suppress(Exception):  # the scheduler may have ended already
             self._client.close()
+        for logger, level in self._levels.items():
+            logger.setLevel(level)
 
     def _check_workers(self) -> None:
         try:
@@ -64,43 +75,81 @@ class Cluster:
                 raise UsageError(f"{worker} has axistwin {found}: expected {VERSION}, as here")
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Run the tasks; yield the row of results of each task as soon as its run ends."""
-        waiting = iter(tasks)
-        under_way: dict[Any, Task] = {}
+        """Yield the row of each task, as soon as its run ends.  Raises UsageError if the cluster is lost."""
+        try:
+            yield from self._rows(iter(tasks))
+        except UsageError:
+            raise
+        except Exception:  # noqa: BLE001  # of Dask: several errors of the connection
+            raise self._lost() from None
+
+    def _lost(self) -> UsageError:
+        what = "has no workers left" if self._client.status == "running" else "does not answer any more"
+        return UsageError(f"{self._address} {what}: start it again, and the same command continues the sweep")
+
+    def _rows(self, waiting: Iterator[Task]) -> Iterator[Row]:
+        under_way: dict[Any, list[Task]] = {}
+        again: list[Task] = []
+        """Tasks to be sent one by one, because their batch failed."""
         ended: SimpleQueue[Any] = SimpleQueue()
+        counted_s, threads = 0.0, 0
         while True:
-            room = max(1, PER_THREAD * sum(self._client.nthreads().values())) - len(under_way)
-            for task in (task for _, task in zip(range(room), waiting, strict=False)):
-                future = self._client.submit(perform, self._setup, task, self._limit_s, pure=False)
-                under_way[future] = task
+            if monotonic() - counted_s > _POLL_S:
+                counted_s, threads = monotonic(), sum(self._client.nthreads().values())
+                if not threads or self._client.status != "running":
+                    raise self._lost()
+            while len(under_way) < PER_THREAD * threads:
+                batch = [again.pop()] if again else list(islice(waiting, self._batch_size()))
+                if not batch:
+                    break
+                future = self._client.submit(perform, self._setup, batch, self._limit_s, pure=False)
+                under_way[future] = batch
                 future.add_done_callback(ended.put)
             if not under_way:
                 return
-            try:
+            with suppress(Empty):
                 future = ended.get(timeout=_POLL_S)
-            except Empty:
-                if self._client.status != "running" or not self._client.nthreads():
-                    raise UsageError(
-                        f"{self._address} has no workers left: the same command continues the sweep"
-                    ) from None
-                continue
-            yield self._row(future, under_way.pop(future))
+                batch = under_way.pop(future)
+                if future.status == "error" and len(batch) > 1:
+                    again += batch
+                else:
+                    yield from self._ended(future, batch)
 
-    def _row(self, future: Any, task: Task) -> Row:
+    def _batch_size(self) -> int:
+        return max(1, min(MOST_TASKS, int(BATCH_S / self._run_s)))
+
+    def _ended(self, future: Any, batch: Sequence[Task]) -> Iterator[Row]:
+        """Yield the rows of a batch.  Raises UsageError if Dask has lost the batch together with its scheduler."""
         if future.status == "finished":
-            row: Row = future.result()
-            return row
-        told = "the worker was killed" if future.status == "error" else f"the run was {future.status}"
-        return {**self._runner.empty_row(*task), "ended": "killed", "notes": told}
+            for row in future.result():
+                self._run_s += (max(row["wall_s"], 1e-3) - self._run_s) / 8
+                yield row
+        elif future.status == "error":
+            lost = type(future.exception()).__name__ == "KilledWorker"
+            told = {"ended": "killed", "notes": "the worker was killed"}
+            told = told if lost else {"ended": "error", "notes": str(future.exception())}
+            yield from ({**self._runner.empty_row(*task), **told} for task in batch)
+        else:
+            raise self._lost()
+
+
+def _silence() -> dict[logging.Logger, int]:
+    """Turn off the messages of Dask on lost connections, and return the levels of its loggers."""
+    known = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    levels = {logger: logger.level for logger in known}
+    for logger in known:
+        logger.setLevel(logging.CRITICAL + 1)
+    return levels
 
 
 def _connect(address: str) -> None:
-    """Raise OSError or ValueError at once if no program listens at the address of a scheduler."""
+    """Raise OSError or ValueError if no scheduler listens at an address; Dask itself would try again without end."""
     found = urlsplit(address)
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler")
-    with socket.create_connection((found.hostname, found.port), CONNECT_S):
-        pass
+    with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
+        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends first
+            raise OSError("another program listens there")
 
 
 def version() -> str:
@@ -110,8 +159,8 @@ def version() -> str:
     return HERE
 
 
-def perform(setup: bytes, task: Task, limit_s: float) -> Row:
-    """Run a task on a worker, in the process of this thread."""
+def perform(setup: bytes, tasks: list[Task], limit_s: float) -> list[Row]:
+    """Run tasks on a worker, in the process of this thread."""
     from distributed import get_worker
 
     if not _processes:
@@ -123,8 +172,8 @@ def perform(setup: bytes, task: Task, limit_s: float) -> Row:
         job: Job = pickle.loads(setup)  # noqa: S301  # from the user's own sweep
         process = Workers(Runner(job), 1, limit_s).__enter__()
         _processes[get_ident()] = setup, process
-    (row,) = process.map([task])
-    return {**row, "worker": str(get_worker().address)}
+    where = str(get_worker().address)
+    return [{**row, "worker": where} for row in process.map(tasks)]
 
 
 def end_processes() -> None:

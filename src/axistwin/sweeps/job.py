@@ -66,9 +66,9 @@ class Runner:
         sentences = (*self.measures.values(), *self.claims.values())
         self.signals = tuple(dict.fromkeys(name for sentence in sentences for name in sentence.signals))
         self.events = tuple(dict.fromkeys(event for sentence in sentences for event in sentence.events))
-        self._hash = job.hash()
         self._host = _function(job.host) if job.host else None
         self._check()
+        self._hash = job.hash()
 
     def _check(self) -> None:
         """Raise UsageError if the scene lacks a signal or an event, or if the program cannot be loaded."""

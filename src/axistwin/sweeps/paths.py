@@ -152,7 +152,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         return Place(path, _checked(scene, path, (*at, "options", *map(_key, rest))))
     if controller.has_variables and len(rest) == 1 and _assignable(controller, rest[0]):
         return Place(path, (*at, "variables", rest[0]))
-    known_here = (*controller.axes, *options, *OWN, *(["program"] if controller.has_variables else []))
+    known_here = (controller.name, *controller.axes, *options, *OWN, *(["program"] if controller.has_variables else []))
     raise UsageError(f"{path} is not in the scene: {instead(rest[0], known_here)}")
 
 

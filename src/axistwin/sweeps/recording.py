@@ -18,6 +18,7 @@ import numpy as np
 
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
+from axistwin.motion.profile import Profile
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
@@ -29,7 +30,7 @@ from axistwin.traces.trace import Tracer
 from axistwin.units import S
 
 SERVO = {"velocity": ("position",), "following_error": ("commanded", "position")}
-STEPPER = {"position": ("pulses",), "lost": ("pulses",)}
+STEPPER: dict[str, tuple[str, ...]] = {"position": ("pulses",), "lost": ()}
 """Computed signals of an axis, each with the signals of a trace that it is computed from."""
 
 
@@ -39,8 +40,20 @@ class _LostSteps:
 
     since_ns: int
     lost: int
-    origin: int
+    move_ns: int
+    profile: Profile
     losing: Callable[[int], int] | None
+
+    def changes(self, until_ns: int) -> tuple[Times, list[int]]:
+        """Return the times from `since_ns` up to, but not including, `until_ns`, and the lost steps at these times."""
+        if self.losing is None:
+            return np.array([self.since_ns], np.int64), [self.lost]
+        first = self.profile.pulses_by(self.since_ns - 1 - self.move_ns) + 1
+        last = self.profile.pulses_by(until_ns - 1 - self.move_ns)
+        times = np.empty(max(0, last - first + 1) + 1, np.int64)
+        times[0] = self.since_ns
+        self.profile.fill_pulse_times(first, self.move_ns, times[1:])
+        return times, [self.lost, *(self.losing(n) for n in range(first, last + 1))]
 
 
 class Recording:
@@ -78,7 +91,7 @@ class Recording:
                 self._stack.callback(axis.subscribe(partial(self._note_period, scope)))
         if self._signals:
             self._tracer = Tracer(self.bench, self._signals)
-            self._tracer.consumer = self._take
+            self._tracer.consumer, self._tracer.at_moves = self._take, True
             self._first = self._tracer.first()
             self._stack.enter_context(self._tracer)
         return self
@@ -113,7 +126,8 @@ class Recording:
 
     def _note_plan(self, scope: str, axis: StepperAxis) -> None:
         """Record the number of lost steps at the start or change of a move."""
-        self._plans[scope].append(_LostSteps(self.bench.now, axis.lost, axis.train.move.origin, axis.losing()))
+        move = axis.train.move
+        self._plans[scope].append(_LostSteps(self.bench.now, axis.lost, move.start_ns, move.profile, axis.losing()))
 
     def _note_period(self, scope: str, samples: Samples) -> None:
         if samples.period_ns:
@@ -183,16 +197,10 @@ class Recording:
 
     def _lost_of(self, scope: str) -> Series:
         """Return the number of lost steps of a stepper axis over time."""
-        pulses, plans = self._traced(f"{scope}.pulses"), self._plans[scope]
-        times: list[Times] = []
-        values: list[list[int]] = []
-        for plan, until_ns in zip(plans, [*(plan.since_ns for plan in plans[1:]), self.end_ns + 1], strict=True):
-            times.append(np.array([plan.since_ns], np.int64))
-            values.append([plan.lost])
-            if plan.losing is not None:
-                inside = (pulses.times >= plan.since_ns) & (pulses.times < until_ns)
-                times.append(pulses.times[inside])
-                values.append([plan.losing(int(abs(at - plan.origin))) for at in pulses.values[inside]])
+        plans = self._plans[scope]
+        ends = [*(plan.since_ns for plan in plans[1:]), self.end_ns + 1]
+        changes = [plan.changes(end_ns) for plan, end_ns in zip(plans, ends, strict=True)]
+        times, values = zip(*changes, strict=True)
         return Series.of(np.concatenate(times), np.concatenate(values).astype(float), self.end_ns)
 
     def _velocity(self, scope: str) -> Series:

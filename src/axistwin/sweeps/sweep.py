@@ -106,13 +106,14 @@ class Sweep:
         """Return the runner and the points.  Raises UsageError if the sweep cannot run."""
         design = design or Design()
         runner = Runner(self._job(seconds))
-        for number, values in enumerate(self.varied.values()):
-            for value in values.samples:
-                runner.variation.check(number, value)
         if design.search is not None:
             searching.check(self.varied, self.claims)
-            return runner, ()
-        return runner, points(design.name, self.varied, design.runs, design.seed)
+        found = () if design.search is not None else points(design.name, self.varied, design.runs, design.seed)
+        drawn: list[Sequence[Value]] = [*zip(*found, strict=True)] or [()] * len(self.varied)
+        for number, (values, column) in enumerate(zip(self.varied.values(), drawn, strict=True)):
+            for value in _checked(values, column):
+                runner.variation.check(number, value)
+        return runner, found
 
     def run(
         self,
@@ -141,12 +142,10 @@ class Sweep:
                 )  # fmt: skip
         design, out = design or Design(), Path(out)
         runner, found = self.check(design, seconds)
-        if scheduler:
-            with Cluster(runner, scheduler):  # raises UsageError before the first run
-                pass
+        check_scheduler(runner, scheduler)
         results = Journal(out, self.plan(design, seconds), self._types(found))
         if not results.complete:
-            engine = Cluster(runner, scheduler, limit) if scheduler else engine_for(runner, workers, limit, tell)
+            engine = engine_for(runner, workers, limit, tell, scheduler)
             self._run(runner, results, engine, design, found, progress)
         return journal.read(out)
 
@@ -190,12 +189,33 @@ class Sweep:
         return {**types, "ended": "text", "seconds": "number", "wall_s": "number", **texts}
 
 
-def engine_for(runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None]) -> Engine:
-    """Return the engine for the runs: worker processes (None: one for each core), or this process for 0 workers."""
+def check_scheduler(runner: Runner, scheduler: str | None) -> None:
+    """Raise UsageError if a cluster is given that cannot be used."""
+    if scheduler:
+        with Cluster(runner, scheduler):
+            pass
+
+
+def engine_for(
+    runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None], scheduler: str | None = None
+) -> Engine:
+    """Return the engine for the runs: a cluster if a scheduler is given, else worker processes, or this process.
+
+    `workers`: number of processes; None: one for each core; 0: this process.
+    """
+    if scheduler:
+        return Cluster(runner, scheduler, limit)
     count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
     count = (os.cpu_count() or 1) if count is None else count
     prepare(runner)  # compile the servo code once, before the workers start
     return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
+
+
+def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
+    """Return the values to check before the first run: of drawn values the least and the greatest."""
+    if values.listed or not drawn:
+        return values.samples
+    return [min(drawn), max(drawn)]
 
 
 def _is_list(text: str) -> bool:

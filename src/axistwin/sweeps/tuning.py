@@ -24,7 +24,7 @@ from axistwin.sweeps.designs import Points
 from axistwin.sweeps.job import Job, Row, Runner
 from axistwin.sweeps.paths import Variation
 from axistwin.sweeps.study import Study, Trial
-from axistwin.sweeps.sweep import Design, Sweep, engine_for
+from axistwin.sweeps.sweep import Design, Sweep, check_scheduler, engine_for
 from axistwin.sweeps.values import Value, Values
 from axistwin.sweeps.workers import LIMIT_S, Engine
 from axistwin.version import VERSION
@@ -92,13 +92,16 @@ class Tuning:
         workers: int | None = None,
         limit: float = LIMIT_S,
         progress: Progress | None = None,
+        scheduler: str | None = None,
         tell: Callable[[str], None] = lambda words: None,
     ) -> Study:
         """Run up to `trials` trials; return the study, which is stored in the SQLite file `out`.
 
-        A study in `out` is continued.  `design`: the combinations of varied values.  Raises UsageError.
+        A study in `out` is continued.  `design`: the combinations of varied values.  `scheduler`: address of a Dask
+        cluster, which runs instead of processes of this computer.  Raises UsageError.
         """
         delivered, runner, scatter = self.check(design or Design(), seconds)
+        check_scheduler(runner, scheduler)
         study = Study(Path(out), self._plan(design or Design(), seed, seconds, delivered), self.changed, seed)
         if study.delivered is None:
             with engine_for(delivered, 0, limit, tell) as engine:
@@ -106,7 +109,7 @@ class Tuning:
         missing = trials - len(study.trials)
         if missing <= 0:
             return study
-        with engine_for(runner, workers, limit, tell) as engine:
+        with engine_for(runner, workers, limit, tell, scheduler) as engine:
             for batch in study.batches(trials):
                 self._run(study, engine, batch, scatter, trials, progress)
         return study

@@ -1,7 +1,8 @@
 """Worker processes on this computer.  Each worker runs one point at a time.
 
-A killed worker is replaced and its run is repeated; a run is tried three times.  A worker whose run exceeds the time
-limit is killed, and this run is not repeated.  Rows are yielded in the order in which their runs end.
+While runs are short, a worker already has its next task, so that the worker does not wait for this process.  A killed
+worker is replaced and its run is repeated; a run is tried three times.  A worker whose run exceeds the time limit is
+killed, and this run is not repeated.  Rows are yielded in the order in which their runs end.
 """
 
 import os
@@ -9,6 +10,7 @@ import pickle
 import signal
 import subprocess
 import sys
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -24,6 +26,8 @@ Task = tuple[int, Sequence[Value]]
 """One task of a worker: the number of a run, and its values."""
 TRIES = 3
 LIMIT_S = 600.0
+SHORT_S = 0.1
+"""Longest real time of a run after which a worker gets its next task in advance."""
 _POLL_S = 0.2
 
 
@@ -117,31 +121,43 @@ class Workers:
         """Send tasks to a worker until all tasks are taken."""
         try:
             while not self._ended:
-                with self._lock:
-                    task = next(waiting, None)
-                if task is None:
+                while len(worker.tasks) < worker.ahead:
+                    with self._lock:
+                        task = next(waiting, None)
+                    if task is None:
+                        break
+                    worker.send(task)
+                if not worker.tasks:
                     break
-                row = self._perform(worker, task)
+                row = self._row(worker)
                 if row is not None:
                     rows.put(row)
         except BaseException as error:  # noqa: BLE001  # `map` raises the error in the caller's thread
             rows.put(error)
         rows.put(None)
 
-    def _perform(self, worker: "_Worker", task: Task) -> Row | None:
-        for _ in range(TRIES):
-            with suppress(EOFError, OSError, pickle.UnpicklingError):
-                return worker.perform(task)
-            if self._ended:
-                return None
-            worker.kill()
-            late, worker.late = worker.late, False
-            worker.start()
-            if late:
-                note = f"not finished after {self._limit_s:g} s of real time"
-                return {**self._runner.empty_row(*task, worker.name), "ended": "limit", "notes": note}
+    def _row(self, worker: "_Worker") -> Row | None:
+        """Return the row of the worker's first task; None if the worker was killed and repeats the task."""
+        with suppress(EOFError, OSError, pickle.UnpicklingError):
+            return worker.receive()
+        if self._ended:
+            return None
+        worker.kill()
+        late, worker.late = worker.late, False
+        task, worker.tries = worker.tasks[0], worker.tries + 1
+        row = None
+        if late:
+            note = f"not finished after {self._limit_s:g} s of real time"
+            row = {**self._runner.empty_row(*task, worker.name), "ended": "limit", "notes": note}
+        elif worker.tries == TRIES:
+            note = "the worker was killed"
+            row = {**self._runner.empty_row(*task, worker.name), "ended": "killed", "notes": note}
+        else:
             self._tell(f"{worker.name} was killed in run {task[0]}: the run is repeated")
-        return {**self._runner.empty_row(*task, worker.name), "ended": "killed", "notes": "the worker was killed"}
+        if row is not None:
+            worker.drop()
+        worker.start()
+        return row
 
 
 class _Worker:
@@ -150,11 +166,19 @@ class _Worker:
     def __init__(self, name: str, setup: bytes) -> None:
         self.name, self.late = name, False
         self.process: subprocess.Popen[bytes] | None = None
-        self._setup = setup
+        self.tasks: deque[Task] = deque()
+        """Tasks that the process has; the first one runs."""
+        self.tries = 0
+        """Number of times that the process was killed in the first task."""
+        self.ahead = 1
+        """Number of tasks that the process may have."""
+        self._setup, self._ready = setup, False
         self._since_s: float | None = None
+        """Time at which the first task began; None: the process is not ready, or has no task."""
 
     def start(self) -> None:
-        """Start the process; do not wait until it is ready."""
+        """Start the process and send its tasks; do not wait until the process is ready."""
+        self._ready = False
         package = str(Path(__file__).resolve().parents[2])
         path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
         self.process = subprocess.Popen(
@@ -164,16 +188,39 @@ class _Worker:
         )  # fmt: skip
         with suppress(OSError):
             self._pipe(self.process.stdin).write(self._setup)
+        for task in self.tasks:
+            self._write(task)
 
-    def perform(self, task: Task) -> Row:
-        """Run a task in the process.  Raises EOFError or OSError if the process ends."""
+    def send(self, task: Task) -> None:
+        """Send a task to the process; `receive` returns its row."""
+        self.tasks.append(task)
+        self._write(task)
+        if self._ready and self._since_s is None:
+            self._since_s = monotonic()
+
+    def _write(self, task: Task) -> None:
         assert self.process is not None, "the worker has been started"
-        pickle.dump(task, self._pipe(self.process.stdin))
-        self._pipe(self.process.stdin).flush()
-        self._since_s = monotonic()
+        with suppress(OSError):  # a process that has ended: `receive` reports it
+            pickle.dump(task, self._pipe(self.process.stdin))
+            self._pipe(self.process.stdin).flush()
+
+    def receive(self) -> Row:
+        """Return the row of the first task.  Raises EOFError or OSError if the process ends."""
+        assert self.process is not None, "the worker has been started"
+        if not self._ready:
+            self._ready = pickle.load(self._pipe(self.process.stdout))  # noqa: S301  # our own process
+            self._since_s = monotonic()
         row: Row = pickle.load(self._pipe(self.process.stdout))  # noqa: S301  # our own process
-        self._since_s = None
+        self.drop()
+        self.late = False
+        self._since_s = monotonic() if self.tasks else None
+        self.ahead = 2 if row["wall_s"] < SHORT_S else 1
         return row
+
+    def drop(self) -> None:
+        """Remove the first task, which has a row."""
+        self.tasks.popleft()
+        self.tries = 0
 
     def busy_s(self) -> float:
         """Return the seconds since the start of the current run; 0 if the process is idle."""
@@ -181,7 +228,7 @@ class _Worker:
         return 0.0 if since_s is None else monotonic() - since_s
 
     def interrupt(self) -> None:
-        """Kill the process; `perform` then raises EOFError in its thread."""
+        """Kill the process; `receive`, in another thread, raises EOFError."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()
@@ -211,7 +258,9 @@ def work() -> None:
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     prepare(runner)
-    with suppress(EOFError, BrokenPipeError):  # the parent process has ended
+    with suppress(EOFError, BrokenPipeError):  # the parent has ended
+        pickle.dump(True, rows)  # ready
+        rows.flush()
         while True:
             number, values = pickle.load(tasks)  # noqa: S301
             pickle.dump(runner.row(number, values, sys.argv[1]), rows)

@@ -54,16 +54,18 @@ class DigiplanGuide(Guide):
             yield Reason("the data format is not known yet", "type  U61  (8 data bits, no parity), or  :init")
         if stage != Stage.READY.value:
             return
-        if int(self.value("F")) & LineFault.LOCKED.value:
-            yield Reason("communication is locked by [", "type  ]")
         open_inputs = [name for name in DRIVEN if not controller.pins[name].level]
         for name in open_inputs:
             yield Reason(f"{DRIVEN[name]} ({TERMINALS[name]})", f"type  :drive {name} high  and then  K")
+        if controller.hint:
+            yield Reason(controller.hint)
         faults = int(self.value("K")) & ~MotionFault.COMMUNICATION.value
         if faults and not open_inputs:
             yield Reason(f"a fault has not been read ({self.bits('Q', faults)})", "type  K")
         if int(self.value("K")) & MotionFault.COMMUNICATION.value:
             yield Reason(f"the last message was refused ({self.bits('F', int(self.value('F')))})", "type  F")
+        if int(self.value("F")) & LineFault.LOCKED.value:
+            yield Reason("communication is locked by [", "type  ]")
         port = controller.serial
         if not (port.host.dtr and port.host.rts):
             yield Reason(

@@ -23,6 +23,8 @@ class Evidence:
     heard: str
     origin: Mapping[str, int]
     """Position of each axis at the beginning of the step."""
+    rest: Mapping[str, int]
+    """Position of each axis before its last move."""
 
 
 Check = Callable[[Evidence], bool]
@@ -52,11 +54,11 @@ def answered(pattern: str, to: str = "") -> Check:
 
 
 def moved(axis: str, by: int) -> Check:
-    """Return a check: the axis has moved by this distance and has stopped."""
+    """Return a check for an axis that has moved by this distance, in this step or in its last move, and has stopped."""
 
     def check(it: Evidence) -> bool:
         found = it.controller.axes[axis]
-        return not found.moving and found.position - it.origin[axis] == by
+        return not found.moving and by in (found.position - it.origin[axis], found.position - it.rest[axis])
 
     return check
 

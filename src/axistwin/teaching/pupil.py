@@ -7,6 +7,9 @@ from axistwin.bench.codec import codec_of
 from axistwin.bench.events import Event, Received, Sent, observing
 from axistwin.teaching.lessons import Evidence, Lesson
 
+HUNTING = 4
+"""Distance in encoder counts by which a servo motor may move while it holds its position."""
+
 
 class Pupil:
     """A user's progress in a lesson on a controller, by default the only one of a bench; it begins at step `step`."""
@@ -24,8 +27,11 @@ class Pupil:
     def _begin(self) -> None:
         self._said: list[bytes] = []
         self._heard: list[bytes] = []
-        self._origin = {name: axis.position for name, axis in self._controller.axes.items()}
+        self._origin = self._rest = self._positions()
         self._acted = False
+
+    def _positions(self) -> dict[str, int]:
+        return {name: axis.position for name, axis in self._controller.axes.items()}
 
     def _note(self, event: Event) -> None:
         if isinstance(event, Sent | Received) and event.controller == self._controller.name:
@@ -52,11 +58,20 @@ class Pupil:
         if self.finished or not self._acted:
             return False
         shown = (self._show(self._said), self._show(self._heard))
-        done = self.lesson.steps[self.step].done(Evidence(self._controller, *shown, self._origin))
+        done = self.lesson.steps[self.step].done(Evidence(self._controller, *shown, self._origin, self._rest))
         if done:
             self.step += 1
             self._begin()
         return done
+
+    def remark(self) -> str:
+        """Return how far an axis has moved in a move that does not solve the task, once after the move; else ""."""
+        if self.finished or any(axis.moving for axis in self._controller.axes.values()):
+            return ""
+        before, self._rest = self._rest, self._positions()
+        moved = {name: at - before[name] for name, at in self._rest.items()}
+        moves = [f"{name} has moved by {by}" for name, by in moved.items() if abs(by) > HUNTING]
+        return f"{', '.join(moves)}: the task is not done yet" if moves else ""
 
     def _show(self, data: list[bytes]) -> str:
         """Return data as text: characters unchanged, commands and messages of a board in hex, one per line."""

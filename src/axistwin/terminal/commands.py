@@ -86,6 +86,8 @@ class LocalCommands:
             return False
         while self._virtual.inspect(self.lesson.check):
             self.screen.show("done." if self.lesson.finished else f"done.  {self.lesson.task}")
+        if remark := self._virtual.inspect(self.lesson.remark):
+            self.screen.show(remark)
         return self.lesson.finished
 
     async def obey(self, line: str) -> bool:

@@ -133,6 +133,8 @@ class Tracer:
         self.sink: Sink | None = None
         self.consumer: Callable[[list[Part], list[bytes]], None] | None = None
         """Function that receives changes instead of a sink: signal by signal, not merged in order of time."""
+        self.at_moves = False
+        """True: pieces of moves and levels may end at the begin of a move, so that other events cost no time."""
         self.failed: Callable[[OSError], None] = lambda error: None
         self._places = {signal.full: n for n, signal in enumerate(signals)}
         self._waiting = ChangeQueue(signals)
@@ -163,7 +165,8 @@ class Tracer:
         self._stack = ExitStack()
         for begin in self._begin:
             begin(self._stack)
-        self._stack.callback(self.bench.clock.subscribe(self._after_events))
+        if not self.at_moves or self._registers or self._rows:
+            self._stack.callback(self.bench.clock.subscribe(self._after_events))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -299,6 +302,8 @@ class Tracer:
 
     def _count_move(self) -> None:
         self._moves += 1
+        if self.at_moves and (self._moves >= self._most_moves or self._waiting.count >= CHUNK):
+            self._write(self.bench.now)
 
     def _after_events(self) -> None:
         """Poll registers, and write a piece if enough changes are collected.  Called after the events of each time."""

@@ -73,7 +73,7 @@ static void say(const char *text, size_t length)
     if (bus < 0)
         dial();
     for (; length > 0; text += written, length -= (size_t)written) {
-        written = send(bus, text, length, MSG_NOSIGNAL);
+        written = sendto(bus, text, length, MSG_NOSIGNAL, NULL, 0); /* not send: a host may have its own */
         if (written <= 0)
             give_up("AXISTWIN_BUS", "the connection is lost");
     }
@@ -92,7 +92,7 @@ static int hear(char *line, int milliseconds)
         ready.events = POLLIN;
         if (poll(&ready, 1, milliseconds) == 0)
             return 0;
-        more = pending < sizeof received ? recv(bus, received + pending, sizeof received - pending, 0) : 0;
+        more = pending < sizeof received ? recvfrom(bus, received + pending, sizeof received - pending, 0, NULL, NULL) : 0;
         if (more <= 0)
             give_up("AXISTWIN_BUS", "the connection is lost, or another host has the bus");
         pending += (size_t)more;

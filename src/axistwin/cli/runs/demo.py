@@ -22,6 +22,7 @@ WIDTH = 22
 """Width of the column of messages in characters; after a longer message, its note is on the next line."""
 
 NEXT = (
+    ("axistwin learn if1", "six short lessons about an IF1"),
     ("axistwin term if1", "a terminal for an IF1"),
     ("axistwin serve if1 --tcp :5001 --show-hosts", "an IF1 for your host program"),
     ("axistwin run if1 moves.if1 --plot moves.png", "your own command lines"),

@@ -76,8 +76,8 @@ def run(
 ) -> int:
     """Run PROGRAM on a MODEL, or on the controllers of a scene, in virtual time at full speed.
 
-    A scene also runs its own hosts, stored programs and script.  Without --for the run ends when no event is due, or
-    after 60 s.
+    A scene also runs its own hosts, stored programs and script.  Without --for the run ends when no event is due. An
+    endless run ends after 60 s, one of command lines after an hour.
 
     PROGRAM is a conversation (.talk), IF1/IF2 command lines as typed at a terminal (.if1), commands for an 1810 or 1811
     in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before power-up.  Before

@@ -26,8 +26,8 @@ def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) 
     """Learn a MODEL in six short lessons, from the first command to a repeating sequence with inputs.
 
     A lesson opens a terminal to a virtual controller, as `axistwin term MODEL` does, and sets one task after another.
-    Each step is checked by its effect on the controller.  `:task` repeats the task, `:show` types the
-    solution for you, `:why` and `:explain` help, `:quit` leaves.  The next call continues with the lesson in which you
+    Each step is checked by its effect on the controller.  `:task` repeats the task, `:show` shows a
+    solution, `:why` and `:explain` help, `:quit` leaves.  The next call continues with the lesson in which you
     stopped.
 
     \b
@@ -50,7 +50,7 @@ def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) 
     if over:
         done[model] = max(done.get(model, 0), number)
         _save(file, done)
-        then = f"axistwin learn {model}  goes on" if number < len(lessons) else "this was the last lesson"
+        then = f"axistwin learn {model} continues" if number < len(lessons) else "this was the last lesson"
         click.echo(f"axistwin: lesson {number} is done: {then}")
     return code
 

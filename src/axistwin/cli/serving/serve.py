@@ -61,6 +61,8 @@ CATCH_UP_S = 0.1
 @click.option("--flow", type=click.Choice(["dtr", "none"]), default="dtr", show_default=True,
               help="Flow control of the host's characters, if the port has none.")  # fmt: skip
 @click.option("--reset-on-connect", is_flag=True, help="Cycle the controller's power for each new client.")
+@click.option("--share", is_flag=True, help="Let several clients use one TCP port: requests one after the other, every "
+              "client receives every answer.")  # fmt: skip
 @click.option("--trace", type=click.Path(dir_okay=False), metavar="FILE", help="Write a trace: .csv, .vcd or .parquet.")
 @click.option("--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.")
 @click.option("--trace-limit", type=Size(), default=TRACE_LIMIT, show_default=True, metavar="SIZE|none",
@@ -89,6 +91,7 @@ def serve(
     line: str | None,
     flow: str,
     reset_on_connect: bool,
+    share: bool,
     trace: str | None,
     signals: str | None,
     trace_limit: int | None,
@@ -105,7 +108,8 @@ def serve(
     """Put a controller, or all controllers of a scene, on real ports, and run until interrupted.
 
     For each port one line is printed, such as `if1 listening on tcp://127.0.0.1:5001`.  Several ports may lead to the
-    same controller: the first client is connected, and others are refused until it disconnects.  With --json the ports
+    same controller: the first client is connected, and others are refused until it disconnects.  With --share several
+    clients can connect to a TCP port.  With --json the ports
     are one JSON object: {"ports": [{"name": "if1", "url": "tcp://127.0.0.1:5001", "hosts": []}], "panel": null}.
 
     The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM.  Both save the data kept without power, as
@@ -122,6 +126,7 @@ def serve(
     axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
     axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
     axistwin serve examples/drill/scene.toml --panel 8080           then open http://127.0.0.1:8080/
+    axistwin serve if1 --tcp :5001 --share          a second program sees the conversation, and can take part
     axistwin serve xy.toml --wait                   virtual time starts with the first host or browser
     axistwin serve scene.toml --panel 8080 --to 4.2                 paused at 4.2 s, to be examined
     axistwin serve if2 --panel 0.0.0.0:8080         for other machines; the token is printed
@@ -143,9 +148,9 @@ def serve(
             shown.session.each_bench(_log_hints)
         files.write(_recording(bench, record, headers), _tracing(bench, trace, signals, trace_limit))
         if shown is None:
-            server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect)
+            server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect, share=share)
         else:
-            server = shown.session.serve(flow=Flow(flow), reset=reset_on_connect)
+            server = shown.session.serve(flow=Flow(flow), reset=reset_on_connect, share=share)
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)

@@ -19,9 +19,9 @@ from axistwin.cli.common.completing import complete_model
 from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines
+from axistwin.programs.keyboards import KEYBOARDS, to_codes, to_glyphs
 from axistwin.teaching import STARTED_S, Lesson, Pupil
 from axistwin.terminal.commands import LocalCommands
-from axistwin.terminal.keyboards import KEYBOARDS, to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
 from axistwin.units import S
 

@@ -41,6 +41,7 @@ from axistwin.sweeps.workers import LIMIT_S
 @click.option("--program", type=FILE, help="A program or conversation that is part of every run.")
 @click.option("--host", metavar="MODULE:FUNCTION", help="A Python host, called with the bench of each run.")
 @click.option("--workers", type=click.IntRange(min=0), help="Number of processes; 0: run in this process.")
+@click.option("--scheduler", metavar="tcp://HOST:PORT", help="Run on the Dask cluster of this scheduler.")
 @click.option(
     "--limit", type=Number(min=0, min_open=True), default=LIMIT_S, show_default=True,
     help="Longest real time of a run, in seconds.",
@@ -75,7 +76,7 @@ def tune(scene: Path, out: Path | None, plot: Path | None, trials: int, as_json:
         with _progress() as progress:
             study = made.run(
                 out, trials=trials, seed=options["seed"], design=design, seconds=options["seconds"],
-                workers=options["workers"], limit=options["limit"], progress=progress,
+                workers=options["workers"], limit=options["limit"], progress=progress, scheduler=options["scheduler"],
                 tell=lambda words: click.echo(f"axistwin: {words}", err=True),
             )  # fmt: skip
     except KeyboardInterrupt:

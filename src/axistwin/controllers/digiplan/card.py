@@ -7,7 +7,7 @@ from functools import partial
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
 from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES
 from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
-from axistwin.controllers.digiplan.chapters.outputs import Outputs
+from axistwin.controllers.digiplan.chapters.outputs import Outputs, awaited
 from axistwin.controllers.digiplan.chapters.report import busy_letter, communication_bits, motion_bits, steps
 from axistwin.controllers.digiplan.chapters.terminals import CABLES, Cable
 from axistwin.controllers.digiplan.checker.program import check
@@ -101,8 +101,13 @@ class Card:
             self._hardware.outputs.reset()
 
     def hint(self) -> str:
-        """Return the reason for dropping commands while the baud rate or the data format is unknown; otherwise ""."""
-        return "" if self._interface is None else self._interface.hint
+        """Return why no move begins: the baud rate or the data format is unknown, or a step waits for an input."""
+        interface = self._interface
+        if interface is None or interface.hint or interface.waiting is None:
+            return "" if interface is None else interface.hint
+        name, level = awaited(self.pins, interface.waiting)
+        step = f"step {interface.step} of the sequence" if interface.step else "the move"
+        return f"{step} waits for {name} {level}: ! {name} {level} in a program, :drive {name} {level} in a terminal"
 
     def subscribe_hint(self, callback: Callable[[str], None]) -> Callable[[], None]:
         """Call `callback(hint)` for each new hint.  Return an unsubscribe function."""

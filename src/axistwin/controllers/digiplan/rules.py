@@ -27,7 +27,8 @@ RULES = (
         "Send each status request, `#`, `[` and `]` as a message of its own, with its own <CR>.",
         "X100 E"),
     SETUP := Rule("DP104", "for initialisation only", E, INITIALISATION,
-        "The interface obeys `(`, `*`, `U` and `V` only during initialisation; later each of them sets the data fault.",
+        "The interface obeys `(`, `*`, `U` and `V` only during initialisation; later each of them sets the data fault. "
+        " Leave them out of a file of command lines: axistwin initialises the interface before the first line.",
         "U61"),
     MISPLACED := Rule("DP105", "a sign that is not valid here", E, ALL,
         "`$`, `:`, `+`, `-` and `,` are parts of other commands: `$` ends a message, `:` divides the steps of a "

@@ -65,6 +65,8 @@ class State(ABC):
         self.step = 0
         """Number of the present step of the running sequence; 0 if no sequence runs."""
         self.on_step: Callable[[int], None] = lambda number: None
+        self.waiting: Step | None = None
+        """The step that waits for inputs."""
         self.hint = ""
         """Reason why the host's characters are dropped before the stage READY, and the remedy."""
         self.on_hint: Callable[[str], None] = lambda hint: None

@@ -1,6 +1,6 @@
 """Chapters Output control and Combining inputs and outputs with move instructions."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from axistwin.controllers.digiplan.step import Step
 from axistwin.sim.clock import Procedure
@@ -84,9 +84,20 @@ def pulse_output(step: Step, output: int, length: int | None) -> None:
 def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
     """Wait until all inputs of H are high at the same time, then until all inputs of L are low."""
     for inputs, wanted in ((step.high, True), (step.low, False)):
-        listed = [pins[f"input{number}"] for number in inputs]
-        while waiting := [pin for pin in listed if pin.level is not wanted]:
-            yield waiting[0].changed()
+        while waiting := _missing(pins, inputs, wanted):
+            yield pins[waiting[0]].changed()
+
+
+def _missing(pins: Mapping[str, Pin], inputs: Iterable[int], wanted: bool) -> list[str]:
+    """Return the names of those inputs that do not have the wanted level."""
+    return [name for name in (f"input{number}" for number in inputs) if pins[name].level is not wanted]
+
+
+def awaited(pins: Mapping[str, Pin], step: Step) -> tuple[str, str]:
+    """Return the input for which a step waits, and its level, "high" or "low"."""
+    if high := _missing(pins, step.high, True):
+        return high[0], "high"
+    return next(iter(_missing(pins, step.low, False)), f"input{(*step.low, *step.high)[0]}"), "low"
 
 
 def switch_outputs(outputs: Outputs, step: Step, pulse_length: int) -> Procedure:

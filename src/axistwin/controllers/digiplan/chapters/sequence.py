@@ -63,7 +63,11 @@ def _next(step: Step, number: int, left: dict[int, int]) -> int:
 def perform(state: State, step: Step) -> Procedure:
     """Carry out one step, or one direct message, in the order of its format."""
     if step.high or step.low:
-        yield from outputs.wait_for_inputs(state.pins, step)
+        state.waiting = step
+        try:
+            yield from outputs.wait_for_inputs(state.pins, step)
+        finally:
+            state.waiting = None
     state.parameters = state.parameters.after(step)
     if step.abort:
         yield from run.stop_run(state)

@@ -13,7 +13,7 @@ class Findings:
 
     def __init__(self, characters: Sequence[Sent]) -> None:
         self.characters = characters
-        self.program = Program.compile(bytes(sent.byte for sent in characters))
+        self.program = Program.compile("".join(chr(sent.byte) for sent in characters))
         self.statements = self.program.statements
         self.words = [word(statement) for statement in self.statements]
         self.found: list[Diagnostic] = []

@@ -149,7 +149,7 @@ _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([A-Z]+)(?=\d+\Z)", re.ASCII), "{}n"),
     (re.compile(r"(ab|aw|al)(?=\[)"), "{}[]="),
     (re.compile(r"R(ab|aw|al)(?=\[)"), "R{}[]"),
-    (re.compile(r"R([AD]IN)(?=[A-H]\d)"), "R{}pc"),
+    (re.compile(r"R([AD]IN)(?=[A-H]\d)", re.ASCII), "R{}pc"),
     (re.compile(r"([AD]OUT)(?=[A-H])"), "{}p"),
 )
 LETTERS = "a…zzz="
@@ -236,7 +236,7 @@ def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     return (expression.constant,)
 
 
-_value = re.compile(r"[ \t]+(-?\d+)")
+_value = re.compile(r"[ \t]+(-?\d+)", re.ASCII)
 
 
 def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:

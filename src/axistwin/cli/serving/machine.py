@@ -1,0 +1,105 @@
+"""The machine of `axistwin ioc` and `axistwin opcua`: a scene whose controllers run inside, or a port."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from axistwin.bench import product
+from axistwin.bench.options import read_options
+from axistwin.cli.common.parameters import Number
+from axistwin.errors import UsageError
+from axistwin.links.pacing import read_speed
+from axistwin.plant.machine_units import MachineUnits
+
+if TYPE_CHECKING:
+    from axistwin.integrations import Machine
+
+F = TypeVar("F", bound=Callable[..., Any])
+_OPTIONS = [
+    click.option("--units", multiple=True, metavar="AXIS=…", help='Unit of an axis, e.g. "X=400 per mm"; in a scene '
+                 '"if1.X=400 per mm". Default: the units of the scene, or counts.'),
+    click.option("--registers", default="", metavar="NAME,…", help="Registers to serve: variables and reports of a "
+                 "SmartMotor, e.g. a,RTEMP, or encoder of an 1811; in a scene motor.a."),
+    click.option("--option", "options", multiple=True, metavar="NAME=VALUE",
+                 help="An option of the driver, e.g. home_input=1; in a scene if1.home_input=1."),
+    click.option("--baud", type=click.IntRange(50, 1_000_000), metavar="RATE", help="Baud rate at a PORT."),
+    click.option("--rate", type=Number(min=0.1, max=100), default=10, show_default=True, metavar="HZ",
+                 help="Readings of each axis per second."),
+    click.option("--speed", default="1", show_default=True, metavar="N|max", help="Virtual time of a scene per real "
+                 "time; max: as fast as possible."),
+]  # fmt: skip
+
+
+def options(command: F) -> F:
+    """Add the options of both commands."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the user wants to be served."""
+
+    what: str
+    model: str | None
+    units: Mapping[str, MachineUnits]
+    registers: tuple[str, ...]
+    options: Mapping[str, Any]
+    baud: int | None
+    rate: float
+    speed: float | None
+
+    @classmethod
+    def read(cls, what: str, model: str | None, given: Mapping[str, Any]) -> "Wanted":
+        """Return the checked options.  Raises UsageError."""
+        is_scene = what.endswith(".toml")
+        if is_scene and (model or given["baud"]):
+            raise UsageError("--model and --baud are for a PORT: set the models in the scene")
+        if not is_scene and model is None:
+            raise UsageError("a port needs its model: expected also --model, e.g. --model if1")
+        if not is_scene and given["speed"] != "1":
+            raise UsageError("--speed is for a scene: a controller at a port has its own time")
+        if model is not None:
+            product(model)
+        return cls(
+            what,
+            model,
+            dict(_unit(text) for text in given["units"]),
+            tuple(name.strip() for name in given["registers"].split(",") if name.strip()),
+            read_options(given["options"]),
+            given["baud"],
+            given["rate"],
+            read_speed(given["speed"]),
+        )
+
+    async def machine(self) -> "Machine":
+        """Return the machine; the virtual controllers of a scene are started."""
+        from axistwin.integrations import at_port, of_scene  # lazy import: imports the drivers
+
+        period_s = 1 / self.rate
+        if self.model is not None:
+            return at_port(
+                self.what, self.model, self.options, baud=self.baud, units=self.units, registers=self.registers,
+                period_s=period_s,
+            )  # fmt: skip
+        from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
+
+        scene = Scene.load(Path(self.what))
+        for name, found in self.options.items():
+            if not isinstance(found, dict):
+                raise UsageError(f"--option {name} needs a controller in a scene: expected e.g. if1.{name}=1")
+        return await of_scene(
+            scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),
+            units=self.units, registers=self.registers, period_s=period_s,
+        )  # fmt: skip
+
+
+def _unit(text: str) -> tuple[str, MachineUnits]:
+    axis, equals, unit = text.partition("=")
+    if not equals:
+        raise UsageError(f'invalid units {text!r}: expected AXIS=UNITS, e.g. "X=400 per mm"')
+    return axis.strip(), MachineUnits.written(unit.strip())

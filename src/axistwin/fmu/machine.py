@@ -1,0 +1,99 @@
+"""The Python side of an FMU: a bench that advances from one communication point to the next.
+
+An FMU contains this module's caller, the scene, and pythonfmu3.  axistwin is a package of the user's Python.
+"""
+
+import json
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pythonfmu3 import Boolean, Float64, Fmi3Causality, Fmi3Slave, Fmi3Status, Fmi3StepResult, Fmi3Variability, Unit
+
+from axistwin.errors import AxistwinError, UsageError
+from axistwin.fmu.archive import FOLDER, SCENE, SETTINGS
+from axistwin.fmu.variables import ANGLE, SPEED, TIME, TORQUE, Input, Output, inputs, outputs
+from axistwin.scenes.scene import Scene
+from axistwin.units import S
+from axistwin.version import VERSION
+
+UNITS = {TORQUE: {"kg": 1, "m": 2, "s": -2}, ANGLE: {"rad": 1}, SPEED: {"rad": 1, "s": -1}, "s": {"s": 1}}
+
+
+class Machine(Fmi3Slave):
+    """The scene in the resources of an FMU.  Inputs act at communication points, in the order of their names' list."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        folder = Path(options["resources"])
+        settings: Mapping[str, Any] = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
+        _check_version(settings["version"])
+        scene = Scene.load(folder / FOLDER / SCENE)
+        self.bench = scene.build()
+        self.guid, self.description = settings["token"], settings["description"]
+        self.version, self.author = settings["version"], "axistwin"
+        self._begin_ns: int | None = None
+        """Time of the simulation tool at 0 s of the bench; None before the first step."""
+        self._time_s = 0.0
+        self.register_units([Unit(name, **base) for name, base in UNITS.items()])
+        self._add_time()
+        self._values: dict[str, float] = {}
+        """Values of the inputs, as set by the simulation tool."""
+        self._inputs = inputs(self.bench, settings["commands"])
+        self._applied = {each.name: each.first for each in self._inputs}
+        for each in self._inputs:
+            self._add_input(each)
+        for one in outputs(self.bench):
+            self._add_output(one)
+
+    def _add_time(self) -> None:
+        options = {"causality": Fmi3Causality.independent, "variability": Fmi3Variability.continuous, "unit": "s"}
+        self.register_variable(Float64(TIME, description="Time", getter=lambda: self._time_s, **options))
+
+    def _add_input(self, each: Input) -> None:
+        self._values[each.name] = each.first
+        options = {
+            "causality": Fmi3Causality.input, "description": each.doc,
+            "getter": partial(self._values.__getitem__, each.name),
+            "setter": partial(self._values.__setitem__, each.name),
+        }  # fmt: skip
+        if each.unit:
+            options |= {"variability": Fmi3Variability.continuous, "unit": each.unit}
+            self.register_variable(Float64(each.name, **options))
+        else:
+            self.register_variable(Boolean(each.name, variability=Fmi3Variability.discrete, **options))
+
+    def _add_output(self, one: Output) -> None:
+        options = {"causality": Fmi3Causality.output, "description": one.doc, "getter": one.get}
+        if one.level:
+            self.register_variable(Boolean(one.name, variability=Fmi3Variability.discrete, **options))
+        else:
+            self.register_variable(Float64(one.name, unit=one.unit or None, **options))
+
+    def do_step(self, current_time: float, step_size: float) -> Fmi3StepResult:
+        """Apply changed inputs now, and run to the next communication point.
+
+        The first communication point is 0 s of the bench, because pythonfmu3 does not pass on the start time.
+        """
+        if self._begin_ns is None:
+            self._begin_ns = round(current_time * S)
+        try:
+            for each in self._inputs:
+                value = self._values[each.name]
+                if value != self._applied[each.name]:
+                    self._applied[each.name] = value
+                    each.set(value)
+            self._time_s = current_time + step_size
+            self.bench.clock.run_to(max(self.bench.now, round(self._time_s * S) - self._begin_ns))
+        except AxistwinError as error:
+            self.log(str(error), Fmi3Status.error)
+            return Fmi3StepResult(status=Fmi3Status.error)
+        return Fmi3StepResult(status=Fmi3Status.ok)
+
+
+def _check_version(made_by: str) -> None:
+    if made_by != VERSION:
+        raise UsageError(
+            f"this FMU needs axistwin {made_by}, installed is {VERSION}: install {made_by}, or export again"
+        )

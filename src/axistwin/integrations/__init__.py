@@ -1,0 +1,12 @@
+"""Axes of real and virtual controllers for the systems of laboratories and plants: EPICS and OPC UA.
+
+A `Station` is a controller with its driver; `Machine` finds the stations of a scene or of a port.  `DrivenAxis` gives
+each axis one motion at a time.  The packages below serve these axes.
+"""
+
+from axistwin.integrations.driven_axis import DrivenAxis, Goal
+from axistwin.integrations.machine import Machine, at_port, of_scene
+from axistwin.integrations.points import Point
+from axistwin.integrations.station import Station
+
+__all__ = ["DrivenAxis", "Goal", "Machine", "Point", "Station", "at_port", "of_scene"]

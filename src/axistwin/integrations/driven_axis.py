@@ -1,0 +1,236 @@
+"""An axis with one motion at a time: the latest request wins, and a motion ends with the exact position."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from axistwin.drivers.axis import Status
+from axistwin.drivers.errors import BusyError, DriverError, RefusedError
+from axistwin.drivers.steps import Procedure
+from axistwin.plant.machine_units import MachineUnits
+
+if TYPE_CHECKING:
+    from axistwin.integrations.station import Station
+
+
+@dataclass
+class Goal:
+    """A requested motion.  `begin` starts the motion; `target`: the end position in counts, None for a run."""
+
+    begin: Callable[[], Procedure[None]]
+    target: int | None = None
+    failure: str = ""
+    """Why the motion failed; "" if it did not."""
+    begun: asyncio.Event = field(default_factory=asyncio.Event)
+    """Set when the motion has begun, has failed, or has been replaced."""
+
+
+class DrivenAxis:
+    """An axis of a station.  All positions are in counts.
+
+    A motion is `busy` from its request to the reading of the exact position at rest.  A move that the controller cannot
+    accept yet, because another axis of an IF1 is moving, waits.
+    """
+
+    def __init__(self, station: "Station", name: str, units: MachineUnits) -> None:
+        self.station, self.name, self.units = station, name, units
+        self.core = station.driver.core.axes[name]
+        self.status = Status(0, 0, 0, False)
+        """Status of the last poll."""
+        self.error = "not connected yet"
+        """Why the last poll failed; "" if it did not."""
+        self.goal: Goal | None = None
+        self.ended: Goal | None = None
+        """The motion that ended last; None if it was stopped, or begun by another host."""
+        self.busy = False
+        self.paused = False
+        self.stopped = False
+        """True if the last motion was stopped by a request."""
+        self.changed: Callable[[], Awaitable[None]] = _nothing
+        """Called after each poll and each request."""
+        self._starting: Goal | None = None
+        self._begun = False
+        """True from the beginning of a motion, which may have failed without an answer, until the axis is at rest."""
+        self._beginning = False
+        """True while the request that begins a motion is in progress."""
+        self._stopping = False
+        """True from a stop that the controller has received, until the axis is at rest."""
+        self._stop: Callable[[], Procedure[None]] | None = None
+        """The request that still has to be sent to end the present motion; a poll repeats it after an error."""
+        self._rest, self._go = asyncio.Event(), asyncio.Event()
+        self._rest.set()
+        self._go.set()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    # Requests
+
+    async def move_to(self, target: int) -> None:
+        """Move to a position; return at rest.  Raises RefusedError if the move fails."""
+        await self.request(Goal(lambda: self.core.move_to(target), target))
+
+    async def move_at(self, velocity: float) -> None:
+        """Run at a signed velocity; return when the run has been stopped.  Raises RefusedError if it fails."""
+        await self.request(Goal(lambda: self.core.move_at(velocity)))
+
+    async def home(self, direction: int) -> None:
+        """Search for the home position; return at rest.  Raises RefusedError if the search cannot begin."""
+        await self.request(Goal(lambda: self.core.home(direction)))
+
+    async def request(self, goal: Goal) -> None:
+        """Begin a motion; return when the axis is at rest.  Raises RefusedError if the motion fails."""
+        await self.begin(goal)
+        await self._rest.wait()
+        if goal.failure:
+            raise RefusedError(goal.failure)
+
+    async def begin(self, goal: Goal) -> None:
+        """Request a motion, which begins when the axis is at rest."""
+        self.goal = self._starting = goal
+        self.stopped = False
+        self._now_busy()
+        await self.changed()
+        self._spawn(goal)
+
+    async def stop(self, *, abort: bool = False) -> None:
+        """End the present motion; the axis is busy until it is at rest.  After an error the next poll tries again."""
+        self.goal = self._starting = None
+        self.stopped = True
+        await self._end_motion(self.core.abort if abort else self.core.stop)
+        self.station.wake()
+
+    async def pause(self) -> None:
+        """Stop, and begin the present move again after `resume`; a run or a search for home is stopped."""
+        self._go.clear()
+        self.paused = True
+        goal = self.goal
+        if goal is None or goal.target is None:
+            await self.stop()
+        elif self._starting is None:
+            self._starting = goal
+            self._spawn(goal)
+            await self._end_motion(self.core.stop)
+
+    def resume(self) -> None:
+        """Allow motions again."""
+        self.paused = False
+        self._go.set()
+
+    async def set_position(self, position: int) -> None:
+        """Define the present position, at rest.  Raises DriverError."""
+        await self.station.driver.run(self.core.set_position(position))
+        self.station.wake()
+        await self.station.polled()
+
+    async def clear_faults(self) -> None:
+        """Clear the faults whose cause has gone."""
+        await self.station.driver.run(self.core.clear_faults())
+        self.station.wake()
+
+    # Beginning
+
+    def _spawn(self, goal: Goal) -> None:
+        task = asyncio.get_running_loop().create_task(self._begin(goal))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def close(self) -> None:
+        """Forget motions that have not begun."""
+        for task in self._tasks:
+            task.cancel()
+
+    async def _begin(self, goal: Goal) -> None:
+        try:
+            while self.goal is goal and not await self._begins(goal):
+                await self.station.polled()
+            if self.goal is None:  # stopped while the motion was beginning
+                self._stop = self.core.stop
+        except DriverError as error:
+            goal.failure = str(error)
+            if goal.target is None:
+                self._stop = self.core.stop
+        finally:
+            if self._starting is goal:
+                self._starting = None
+            goal.begun.set()
+            self.station.wake()
+
+    async def _begins(self, goal: Goal) -> bool:
+        """Begin a motion.  Returns False if it has to wait for the end of another motion, of this or another axis."""
+        await self._go.wait()
+        if self.goal is not goal:
+            return True
+        if self._begun or self.status.moving:
+            if not self._stopping:
+                await self._end_motion(self.core.stop)
+            return False
+        self._begun = self._beginning = True
+        try:
+            await self.station.driver.run(goal.begin())
+        except BusyError:
+            self._begun = False
+            return False
+        finally:
+            self._beginning = False
+        if self.paused:
+            await self._end_motion(self.core.stop)
+            return False
+        return True
+
+    async def _end_motion(self, request: Callable[[], Procedure[None]]) -> None:
+        """Send a stop if the axis may be moving."""
+        if self._begun or self.status.moving:
+            self._stop = request
+            await self.station.driver.run(request())
+            self._stop, self._stopping = None, True
+
+    def _now_busy(self) -> None:
+        self.busy = True
+        self._rest.clear()
+
+    # Polls
+
+    async def update(self, status: Status) -> None:
+        """Process the status of a poll."""
+        before, self.status, self.error = self.status, status, ""
+        if status.moving:
+            await self._moving(slower=abs(status.velocity) < abs(before.velocity))
+        else:
+            self._begun = self._beginning
+            if not self._begun:
+                self._stop, self._stopping = None, False
+            if self.busy and self._starting is None and not self._beginning:
+                self._end(status)
+        await self.changed()
+        if not self.busy:
+            self._rest.set()
+
+    async def _moving(self, *, slower: bool) -> None:
+        """Process a poll of a moving axis.  A board ignores a stop before the motion has begun: then stop again."""
+        self._begun = True
+        if not self.busy:  # another host has begun the motion
+            self.goal = None
+            self._now_busy()
+        if self._stopping and not slower:
+            self._stop = self.core.stop
+        if self._stop is not None:
+            await self._end_motion(self._stop)
+
+    def _end(self, status: Status) -> None:
+        goal, self.goal = self.goal, None
+        self.ended = goal
+        self.busy = False
+        if goal is not None and not goal.failure and goal.target not in (None, round(status.position)):
+            limits = ["the limit is active"] if status.limit_plus or status.limit_minus else []
+            reasons = [*map(str, status.faults), *([status.lost] if status.lost else [])] or limits
+            if reasons:
+                goal.failure = f"{self.name} stopped before its target: {'; '.join(reasons)}"
+
+    async def failed(self, error: DriverError) -> None:
+        """Process a poll without an answer.  A motion counts as busy until the controller answers again."""
+        self.error = str(error)
+        await self.changed()
+
+
+async def _nothing() -> None:
+    """Do nothing."""

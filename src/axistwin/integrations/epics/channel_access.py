@@ -1,0 +1,234 @@
+"""Channel Access by caproto: channels of motor records, pins and registers.
+
+Clients read and write channels; a write is processed by the record, and an answer with callback is sent when the record
+has finished.
+"""
+
+import asyncio
+import os
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any
+
+from caproto import (
+    AccessRights,
+    AlarmSeverity,
+    AlarmStatus,
+    ChannelAlarm,
+    ChannelChar,
+    ChannelData,
+    ChannelDouble,
+    ChannelEnum,
+    ChannelInteger,
+    ChannelString,
+    EventAddResponse,
+    WriteNotifyResponse,
+)
+from caproto.asyncio.server import Context, VirtualCircuit
+from caproto.server.common import DisconnectedCircuit
+
+from axistwin.integrations.epics.fields import MOTOR, NO_YES, Field, Kind, called
+from axistwin.integrations.epics.motor_record import MotorRecord
+from axistwin.integrations.points import Point
+
+LOOPBACK = "127.0.0.1"
+Put = Callable[[Any], Awaitable[None]]
+
+
+class Channel(ChannelData):
+    """A channel whose writes by clients are processed by a record.  `put` is None if it can only be read."""
+
+    put: Put | None = None
+
+    def check_access(self, hostname: str, username: str) -> AccessRights:  # noqa: ARG002
+        """Return the rights of a client."""
+        return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
+
+    async def write(self, value: Any, *, verify_value: bool = True, **metadata: Any) -> None:
+        """Process a write of a client, or (without `verify_value`) store and publish a value of the record."""
+        if not verify_value:
+            await super().write(value, verify_value=False, update_fields=False, **metadata)
+        elif self.put is not None:
+            await self.put(self.preprocess_value(value))
+
+
+class _Double(Channel, ChannelDouble):
+    """A floating-point channel."""
+
+
+class _Long(Channel, ChannelInteger):
+    """A channel of a whole number."""
+
+
+class _Menu(Channel, ChannelEnum):
+    """A channel of a choice."""
+
+
+class _String(Channel, ChannelString):
+    """A channel of a short string."""
+
+
+class _Text(Channel, ChannelChar):
+    """A channel of a long string."""
+
+
+def _make(field: Field, value: Any, put: Put | None, alarm: ChannelAlarm, kind: str) -> Channel:
+    given = {"alarm": alarm, "reported_record_type": kind}
+    made: Channel
+    match field.kind:
+        case Kind.DOUBLE:
+            made = _Double(value=value, **given)
+        case Kind.LONG:
+            made = _Long(value=value, **given)
+        case Kind.MENU:
+            made = _Menu(value=field.menu[value], enum_strings=field.menu, **given)
+        case Kind.STRING:
+            made = _String(value=value, **given)
+        case Kind.TEXT:
+            made = _Text(value=value, max_length=256, **given)
+    made.put = put
+    return made
+
+
+class _Motor:
+    """The channels of a motor record."""
+
+    def __init__(self, record: MotorRecord) -> None:
+        self._record = record
+        self._alarm = ChannelAlarm(status=AlarmStatus.UDF, severity=AlarmSeverity.INVALID_ALARM)
+        self.channels = {name: self._channel(name, field) for name, field in MOTOR.items()}
+        record.observers.append(self.post)
+
+    def _channel(self, name: str, field: Field) -> Channel:
+        async def put(value: Any) -> None:
+            await self._record.put(name, value)
+
+        allowed = put if self._record.writable(name) else None
+        return _make(field, self._record.values[name], allowed, self._alarm, "motor")
+
+    async def post(self, name: str, value: Any) -> None:
+        """Publish a field; "": the alarm and the metadata."""
+        if not name:
+            await self.describe()
+            return
+        channel, menu = self.channels[name], MOTOR[name].menu
+        await channel.write(menu[value] if menu else value, verify_value=False)
+
+    async def describe(self) -> None:
+        """Publish the alarm, the unit, the precision and the limits."""
+        record, values = self._record, self._record.values
+        status, severity = AlarmStatus[record.alarm.status], MOTOR["SEVR"].menu.index(record.alarm.severity)
+        if (self._alarm.status, self._alarm.severity) != (status, severity):
+            await self._alarm.write(status=status, severity=AlarmSeverity(severity))
+        metadata = {"units": values["EGU"], "precision": values["PREC"]}
+        limits = {"lower_ctrl_limit": values["LLM"], "upper_ctrl_limit": values["HLM"]}
+        for name, field in MOTOR.items():
+            if field.scaled:
+                more = limits if name in ("VAL", "RBV") else {}
+                await self.channels[name].write_metadata(**metadata, **more)
+
+
+class _Circuit(VirtualCircuit):
+    """A client's connection.  Updates are sent at once, and before the answer to a write that caused them."""
+
+    async def send(self, *commands: Any) -> None:
+        """Send commands to the client."""
+        if any(isinstance(command, WriteNotifyResponse) for command in commands):
+            await self.context.subscription_queue.join()
+            await self.subscription_queue.join()
+        await super().send(*commands)
+
+    async def subscription_queue_loop(self) -> None:
+        """Send all queued updates together, for ever."""
+        self.events_on.set()
+        queue: asyncio.Queue[Callable[[], EventAddResponse | None]] = self.subscription_queue
+        while True:
+            found = [await queue.get()]
+            while not queue.empty():
+                found.append(queue.get_nowait())
+            wanted = {sub.subscriptionid for subs in self.subscriptions.values() for sub in subs}
+            updates = [update for reference in found if (update := reference()) is not None]
+            try:
+                await self.send(*(update for update in updates if update.subscriptionid in wanted))
+            except DisconnectedCircuit:
+                await self._on_disconnect()
+                self.circuit.disconnect()
+                await self.context.circuit_disconnected(self)
+                return
+            finally:
+                for _ in found:
+                    queue.task_done()
+
+
+class _Context(Context):
+    """The server of caproto with our circuits."""
+
+    CircuitClass = _Circuit
+
+    async def subscription_queue_loop(self) -> None:
+        """Distribute updates to the circuits, for ever."""
+        while True:
+            update = await self.subscription_queue.get()
+            try:
+                await self._subscription_queue_iteration(*update)
+            finally:
+                self.subscription_queue.task_done()
+
+
+class ChannelAccess:
+    """A server of Channel Access.  `port`: for UDP and TCP; another TCP port if it is taken."""
+
+    def __init__(self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None) -> None:
+        self._channels: dict[str, Channel] = {}
+        self._motors: list[_Motor] = []
+        self._addresses, self._port = list(addresses), port
+        self._started = asyncio.Event()
+        if all(address == LOOPBACK for address in addresses):  # no beacons to other machines
+            os.environ.setdefault("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
+            os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
+
+    def add_motor(self, record: MotorRecord) -> None:
+        """Serve a motor record."""
+        motor = _Motor(record)
+        self._motors.append(motor)
+        self._channels[record.name] = motor.channels["VAL"]
+        for name, channel in motor.channels.items():
+            self._channels[called(record.name, name)] = channel
+
+    def add_point(self, name: str, point: Point) -> None:
+        """Serve a pin as a binary record, a register as a long one."""
+        field = Field(Kind.MENU, point.value or 0, NO_YES) if point.bit else Field(Kind.LONG, point.value or 0)
+        alarm = ChannelAlarm(status=AlarmStatus.UDF, severity=AlarmSeverity.INVALID_ALARM)
+
+        async def put(value: Any) -> None:
+            await point.write(NO_YES.index(value) if isinstance(value, str) else int(value))
+
+        async def post(value: int) -> None:
+            good = {"status": AlarmStatus.NO_ALARM, "severity": AlarmSeverity.NO_ALARM}
+            await channel.write(field.menu[value] if field.menu else value, verify_value=False)
+            await alarm.write(**good)
+
+        kind = ("bo" if point.bit else "longout") if point.writable else "bi" if point.bit else "longin"
+        channel = _make(field, field.value, put if point.writable else None, alarm, kind)
+        if point.value is not None:
+            alarm._data.update(status=AlarmStatus.NO_ALARM, severity=AlarmSeverity.NO_ALARM)
+        point.observers.append(post)
+        self._channels[name] = channel
+
+    async def run(self) -> None:
+        """Serve clients for ever."""
+        for motor in self._motors:
+            await motor.describe()
+        context = _Context(self._channels, self._addresses)
+        if self._port is not None:
+            context.ca_server_port = self._port
+
+        async def started(_: object) -> None:
+            self._port = context.port
+            self._started.set()
+
+        await context.run(startup_hook=started)
+
+    async def started(self) -> str:
+        """Wait until the server listens; return its address."""
+        await self._started.wait()
+        return f"{self._addresses[0]}:{self._port}"

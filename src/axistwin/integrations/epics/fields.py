@@ -1,0 +1,113 @@
+"""Fields of a motor record: type, value at the start, and the check of written values."""
+
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from typing import Any
+
+from axistwin.drivers.errors import RefusedError
+
+
+class Kind(Enum):
+    """Type of a field."""
+
+    DOUBLE = "double"
+    LONG = "long"
+    MENU = "menu"
+    STRING = "string"
+    TEXT = "text"
+    """A string of up to 256 characters."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a record."""
+
+    kind: Kind
+    value: Any
+    menu: tuple[str, ...] = ()
+    """Choices of a menu."""
+    scaled: bool = False
+    """True if the value has the record's unit, precision and limits."""
+
+
+def _doubles(names: str, value: float = 0.0, *, scaled: bool = True) -> dict[str, Field]:
+    return {name: Field(Kind.DOUBLE, value, scaled=scaled) for name in names.split()}
+
+
+def _longs(names: str, value: int = 0) -> dict[str, Field]:
+    return {name: Field(Kind.LONG, value) for name in names.split()}
+
+
+def _menu(*choices: str, value: int = 0) -> Field:
+    return Field(Kind.MENU, value, choices)
+
+
+def _strings(names: str) -> dict[str, Field]:
+    return {name: Field(Kind.STRING, "") for name in names.split()}
+
+
+NO_YES = ("No", "Yes")
+SEVERITIES = ("NO_ALARM", "MINOR", "MAJOR", "INVALID")
+STOP, PAUSE, MOVE, GO = range(4)
+"""Choices of SPMG."""
+MOST_DECIMALS = 6
+
+MOTOR: dict[str, Field] = {
+    **_doubles("VAL RBV DVAL DRBV RLV DIFF OFF HLM LLM DHLM DLLM"),
+    **_doubles("RVAL RRBV RDIF", scaled=False),
+    **_doubles("VELO VBAS VMAX JVEL JAR HVEL BVEL TWV RDBD SPDB BDST"),
+    **_doubles("ACCL BACC DLY S SBAS SMAX VERS", scaled=False),
+    **_doubles("MRES ERES RRES UREV FRAC", 1.0, scaled=False),
+    **_longs("DMOV SREV", 1),
+    **_longs("MOVN STOP JOGF JOGR HOMF HOMR TWF TWR SYNC HLS LLS RHLS RLLS LVIO MSTA TDIR CDIR ATHM MISS RCNT RTRY"),
+    **_longs("PREC CARD UDF PROC"),
+    "SPMG": _menu("Stop", "Pause", "Move", "Go", value=GO),
+    "DIR": _menu("Pos", "Neg"),
+    "SET": _menu("Use", "Set"),
+    "FOFF": _menu("Variable", "Frozen"),
+    "UEIP": _menu(*NO_YES),
+    "URIP": _menu(*NO_YES),
+    "STUP": _menu("OFF", "ON", "BUSY"),
+    "CNEN": _menu("Disable", "Enable", value=1),
+    "SEVR": _menu(*SEVERITIES),
+    **_strings("EGU DESC NAME RTYP DTYP OUT STAT"),
+    "FAULT": Field(Kind.TEXT, ""),
+    "CLEAR": Field(Kind.LONG, 0),
+}
+"""Fields of a motor record, with the names of EPICS' motor module."""
+OWN = ("FAULT", "CLEAR")
+"""Fields that a motor record of EPICS does not have; they are served as records of their own, `LAB:if1:X:FAULT`."""
+
+
+def called(record: str, field: str) -> str:
+    """Return the name under which a field is served."""
+    return f"{record}:{field}" if field in OWN else f"{record}.{field}"
+
+
+def decimals(per: Fraction) -> int:
+    """Return the decimals that one count needs, at most 6."""
+    return next((n for n in range(MOST_DECIMALS) if (10**n / per).denominator == 1), MOST_DECIMALS)
+
+
+def checked(field: str, value: Any) -> Any:
+    """Return a value with the type of the field; a choice of a menu as its number.  Raises RefusedError."""
+    found = MOTOR[field]
+    try:
+        match found.kind:
+            case Kind.DOUBLE:
+                value = float(value)
+                if not abs(value) < 1e15:
+                    raise RefusedError(f"{field}: {value} is not a number below 1e15")
+            case Kind.LONG:
+                value = int(value)
+            case Kind.MENU:
+                value = found.menu.index(value) if isinstance(value, str) else int(value)
+                if not 0 <= value < len(found.menu):
+                    raise RefusedError(f"{field}: {value} is no choice: expected {', '.join(found.menu)}")
+            case _:
+                value = str(value)[:39]
+    except (ValueError, TypeError):
+        expected = ", ".join(found.menu) or f"a {found.kind.value}"
+        raise RefusedError(f"{field}: {value!r} is invalid: expected {expected}") from None
+    return value

@@ -1,0 +1,74 @@
+"""An IOC: the records of a machine on the servers of EPICS."""
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING
+
+from axistwin.integrations.epics.channel_access import LOOPBACK, ChannelAccess
+from axistwin.integrations.epics.motor_record import MotorRecord
+from axistwin.integrations.machine import Machine
+
+if TYPE_CHECKING:
+    from axistwin.integrations.epics.pv_access import PvAccess
+
+LONGEST_NAME = 60
+"""Longest name of a record in EPICS."""
+
+
+class Ioc:
+    """Records of a machine, by name.  Use within a running event loop, after the machine has been opened."""
+
+    def __init__(self, machine: Machine, prefix: str) -> None:
+        self.machine = machine
+        self.motors: list[MotorRecord] = []
+        self.points = {}
+        for station in machine.stations:
+            base = f"{prefix}{station.name}"
+            for name, axis in station.axes.items():
+                self.motors.append(MotorRecord(axis, f"{base}:{name}", f"{station.name} {name}"))
+            for point in station.points:
+                self.points[f"{base}:{point.name.replace('.', ':')}"] = point
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all records."""
+        return [*(motor.name for motor in self.motors), *self.points]
+
+    @asynccontextmanager
+    async def serving(
+        self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None, *, pv_access: bool = False
+    ) -> AsyncIterator[str]:
+        """Serve the records and poll the machine; yields the address of Channel Access."""
+        logging.getLogger("caproto").setLevel(logging.CRITICAL)  # a refused write is the client's affair
+        server = ChannelAccess(addresses, port)
+        self._add_to(server)
+        other = None
+        if pv_access:
+            from axistwin.integrations.epics.pv_access import PvAccess  # lazy import: an extra of its own
+
+            shared = PvAccess(addresses, None if port is None else port + 11)
+            self._add_to(shared)
+            other = await shared.open()
+        tasks = [asyncio.ensure_future(one) for one in (self.machine.run(), server.run())]
+        try:
+            started = asyncio.ensure_future(server.started())
+            await asyncio.wait([started, *tasks], return_when=asyncio.FIRST_COMPLETED)
+            for task in tasks:
+                if task.done():
+                    started.cancel()
+                    task.result()
+            yield started.result()
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            if other is not None:
+                other.stop()
+
+    def _add_to(self, server: "ChannelAccess | PvAccess") -> None:
+        for motor in self.motors:
+            server.add_motor(motor)
+        for name, point in self.points.items():
+            server.add_point(name, point)

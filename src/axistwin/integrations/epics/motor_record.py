@@ -1,0 +1,389 @@
+"""A motor record on an axis: what a write does, and what a poll changes.
+
+Positions: user = dial × (1 or -1, DIR) + OFF; dial = counts × MRES.  The counts per unit are an exact fraction, so that
+a position that was written as 0.3 is read as 0.3.
+"""
+
+from collections.abc import Awaitable, Callable
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from axistwin.drivers.axis import Status
+from axistwin.drivers.errors import RefusedError
+from axistwin.integrations.driven_axis import DrivenAxis
+from axistwin.integrations.epics.fields import GO, MOTOR, MOVE, PAUSE, STOP, checked, decimals
+from axistwin.integrations.epics.state import SILENT, Alarm, alarm_of, status_bits
+
+SCALED = ("VMAX", "VELO", "JVEL", "HVEL", "BVEL", "TWV", "JAR", "DHLM", "DLLM")
+"""Fields that are scaled with MRES."""
+FINEST = 10**9
+"""Largest denominator of MRES as a fraction."""
+
+
+Post = Callable[[str, Any], Awaitable[None]]
+Put = Callable[["MotorRecord", Any], Awaitable[None]]
+
+
+class MotorRecord:
+    """Fields of an axis.  `observers` are called with each changed field; "" stands for the alarm and the metadata."""
+
+    def __init__(self, axis: DrivenAxis, name: str, description: str) -> None:
+        self.axis, self.name = axis, name
+        self.values: dict[str, Any] = {field: found.value for field, found in MOTOR.items()}
+        self.alarm = Alarm("UDF", "INVALID")
+        self.observers: list[Post] = []
+        self._per = axis.units.per
+        self._homed = False
+        self._jogging: str | None = None
+        self._set_up(description)
+        axis.changed = self._update
+
+    def _set_up(self, description: str) -> None:
+        core, values = self.axis.core, self.values
+        values.update(NAME=self.name, RTYP="motor", DESC=description[:40], DTYP="axistwin", STAT="UDF", UDF=1)
+        values.update(OUT=f"@{self.axis.station.driver.url}"[:39], EGU=self.axis.units.of, VERS=1.0, SEVR=3)
+        values["PREC"] = decimals(self._per)
+        unit = 1 / float(abs(self._per))
+        values.update(VELO=core.velocity * unit, ACCL=core.velocity / core.acceleration, VMAX=core.max_velocity * unit)
+        values.update(JVEL=values["VELO"], HVEL=values["VELO"], BVEL=values["VELO"], TWV=values["VELO"] / 10)
+        values.update(JAR=core.acceleration * unit, BACC=values["ACCL"])
+        furthest = core.max_position * unit
+        values.update(HLM=furthest, DHLM=furthest, LLM=-furthest, DLLM=-furthest)
+        self._set_resolution()
+
+    def _set_resolution(self) -> None:
+        values = self.values
+        values["MRES"] = values["ERES"] = float(1 / self._per)
+        values["RDBD"] = values["UREV"] = abs(values["MRES"])
+        values.update(S=values["VELO"] / values["UREV"], SMAX=values["VMAX"] / values["UREV"])
+
+    # Positions
+
+    @property
+    def _sign(self) -> int:
+        return -1 if self.values["DIR"] else 1
+
+    def _dial(self, counts: float) -> float:
+        return float(Fraction(counts) / self._per)
+
+    def _user(self, dial: float) -> float:
+        return float(dial * self._sign + self.values["OFF"])
+
+    def _dial_of(self, user: float) -> float:
+        return float((user - self.values["OFF"]) * self._sign + 0.0)
+
+    def _counts(self, dial: float) -> int:
+        return round(Fraction(dial) * self._per)
+
+    def _outside(self, dial: float) -> bool:
+        low, high = self.values["DLLM"], self.values["DHLM"]
+        return bool(low != high and not low <= dial <= high)
+
+    # Writes
+
+    def writable(self, field: str) -> bool:
+        """True if writes to a field have an effect."""
+        return field in PUTS
+
+    async def put(self, field: str, value: Any) -> None:
+        """Process a write; for a motion, return at rest.  Raises DriverError."""
+        if field not in PUTS:
+            raise RefusedError(f"{field} can only be read")
+        await PUTS[field](self, checked(field, value))
+
+    async def _post(self, field: str, value: Any) -> None:
+        for observer in self.observers:
+            await observer(field, value)
+
+    async def _set(self, **changed: Any) -> None:
+        """Change fields and publish those with a new value."""
+        for field, value in changed.items():
+            if self.values[field] != value:
+                self.values[field] = value
+                await self._post(field, value)
+
+    async def _move(self, user: float) -> None:
+        """Move to a user position, or in SET mode define the position."""
+        dial = self._dial_of(user)
+        if self.values["SET"]:
+            await self._define(user, dial)
+            return
+        self._allowed()
+        if self._outside(dial):
+            await self._set(LVIO=1)
+            raise RefusedError(f"{user:g} is outside the limits {self.values['LLM']:g} to {self.values['HLM']:g}")
+        self.axis.status.known_position()
+        await self._set(LVIO=0, VAL=user, DVAL=dial, RVAL=float(self._counts(dial)), MISS=0)
+        self._apply_profile(self.values["VELO"], self.values["ACCL"])
+        await self.axis.move_to(self._counts(dial))
+
+    def _allowed(self) -> None:
+        if self.values["SPMG"] == STOP:
+            raise RefusedError("SPMG is Stop: write Go to it first")
+
+    async def _define(self, user: float, dial: float) -> None:
+        if self.values["FOFF"] or self.axis.status.lost:
+            await self.axis.set_position(self._counts(dial))
+        else:
+            await self._offset(user - self._dial(self.axis.status.position) * self._sign)
+        await self._follow_readback()
+
+    async def _offset(self, offset: float) -> None:
+        """Change OFF; the dial positions stay."""
+        await self._set(OFF=offset)
+        await self._refresh_limits()
+        await self._follow_readback()
+        await self._update()
+
+    async def _refresh_limits(self) -> None:
+        ends = sorted(self._user(self.values[name]) for name in ("DLLM", "DHLM"))
+        await self._set(LLM=ends[0], HLM=ends[1])
+        await self._post("", None)
+
+    async def _follow_readback(self) -> None:
+        """Set VAL to the position at rest."""
+        position = self.axis.status.position
+        dial = self._dial(position)
+        await self._set(VAL=self._user(dial), DVAL=dial, RVAL=float(round(position)))
+
+    def _apply_profile(self, velocity: float, seconds: float) -> None:
+        core = self.axis.core
+        core.velocity = velocity * float(abs(self._per))
+        core.acceleration = core.velocity / seconds
+
+    async def _jog(self, field: str, on: int) -> None:
+        if not on:
+            if self._jogging == field:
+                await self.axis.stop()
+            return
+        self._allowed()
+        sign = 1 if field == "JOGF" else -1
+        if self._runs_out(sign * self._sign):
+            await self._set(LVIO=1)
+            raise RefusedError(f"{field}: the position is already at or beyond the limit")
+        self._apply_profile(self.values["JVEL"], self.values["ACCL"])
+        self._jogging = field
+        await self._set(LVIO=0, **{field: 1})
+        try:
+            await self.axis.move_at(sign * self._sign * self.values["JVEL"] * float(self._per))
+        finally:
+            self._jogging = None if self._jogging == field else self._jogging
+            await self._set(**{field: 0})
+
+    def _runs_out(self, direction: int) -> bool:
+        """True if a run in this dial direction has to stop before the limit."""
+        low, high = self.values["DLLM"], self.values["DHLM"]
+        distance = self.values["JVEL"] * self.values["ACCL"] / 2
+        dial = self._dial(self.axis.status.position)
+        return bool(low != high and (dial + distance >= high if direction > 0 else dial - distance <= low))
+
+    async def _home(self, field: str, on: int) -> None:
+        if not on:
+            return
+        self._allowed()
+        direction = (1 if field == "HOMF" else -1) * self._sign * (1 if self._per > 0 else -1)
+        self._apply_profile(self.values["VELO"], self.values["ACCL"])
+        await self._set(**{field: 1})
+        try:
+            await self.axis.home(direction)
+            if self.axis.status.faults or self.axis.stopped:
+                raise RefusedError("; ".join(map(str, self.axis.status.faults)) or "the search for home was stopped")
+            self._homed = True
+        finally:
+            await self._set(**{field: 0})
+            await self._update()
+
+    async def _tweak(self, sign: int, on: int) -> None:
+        if on:
+            await self._move(self.values["VAL"] + sign * self.values["TWV"])
+
+    async def _stop(self, on: int) -> None:
+        if on:
+            await self.axis.stop()
+
+    async def _stop_pause_move_go(self, choice: int) -> None:
+        await self._set(SPMG=choice)
+        if choice in (MOVE, GO):
+            self.axis.resume()
+        elif choice == PAUSE:
+            await self.axis.pause()
+        else:
+            self.axis.resume()
+            await self.axis.stop()
+
+    async def _velocity(self, field: str, value: float) -> None:
+        most = self.values["VMAX"] if field != "VMAX" else self.axis.core.max_velocity / float(abs(self._per))
+        if not 0 < value <= most:
+            raise RefusedError(f"{field}: {value:g} is not above 0 and at most {most:g}")
+        await self._set(**{field: value})
+        if field in ("VELO", "VMAX"):
+            unit = self.values["UREV"]
+            await self._set(S=self.values["VELO"] / unit, SMAX=self.values["VMAX"] / unit)
+
+    async def _positive(self, field: str, value: float) -> None:
+        if not value > 0:
+            raise RefusedError(f"{field}: {value:g} is not above 0")
+        await self._set(**{field: value})
+
+    async def _user_limit(self, field: str, value: float) -> None:
+        upper = (field == "HLM") == (self._sign > 0)
+        await self._dial_limit("DHLM" if upper else "DLLM", self._dial_of(value))
+
+    async def _dial_limit(self, field: str, value: float) -> None:
+        await self._set(**{field: value})
+        await self._refresh_limits()
+
+    async def _direction(self, choice: int) -> None:
+        self._at_rest("DIR")
+        await self._set(DIR=choice)
+        await self._offset(self.values["OFF"])
+
+    async def _resolution(self, value: float) -> None:
+        """Change the resolution; velocities and limits keep their counts."""
+        self._at_rest("MRES")
+        found = Fraction(value).limit_denominator(FINEST)
+        if not found:
+            raise RefusedError("MRES: expected a number that is not 0")
+        before, self._per = self._per, 1 / found
+        ratio = float(abs(before / self._per))
+        scaled = {name: self.values[name] * ratio for name in SCALED}
+        kept = dict(self.values)
+        self.values.update(scaled)
+        self._set_resolution()
+        changed = {field: value for field, value in self.values.items() if kept[field] != value}
+        self.values = kept
+        await self._set(**changed)
+        await self._refresh_limits()
+        await self._follow_readback()
+        await self._update()
+
+    def _at_rest(self, field: str) -> None:
+        if self.axis.busy:
+            raise RefusedError(f"{field} can be changed at rest only")
+
+    async def _keep(self, field: str, value: Any) -> None:
+        """Change a field without further effect."""
+        await self._set(**{field: value})
+
+    async def _shown(self, field: str, value: Any) -> None:
+        """Change the unit or the precision."""
+        await self._set(**{field: value})
+        await self._post("", None)
+
+    async def _poll(self, on: int) -> None:
+        """Read the state of the axis at once."""
+        if on:
+            self.axis.station.wake()
+            await self.axis.station.polled()
+
+    async def _clear(self, on: int) -> None:
+        if on:
+            await self.axis.clear_faults()
+
+    async def _sync(self, on: int) -> None:
+        if on and not self.axis.busy:
+            await self._follow_readback()
+
+    # Polls
+
+    async def _update(self) -> None:
+        """Publish the state of the axis: the readback first, DMOV last."""
+        axis, status = self.axis, self.axis.status
+        moving = status.moving
+        await self._set_alarm(status)
+        if axis.busy:
+            await self._set(DMOV=0)
+        if axis.error:
+            await self._set(MSTA=self.values["MSTA"] | SILENT)
+            return
+        await self._set_readback(status)
+        if self._jogging and moving and self._runs_out(1 if status.velocity * float(self._per) > 0 else -1):
+            await self._set(LVIO=1)
+            await axis.stop()
+        if not axis.busy and not self.values["DMOV"]:
+            await self._ended()
+        await self._set(
+            MOVN=int(moving),
+            MSTA=status_bits(status, busy=axis.busy, forward=self.values["CDIR"], homed=self._homed),
+            DMOV=int(not axis.busy),
+        )
+
+    async def _set_readback(self, status: Status) -> None:
+        dial = self._dial(status.position)
+        user = self._user(dial)
+        raw = float(round(status.position))
+        plus, minus = int(status.limit_plus), int(status.limit_minus)
+        high, low = (plus, minus) if (self._per > 0) == (self._sign > 0) else (minus, plus)
+        await self._set(RHLS=plus, RLLS=minus, HLS=high, LLS=low, ATHM=int(status.at_home))
+        if status.velocity:
+            forward = int(status.velocity > 0)
+            await self._set(CDIR=forward, TDIR=int((forward > 0) == ((self._per > 0) == (self._sign > 0))))
+        if self.values["RBV"] != user or self.values["RRBV"] != raw:
+            await self._set(RBV=user, DRBV=dial, RRBV=raw)
+            await self._set(DIFF=self.values["VAL"] - user, RDIF=self.values["RVAL"] - raw)
+
+    async def _ended(self) -> None:
+        """Complete a motion: after anything but a finished move, VAL is the position."""
+        goal = self.axis.ended
+        if goal is None or goal.target is None or goal.failure:
+            await self._follow_readback()
+        else:
+            await self._set(MISS=int(abs(self.values["RDIF"]) > 1))
+        if self.values["SPMG"] == MOVE:
+            await self._stop_pause_move_go(PAUSE)
+
+    async def _set_alarm(self, status: Status) -> None:
+        alarm, message = alarm_of(status, self.axis.error)
+        if (alarm, message) != (self.alarm, self.values["FAULT"]):
+            self.alarm = alarm
+            severity = MOTOR["SEVR"].menu.index(alarm.severity)
+            await self._post("", None)
+            await self._set(STAT=alarm.status, SEVR=severity, UDF=int(alarm.status == "UDF"), FAULT=message)
+
+
+async def _by_raw(record: MotorRecord, value: float) -> None:
+    await record._move(record._user(record._dial(round(value))))
+
+
+async def _by_dial(record: MotorRecord, value: float) -> None:
+    await record._move(record._user(value))
+
+
+async def _by_distance(record: MotorRecord, value: float) -> None:
+    await record._move(record.values["VAL"] + value)
+
+
+def _with_name(function: Callable[[MotorRecord, str, Any], Awaitable[None]], names: str) -> dict[str, Put]:
+    def put(record: MotorRecord, value: Any, name: str) -> Awaitable[None]:
+        return function(record, name, value)
+
+    return {name: partial(put, name=name) for name in names.split()}
+
+
+PUTS: dict[str, Put] = {
+    "VAL": MotorRecord._move,
+    "DVAL": _by_dial,
+    "RVAL": _by_raw,
+    "RLV": _by_distance,
+    **_with_name(MotorRecord._jog, "JOGF JOGR"),
+    **_with_name(MotorRecord._home, "HOMF HOMR"),
+    "TWF": lambda record, on: record._tweak(1, on),
+    "TWR": lambda record, on: record._tweak(-1, on),
+    "STOP": MotorRecord._stop,
+    "SPMG": MotorRecord._stop_pause_move_go,
+    **_with_name(MotorRecord._velocity, "VELO VMAX JVEL"),
+    **_with_name(MotorRecord._positive, "ACCL TWV"),
+    **_with_name(MotorRecord._user_limit, "HLM LLM"),
+    **_with_name(MotorRecord._dial_limit, "DHLM DLLM"),
+    "OFF": MotorRecord._offset,
+    "DIR": MotorRecord._direction,
+    "MRES": MotorRecord._resolution,
+    **_with_name(MotorRecord._keep, "SET FOFF DESC"),
+    **_with_name(MotorRecord._shown, "EGU PREC"),
+    "STUP": MotorRecord._poll,
+    "PROC": MotorRecord._poll,
+    "SYNC": MotorRecord._sync,
+    "CLEAR": MotorRecord._clear,
+}
+"""Writes that have an effect; all other fields can only be read."""

@@ -1,0 +1,45 @@
+"""State of an axis as EPICS shows it: the alarm, and the bits of MSTA."""
+
+from dataclasses import dataclass
+
+from axistwin.drivers.axis import Status
+
+DIRECTION, DONE, PLUS, HOME_SWITCH, AT_HOME, PROBLEM, MOVING, SILENT, MINUS, HOMED = (
+    1 << bit for bit in (0, 1, 2, 3, 7, 9, 10, 12, 13, 14)
+)
+"""Bits of MSTA."""
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """Alarm of a record: status and severity with the names of EPICS."""
+
+    status: str = "NO_ALARM"
+    severity: str = "NO_ALARM"
+
+
+def alarm_of(status: Status, error: str) -> tuple[Alarm, str]:
+    """Return the alarm and its reason; `error`: why the controller does not answer."""
+    if error:
+        return Alarm("COMM", "INVALID"), error
+    if status.lost:
+        return Alarm("UDF", "INVALID"), f"{status.lost}: home the axis, or set the position"
+    if status.faults:
+        return Alarm("STATE", "MAJOR"), "; ".join(map(str, status.faults))
+    return Alarm(), ""
+
+
+def status_bits(status: Status, *, busy: bool, forward: int, homed: bool) -> int:
+    """Return MSTA."""
+    bits = {
+        DIRECTION: forward,
+        DONE: not busy,
+        PLUS: status.limit_plus,
+        HOME_SWITCH: status.at_home,
+        AT_HOME: status.at_home,
+        PROBLEM: status.faults,
+        MOVING: status.moving,
+        MINUS: status.limit_minus,
+        HOMED: homed,
+    }
+    return sum(bit for bit, on in bits.items() if on)

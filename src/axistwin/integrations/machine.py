@@ -1,0 +1,151 @@
+"""The stations of a scene, whose virtual controllers run inside, or of one port."""
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from contextlib import AsyncExitStack
+from typing import Any, Self
+
+from axistwin.bench import Bench, endpoints
+from axistwin.drivers.asynchronous import AsyncController
+from axistwin.drivers.blocking import nothing
+from axistwin.drivers.core import Core
+from axistwin.drivers.errors import DriverError
+from axistwin.drivers.models import make
+from axistwin.errors import LinkError, UsageError
+from axistwin.integrations.station import Station
+from axistwin.links.server import Server
+from axistwin.links.urls import parse
+from axistwin.plant.machine_units import MachineUnits
+
+Units = Mapping[str, MachineUnits]
+"""Units by axis: `X`, or in a scene `if1.X`."""
+
+
+class Machine:
+    """Stations.  Use within a running event loop: `async with machine`."""
+
+    def __init__(self, stations: Sequence[Station], period_s: float = 0.1, server: Server | None = None) -> None:
+        self.stations = list(stations)
+        self._period_s, self._server = period_s, server
+        self._open = AsyncExitStack()
+
+    async def __aenter__(self) -> Self:
+        try:
+            for station in self.stations:
+                self._open.push_async_callback(station.close)
+            await asyncio.gather(*(_connect(station) for station in self.stations))
+        except BaseException:
+            await self._open.aclose()
+            raise
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self._open.aclose()
+        if self._server is not None:
+            self._server.pacer.sync()
+            self._server.close()
+
+    async def run(self) -> None:
+        """Poll all stations for ever."""
+        async with asyncio.TaskGroup() as group:
+            for station in self.stations:
+                group.create_task(station.poll_forever(self._period_s))
+
+
+async def _connect(station: Station) -> None:
+    try:
+        await station.driver.run(nothing())
+        await station.poll()
+    except DriverError as error:
+        raise LinkError(f"{station.name}: {error}") from None
+
+
+def at_port(
+    url: str,
+    model: str,
+    options: Mapping[str, Any],
+    *,
+    baud: int | None = None,
+    units: Units | None = None,
+    registers: Sequence[str] = (),
+    period_s: float = 0.1,
+) -> Machine:
+    """Return the controller at a port.  Raises UsageError for an unknown model, option, axis or register."""
+    driver = AsyncController(url, _core(model, options), baud)
+    units = units or {}
+    for axis in units:
+        if axis not in driver.axes:
+            raise UsageError(f"no axis {axis!r}: expected {', '.join(driver.axes)}")
+    return Machine([Station(model, model, driver, units, tuple(registers))], period_s)
+
+
+async def of_scene(
+    bench: Bench,
+    options: Mapping[str, Mapping[str, Any]],
+    *,
+    speed: float | None = 1.0,
+    without: frozenset[str] = frozenset(),
+    units: Units | None = None,
+    registers: Sequence[str] = (),
+    period_s: float = 0.1,
+) -> Machine:
+    """Serve a bench on ports of this computer, start virtual time, and return its controllers.
+
+    `options`: options of drivers by controller; `without`: endpoints that have other hosts.  Raises UsageError.
+    """
+    names = [name for name in endpoints.names(bench) if name not in without and not name.endswith(".rs485")]
+    for name in options:
+        if name not in names:
+            raise UsageError(f"no controller {name!r}: expected {', '.join(names)}")
+    server = Server(bench, speed=speed)
+    stations = []
+    try:
+        for name in names:
+            kind = "bus" if endpoints.at_a_bus(bench, name) else "tcp"
+            url = await server.open(name, parse(f"{kind}://127.0.0.1:0"))
+            model, given, own = _of_bench(bench, name)
+            driver = AsyncController(str(url), _core(model, {**given, **options.get(name, {})}))
+            stations.append(Station(name, model, driver, own | _after(name, units or {}), _registers(name, registers)))
+        _check_names(stations, [*(units or {}), *registers])
+    except BaseException:
+        server.close()
+        raise
+    server.start()
+    return Machine(stations, period_s, server)
+
+
+def _core(model: str, options: Mapping[str, Any]) -> Core:
+    try:
+        return make(model, dict(options))
+    except DriverError as error:
+        raise UsageError(str(error)) from None
+
+
+def _of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
+    """Return the model, the options of the driver and the units of the axes."""
+    model = "smartmotor"
+    given: dict[str, Any] = {}
+    if name in bench.lines:
+        motors = bench.lines[name].motors
+        shafts = {f"shaft{number}": motor.axes["shaft"] for number, motor in enumerate(motors, 1)}
+        given = {"addresses": tuple(range(1, len(motors) + 1)), "rs485": bench.lines[name].channel == "rs485"}
+    else:
+        model, shafts = bench[name].product.model, dict(bench[name].axes)
+    if model == "smartmotor" and any(axis.limits for axis in shafts.values()):
+        given["limits"] = True
+    return model, given, {axis: found.units for axis, found in shafts.items() if found.units}
+
+
+def _after(name: str, units: Units) -> dict[str, MachineUnits]:
+    return {axis.removeprefix(f"{name}."): found for axis, found in units.items() if axis.startswith(f"{name}.")}
+
+
+def _registers(name: str, given: Sequence[str]) -> tuple[str, ...]:
+    return tuple(one.removeprefix(f"{name}.") for one in given if one.startswith(f"{name}."))
+
+
+def _check_names(stations: list[Station], given: Sequence[str]) -> None:
+    known = {f"{station.name}.{axis}" for station in stations for axis in station.axes}
+    for one in given:
+        if one not in known and one.partition(".")[0] not in {station.name for station in stations}:
+            raise UsageError(f"no controller in {one!r}: expected a name such as {min(known)}")

@@ -1,0 +1,286 @@
+"""Nodes of axes, pins and registers.
+
+Objects/Machines/CONTROLLER/Identification, …/Axes/AXIS, …/Pins, …/Registers.  The folder `Machines` and the names in
+`Identification` are those of OPC 40001-1, Machinery.
+"""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from asyncua import Node, Server, ua
+from asyncua.common.callback import CallbackType, ServerItemCallback
+from asyncua.ua.uaerrors import UaStatusCodeError
+
+from axistwin.drivers.axis import Scale
+from axistwin.drivers.errors import BusyError, DriverError, PositionLostError, RefusedError
+from axistwin.integrations.driven_axis import DrivenAxis, Goal
+from axistwin.integrations.points import Point
+from axistwin.integrations.station import Station
+
+NAMESPACE, MACHINERY = "urn:axistwin:axes", "http://opcfoundation.org/UA/Machinery/"
+MANUFACTURERS = {"if1": "Digiplan", "if2": "Digiplan", "1810": "Compumotor", "1811": "Compumotor"}
+BEGIN_S = 3.0
+"""Longest time for which a method waits for the beginning of a motion; clients wait for 4 s by default."""
+GOOD, NO_ANSWER, LOST, ESTIMATED = (
+    ua.StatusCodes.Good,
+    ua.StatusCodes.BadNoCommunication,
+    ua.StatusCodes.BadSensorFailure,
+    ua.StatusCodes.UncertainSensorNotAccurate,
+)
+DOUBLE, BOOL, TEXT, INT = ua.VariantType.Double, ua.VariantType.Boolean, ua.VariantType.String, ua.VariantType.Int64
+
+Write = Callable[[Any], Awaitable[None]]
+
+
+class AddressSpace:
+    """The nodes of all stations."""
+
+    def __init__(self, server: Server) -> None:
+        self.server = server
+        self._writes: dict[ua.NodeId, Write] = {}
+
+    async def build(self, stations: list[Station]) -> None:
+        """Create all nodes."""
+        self._index = await self.server.register_namespace(NAMESPACE)
+        machinery = await self.server.register_namespace(MACHINERY)
+        machines = await self.server.nodes.objects.add_folder(
+            ua.NodeId("Machines", self._index), ua.QualifiedName("Machines", machinery)
+        )
+        for station in stations:
+            await self._add_station(machines, machinery, station)
+        self.server.subscribe_server_callback(CallbackType.PreWrite, self._process_writes)
+
+    async def _process_writes(self, event: ServerItemCallback, _: object) -> None:
+        """Send values that a client writes to the controller.  Raises UaStatusCodeError."""
+        if not event.is_external:
+            return
+        for each in event.request_params.NodesToWrite:
+            write = self._writes.get(each.NodeId)
+            if write is not None and each.AttributeId == ua.AttributeIds.Value:
+                try:
+                    await write(each.Value.Value.Value)
+                except (DriverError, TypeError, ValueError) as error:
+                    raise UaStatusCodeError(_code(error)) from None
+
+    def _id(self, *names: str) -> tuple[ua.NodeId, ua.QualifiedName]:
+        return ua.NodeId(".".join(names), self._index), ua.QualifiedName(names[-1], self._index)
+
+    async def _add_station(self, machines: Node, machinery: int, station: Station) -> None:
+        machine = await machines.add_object(*self._id(station.name))
+        identification = await machine.add_folder(
+            ua.NodeId(f"{station.name}.Identification", self._index), ua.QualifiedName("Identification", machinery)
+        )
+        facts = {
+            "Manufacturer": MANUFACTURERS.get(station.model, "Animatics"),
+            "Model": station.model,
+            "ProductInstanceUri": f"urn:axistwin:{station.name}",
+            "SerialNumber": "unknown",
+            "Location": station.driver.url,
+        }
+        for name, text in facts.items():
+            identifier = ua.NodeId(f"{station.name}.Identification.{name}", self._index)
+            await identification.add_property(identifier, ua.QualifiedName(name, machinery), text)
+        axes = await machine.add_folder(*self._id(station.name, "Axes"))
+        for name, axis in station.axes.items():
+            await AxisNodes(self, axis).build(axes, station.name, name)
+        folders = {bit: await machine.add_folder(*self._id(station.name, title)) for bit, title in POINTS.items()}
+        for point in station.points:
+            await self._add_point(folders[point.bit], station.name, point)
+
+    async def add_variable(
+        self, parent: Node, names: tuple[str, ...], kind: ua.VariantType, value: Any, write: Write | None = None
+    ) -> Node:
+        """Create a variable.  With `write` clients can write it."""
+        found = await parent.add_variable(*self._id(*names), ua.Variant(value, kind, is_array=isinstance(value, list)))
+        if write is not None:
+            await found.set_writable()
+            self._writes[found.nodeid] = write
+        return found
+
+    async def publish(self, node: Node, kind: ua.VariantType, value: Any, code: int = GOOD) -> None:
+        """Publish the value of a variable."""
+        variant = ua.Variant(value, kind, is_array=isinstance(value, list))
+        await self.server.write_attribute_value(node.nodeid, ua.DataValue(variant, ua.StatusCode(code)))
+
+    async def add_method(
+        self, parent: Node, names: tuple[str, ...], act: Callable[..., Awaitable[None]], *arguments: str
+    ) -> None:
+        """Create a method; its arguments are numbers."""
+
+        async def call(_: ua.NodeId, *given: ua.Variant) -> ua.StatusCode:
+            try:
+                await act(*(float(each.Value) for each in given))
+            except (DriverError, TypeError, ValueError) as error:
+                return ua.StatusCode(_code(error))
+            return ua.StatusCode()
+
+        listed = [ua.Argument(Name=name, DataType=ua.NodeId(ua.ObjectIds.Double), ValueRank=-1) for name in arguments]
+        await parent.add_method(*self._id(*names), call, listed, [])
+
+    async def _add_point(self, folder: Node, station: str, point: Point) -> None:
+        kind = BOOL if point.bit else INT
+
+        async def write(value: Any) -> None:
+            await point.write(int(value))
+
+        async def publish(value: int) -> None:
+            await self.publish(node, kind, bool(value) if point.bit else value)
+
+        names = (station, POINTS[point.bit], point.name)
+        start = bool(point.value) if point.bit else point.value or 0
+        node = await self.add_variable(folder, names, kind, start, write if point.writable else None)
+        if point.value is None:
+            await self.publish(node, kind, start, ua.StatusCodes.UncertainInitialValue)
+        point.observers.append(publish)
+
+
+POINTS = {True: "Pins", False: "Registers"}
+"""Folders of bits and of numbers."""
+
+
+class AxisNodes:
+    """The variables and methods of an axis.  Positions are in the unit of the axis."""
+
+    def __init__(self, space: AddressSpace, axis: DrivenAxis) -> None:
+        self._space, self._axis = space, axis
+        self._scale = Scale(float(axis.units.per), axis.units.of)
+        self._nodes: dict[str, tuple[Node, ua.VariantType]] = {}
+        self._published: dict[str, tuple[Any, int]] = {}
+        self._error = ""
+        self._last: Goal | None = None
+
+    async def build(self, axes: Node, station: str, name: str) -> None:
+        """Create the nodes."""
+        space, names = self._space, (station, "Axes", name)
+        parent = await axes.add_object(ua.NodeId(f"{station}.{name}", space._index), f"{space._index}:{name}")
+        core, per = self._axis.core, abs(self._scale.counts_per_unit)
+        for title, value in self._values().items():
+            kind = _kind(value[0])
+            self._nodes[title] = (await space.add_variable(parent, (*names, title), kind, value[0]), kind)
+        writable = {
+            "Speed": (core.velocity / per, self._set_speed),
+            "Acceleration": (core.acceleration / per, self._set_acceleration),
+        }
+        for title, (start, write) in writable.items():
+            await space.add_variable(parent, (*names, title), DOUBLE, start, write)
+        unit = ua.EUInformation(DisplayName=ua.LocalizedText(self._scale.unit))
+        await self._nodes["Position"][0].add_property(0, "EngineeringUnits", unit)
+        methods: dict[str, tuple[Callable[..., Awaitable[None]], tuple[str, ...]]] = {
+            "MoveTo": (self._move_to, ("Position",)),
+            "MoveBy": (self._move_by, ("Distance",)),
+            "MoveAt": (self._move_at, ("Velocity",)),
+            "Home": (self._home, ("Direction",)),
+            "Stop": (self._axis.stop, ()),
+            "Abort": (lambda: self._axis.stop(abort=True), ()),
+            "SetPosition": (self._set_position, ("Position",)),
+            "ClearFaults": (self._axis.clear_faults, ()),
+        }
+        for title, (act, arguments) in methods.items():
+            await space.add_method(parent, (*names, title), act, *arguments)
+        self._axis.changed = self._publish
+        await self._publish()
+
+    # Values
+
+    def _values(self) -> dict[str, tuple[Any, int]]:
+        """Return the values and status codes of the variables."""
+        axis = self._axis
+        status = self._scale.status(axis.status)
+        code = NO_ANSWER if axis.error else LOST if status.lost else ESTIMATED if status.estimated else GOOD
+        state = NO_ANSWER if axis.error else GOOD
+        goal = axis.goal or axis.ended
+        if goal is not None and goal.failure:
+            self._error = goal.failure
+        return {
+            "Position": (float(self._units(axis.status.position)), code),
+            "Target": (float(status.setpoint), state),
+            "Velocity": (float(status.velocity), state),
+            "Busy": (axis.busy, state),
+            "Moving": (status.moving, state),
+            "LimitPlus": (status.limit_plus, state),
+            "LimitMinus": (status.limit_minus, state),
+            "AtHome": (status.at_home, state),
+            "Faults": ([str(fault) for fault in status.faults] + ([status.lost] if status.lost else []), state),
+            "LastError": (axis.error or self._error, GOOD),
+        }
+
+    def _units(self, counts: float) -> float:
+        return self._axis.units.value(counts)
+
+    async def _publish(self) -> None:
+        for title, value in self._values().items():
+            if self._published.get(title) != value:
+                self._published[title] = value
+                node, kind = self._nodes[title]
+                await self._space.publish(node, kind, *value)
+
+    # Methods
+
+    async def _begin(self, goal: Goal) -> None:
+        """Begin a motion; return when it has begun, or waits for another axis of the controller."""
+        self._error = ""
+        self._axis.status.known_position() if goal.target is not None else None
+        await self._axis.begin(goal)
+        try:
+            async with asyncio.timeout(BEGIN_S):
+                await goal.begun.wait()
+        except TimeoutError:
+            return
+        if goal.failure:
+            self._error = goal.failure
+            await self._publish()
+            raise RefusedError(goal.failure)
+
+    async def _move_to(self, position: float) -> None:
+        target = self._scale.counts(position)
+        if abs(target) > self._axis.core.max_position:
+            raise ValueError("target")
+        await self._begin(Goal(lambda: self._axis.core.move_to(target), target))
+
+    async def _move_by(self, distance: float) -> None:
+        await self._move_to(self._units(self._axis.status.position) + distance)
+
+    async def _move_at(self, velocity: float) -> None:
+        counts = velocity * self._scale.counts_per_unit
+        await self._begin(Goal(lambda: self._axis.core.move_at(counts)))
+
+    async def _home(self, direction: float) -> None:
+        if direction not in (1, -1):
+            raise ValueError("direction")
+        sign = int(direction) if self._scale.counts_per_unit > 0 else -int(direction)
+        await self._begin(Goal(lambda: self._axis.core.home(sign)))
+
+    async def _set_position(self, position: float) -> None:
+        await self._axis.set_position(self._scale.counts(position))
+
+    async def _set_speed(self, value: float) -> None:
+        rate = self._scale.rate(float(value))
+        if not 0 < rate <= self._axis.core.max_velocity:
+            raise ValueError("speed")
+        self._axis.core.velocity = rate
+
+    async def _set_acceleration(self, value: float) -> None:
+        rate = self._scale.rate(float(value))
+        if not 0 < rate < 2**31:
+            raise ValueError("acceleration")
+        self._axis.core.acceleration = rate
+
+
+def _kind(value: Any) -> ua.VariantType:
+    return BOOL if isinstance(value, bool) else DOUBLE if isinstance(value, float) else TEXT
+
+
+def _code(error: Exception) -> int:
+    """Return the status code of an error."""
+    match error:
+        case PositionLostError():
+            return int(LOST)
+        case BusyError():
+            return int(ua.StatusCodes.BadInvalidState)
+        case RefusedError():
+            return int(ua.StatusCodes.BadInvalidState)
+        case DriverError():
+            return int(NO_ANSWER)
+        case _:
+            return int(ua.StatusCodes.BadOutOfRange)

@@ -1,0 +1,107 @@
+"""Users and certificates of the OPC UA server."""
+
+import hmac
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from asyncua import Server, ua
+from asyncua.crypto.cert_gen import setup_self_signed_certificate
+from asyncua.crypto.permission_rules import USER_TYPES, SimpleRoleRuleset, User, UserRole
+from asyncua.crypto.truststore import TrustStore
+from asyncua.crypto.validator import CertificateValidator, CertificateValidatorOptions
+from cryptography.x509.oid import ExtendedKeyUsageOID
+
+from axistwin.errors import UsageError
+
+APPLICATION = "urn:axistwin:server"
+ROLES = {"operator": UserRole.User, "viewer": UserRole.Anonymous}
+COMMANDS = (
+    ua.ObjectIds.WriteRequest_Encoding_DefaultBinary,
+    ua.ObjectIds.CallRequest_Encoding_DefaultBinary,
+)
+"""Services that a viewer must not use."""
+
+
+@dataclass(frozen=True)
+class Account:
+    """A user."""
+
+    password: str
+    role: str
+
+
+def read_users(path: Path) -> dict[str, Account]:
+    """Read a file with a line `NAME PASSWORD operator|viewer` per user.  Raises UsageError."""
+    found = {}
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"{path} cannot be read: {error}") from None
+    for number, line in enumerate(lines, 1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        if len(words) != 3 or words[2] not in ROLES:
+            raise UsageError(f"{path}:{number}: expected NAME PASSWORD operator|viewer, e.g. anna k7Rw2p operator")
+        found[words[0]] = Account(words[1], words[2])
+    if not found:
+        raise UsageError(f"{path} has no users: expected lines such as: anna k7Rw2p operator")
+    return found
+
+
+class Users:
+    """Checks names and passwords for asyncua."""
+
+    def __init__(self, accounts: Mapping[str, Account]) -> None:
+        self._accounts = accounts
+
+    def get_user(
+        self,
+        _: object,
+        username: str | None = None,
+        password: str | None = None,
+        certificate: Any = None,  # noqa: ARG002
+    ) -> User | None:
+        """Return the user; None if name or password are wrong."""
+        account = self._accounts.get(username or "")
+        if account is None or not hmac.compare_digest(account.password.encode(), (password or "").encode()):
+            return None
+        return User(role=ROLES[account.role], name=username)
+
+
+class Rules(SimpleRoleRuleset):
+    """An operator can do everything but change the address space; a viewer can read."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        allowed = {ua.NodeId(kind) for kind in USER_TYPES if kind not in COMMANDS}
+        self._permission_dict[UserRole.Anonymous] = allowed
+
+
+async def secure(server: Server, users: bool, folder: Path | None, host: str) -> None:
+    """Set the policies of a server.
+
+    With a folder, messages are signed and encrypted with `key.pem` and `certificate.der` in the folder; missing files
+    are made.  If the folder has a subfolder `trusted`, only clients with certificates in it can connect.
+    """
+    if users:
+        server.set_identity_tokens([ua.UserNameIdentityToken])
+    if folder is None:
+        server.set_security_policy([ua.SecurityPolicyType.NoSecurity], permission_ruleset=Rules())
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    key, certificate = folder / "key.pem", folder / "certificate.der"
+    await setup_self_signed_certificate(
+        key, certificate, APPLICATION, host, [ExtendedKeyUsageOID.SERVER_AUTH], {"commonName": "axistwin"}
+    )
+    key.chmod(0o600)
+    await server.load_certificate(certificate)
+    await server.load_private_key(key)
+    server.set_security_policy([ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt], permission_ruleset=Rules())
+    if (folder / "trusted").is_dir():
+        store = TrustStore([folder / "trusted"], [])
+        await store.load()
+        options = CertificateValidatorOptions.TRUSTED_VALIDATION | CertificateValidatorOptions.PEER_CLIENT
+        server.set_certificate_validator(CertificateValidator(options, store))

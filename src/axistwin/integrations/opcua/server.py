@@ -1,0 +1,41 @@
+"""The OPC UA server of a machine."""
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from asyncua import Server
+
+from axistwin.integrations.machine import Machine
+from axistwin.integrations.opcua.address_space import AddressSpace
+from axistwin.integrations.opcua.security import APPLICATION, Account, Users, secure
+
+
+@asynccontextmanager
+async def serving(
+    machine: Machine,
+    address: str = "127.0.0.1",
+    port: int = 4840,
+    *,
+    users: Mapping[str, Account] | None = None,
+    certificates: Path | None = None,
+) -> AsyncIterator[str]:
+    """Serve an opened machine, and poll it; yields the URL of the server."""
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # a refused request is the client's affair
+    server = Server(user_manager=None if users is None else Users(users))
+    await server.init()
+    url = f"opc.tcp://{address}:{port}/axistwin"
+    server.set_endpoint(url)
+    server.set_server_name("axistwin")
+    await server.set_application_uri(APPLICATION)
+    await secure(server, users is not None, certificates, address)
+    await AddressSpace(server).build(machine.stations)
+    async with server:
+        polling = asyncio.ensure_future(machine.run())
+        try:
+            yield url
+        finally:
+            polling.cancel()
+            await asyncio.gather(polling, return_exceptions=True)

@@ -1,0 +1,187 @@
+"""A serial connector for several TCP clients: requests one after the other, and every client receives every answer.
+
+A request of a client ends with the terminator, or after 50 ms without a character in either direction.  While a request
+and its answer are in progress, requests of other clients wait; among waiting clients the one that has waited longest is
+next.  A client that is alone is never delayed.
+"""
+
+import asyncio
+from collections.abc import Callable
+
+from axistwin.links.plug import FULL, Plug
+from axistwin.links.tcp import TcpClient
+from axistwin.sim.frames import LineError
+from axistwin.sim.serial_port import Flow
+
+TERMINATOR = b"\r"
+"""End of a command line of an IF1, an IF2 and a SmartMotor."""
+SILENCE_S = 0.05
+LONGEST_S = 2.0
+"""Longest time from the end of a request to the request of a waiting client, for a controller that always transmits."""
+
+
+class Seat:
+    """The place of one TCP client; the client uses this object as its plug."""
+
+    def __init__(self, hub: "Hub") -> None:
+        self._hub = hub
+        self.client: TcpClient | None = None
+        self.waiting = bytearray()
+        """Characters that have not been sent to the controller."""
+
+    @property
+    def name(self) -> str:
+        """Name of the controller."""
+        return self._hub.plug.name
+
+    @property
+    def chunk(self) -> int:
+        """Largest number of characters read from the client at once."""
+        return self._hub.plug.chunk
+
+    @property
+    def full(self) -> bool:
+        """True while nothing is read from the client."""
+        return self._hub.plug.full or len(self.waiting) > FULL
+
+    def connect(self, client: TcpClient) -> bool:
+        """Connect the client.  Returns False if new clients are refused."""
+        self.client = client
+        if not self._hub.enter(self):
+            self.client = None
+        return self.client is not None
+
+    def disconnect(self, client: TcpClient) -> None:
+        """Release the seat after its client has disconnected."""
+        if self.client is client:
+            self._hub.leave(self)
+            self.client = None
+
+    def send(self, data: bytes) -> None:
+        """Transmit characters from the client, after the requests of other clients."""
+        self.waiting += data
+        self._hub.pump(self)
+        if self.full and self.client is not None:
+            self.client.pause()
+
+
+class Hub:
+    """The only client of a plug: it sends the requests of its seats, and distributes the answers."""
+
+    flow: Flow | None = None
+
+    def __init__(self, plug: Plug) -> None:
+        self.plug, self.name = plug, ""
+        self._seats: list[Seat] = []
+        self._queue: list[Seat] = []
+        """Seats with waiting characters, longest wait first; the seat whose request is in progress is not here."""
+        self._turn: Seat | None = None
+        self._complete = False
+        """True after the terminator of the present request."""
+        self._complete_at_s = 0.0
+        self._timer: asyncio.TimerHandle | None = None
+
+    def seat(self) -> TcpClient:
+        """Return a client on a seat of its own."""
+        return TcpClient(Seat(self))
+
+    # From the seats
+
+    def enter(self, seat: Seat) -> bool:
+        """Add a seat.  Returns False if the plug refuses clients."""
+        if self.plug.gate.closed or not (self._seats or self.plug.connect(self)):
+            return False
+        self._seats.append(seat)
+        self._rename()
+        return True
+
+    def leave(self, seat: Seat) -> None:
+        """Remove a seat; the plug is released with the last one."""
+        if seat not in self._seats:
+            return
+        self._seats.remove(seat)
+        self._rename()
+        seat.waiting.clear()
+        if seat in self._queue:
+            self._queue.remove(seat)
+        if self._turn is seat:
+            self._complete = True  # half a request ends by silence
+        if not self._seats:
+            self._end_turn()
+            self.plug.disconnect(self)
+
+    def _rename(self) -> None:
+        self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
+
+    def pump(self, seat: Seat) -> None:
+        """Send the waiting characters of a seat, as far as it is its turn."""
+        if self._turn not in (None, seat) or (self._complete and self._queue):
+            if seat not in self._queue:
+                self._queue.append(seat)
+            return
+        self._turn = seat
+        end = seat.waiting.find(TERMINATOR) + 1
+        first = bytes(seat.waiting[:end] if self._queue and end else seat.waiting)
+        del seat.waiting[: len(first)]
+        self._complete = first.endswith(TERMINATOR)
+        self._complete_at_s = asyncio.get_running_loop().time()
+        if seat.waiting:
+            self._queue.append(seat)
+        self._restart_timer()
+        self.plug.send(first)
+
+    def _restart_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        loop = asyncio.get_running_loop()
+        latest_s = self._complete_at_s + LONGEST_S
+        self._timer = loop.call_at(min(loop.time() + SILENCE_S, latest_s), self._silent)
+
+    def _silent(self) -> None:
+        """Give the turn to the next seat, after the last character of the request has been sent."""
+        if self.plug.serial.pending:
+            self._complete_at_s = asyncio.get_running_loop().time()
+            self._restart_timer()
+            return
+        self._end_turn()
+        if self._queue:
+            seat = self._queue.pop(0)
+            self.pump(seat)
+            if seat.client is not None and not seat.full:
+                seat.client.resume()
+
+    def _end_turn(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._turn, self._complete, self._timer = None, False, None
+
+    # From the plug
+
+    def hung_up(self) -> bool:
+        """Return False: seats leave by themselves."""
+        return False
+
+    def drop(self) -> None:
+        """Disconnect all clients."""
+        self._each(TcpClient.drop)
+
+    def pause(self) -> None:
+        """Stop reading from all clients."""
+        self._each(TcpClient.pause)
+
+    def resume(self) -> None:
+        """Continue reading from the clients whose requests do not wait."""
+        for seat in self._seats:
+            if seat.client is not None and not seat.full:
+                seat.client.resume()
+
+    def deliver(self, data: bytes, errors: LineError) -> None:
+        """Send characters from the controller to all clients."""
+        if self._turn is not None:
+            self._restart_timer()
+        self._each(lambda client: client.deliver(data, errors))
+
+    def _each(self, act: Callable[[TcpClient], None]) -> None:
+        for seat in tuple(self._seats):
+            if seat.client is not None:
+                act(seat.client)

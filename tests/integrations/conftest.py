@@ -1,0 +1,88 @@
+"""A served IOC in a process of its own, and clients in theirs: none of them shares code with the server."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+SCENE = """
+[[controller]]
+model = "if1"
+options = { self_test_s = 0.1, recalculation_s = 0.1 }
+[controller.axes.X]
+units = { per = 400, of = "mm" }
+limits = [-4000, 12000]
+[[controller]]
+model = "1811"
+name = "board"
+[controller.axes.motor]
+units = { per = 1000, of = "mm" }
+[[controller]]
+model = "smartmotor"
+name = "motor"
+"""
+
+
+def free_port():
+    """Return a number such that this port and the eleventh and twelfth after it are free."""
+    while True:
+        with socket.create_server(("127.0.0.1", 0)) as first:
+            number = first.getsockname()[1]
+        if number < 60_000:
+            return number
+
+
+def environment(port):
+    """Return the environment of a client that searches on this computer only."""
+    return os.environ | {
+        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+        "EPICS_CA_ADDR_LIST": "127.0.0.1",
+        "EPICS_CA_AUTO_ADDR_LIST": "NO",
+        "EPICS_CA_SERVER_PORT": str(port),
+        "EPICS_PVA_ADDR_LIST": "127.0.0.1",
+        "EPICS_PVA_AUTO_ADDR_LIST": "NO",
+        "EPICS_PVA_SERVER_PORT": str(port + 11),
+        "EPICS_PVA_BROADCAST_PORT": str(port + 12),
+    }
+
+
+@contextmanager
+def running(command, *words):
+    """Run a command of axistwin until the block ends; yields the JSON object that it prints when it is ready."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "axistwin", command, *words, "--json"], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        line = process.stdout.readline()
+        assert line, f"{command} ended with {process.wait()}"
+        yield json.loads(line)
+    finally:
+        process.send_signal(signal.SIGTERM)
+        code = process.wait(20)
+        process.stdout.close()
+    assert code == 0
+
+
+def client(port, text, timeout=50):
+    """Run a client's program; return the JSON that it prints in its last line."""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", text],
+        env=environment(port),
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="session")
+def scene_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("lab") / "lab.toml"
+    path.write_text(SCENE)
+    return path

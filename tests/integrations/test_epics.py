@@ -1,0 +1,189 @@
+"""The IOC and EPICS clients of other projects."""
+
+import importlib.util
+
+import pytest
+
+from .conftest import client, free_port, running
+
+
+def installed(library):
+    return importlib.util.find_spec(library) is not None
+
+
+def needs(*libraries):
+    for library in libraries:
+        pytest.importorskip(library, reason=f"{library} is not installed")
+
+
+@pytest.fixture(scope="module")
+def ioc(scene_file):
+    needs("caproto")
+    port = free_port()
+    words = ["--prefix", "LAB:", "--port", str(port), "--speed", "20", "--rate", "50", "--registers", "motor.a"]
+    with running("ioc", str(scene_file), *words, *(["--pva"] if installed("p4p") else [])) as made:
+        assert made["address"] == f"127.0.0.1:{port}"
+        assert {"LAB:if1:X", "LAB:if1:input1", "LAB:board:motor", "LAB:motor:shaft", "LAB:motor:a"} < {*made["records"]}
+        yield port
+
+
+BLUESKY = """
+import asyncio, json
+from bluesky import RunEngine
+from bluesky.plans import scan
+engine, found = RunEngine(), {}
+for name, prefix, unit in (("x", "LAB:if1:X", 1), ("m", "LAB:board:motor", 1), ("s", "LAB:motor:shaft", 1000)):
+    motor = make(engine, prefix, name)
+    token = engine.subscribe(
+        lambda kind, document: found.setdefault(name, []).append(document["data"][name]) if kind == "event" else None
+    )
+    engine(scan([], motor, 0, 5 * unit, 11))
+    engine.unsubscribe(token)
+print(json.dumps(found))
+"""
+OPHYD = """
+from ophyd import EpicsMotor
+def make(engine, prefix, name):
+    motor = EpicsMotor(prefix, name=name)
+    motor.wait_for_connection(timeout=20)
+    return motor
+"""
+OPHYD_ASYNC = """
+from ophyd_async.epics.motor import Motor
+def make(engine, prefix, name):
+    motor = Motor(f"SCHEME://{prefix}", name=name)
+    async def connect(): await motor.connect(timeout=20)
+    asyncio.run_coroutine_threadsafe(connect(), engine.loop).result(30)
+    return motor
+"""
+
+
+@pytest.mark.parametrize(
+    ("make", "libraries"),
+    [
+        (OPHYD, ["ophyd", "epics"]),
+        (OPHYD_ASYNC.replace("SCHEME", "ca"), ["ophyd_async", "aioca"]),
+        (OPHYD_ASYNC.replace("SCHEME", "pva"), ["ophyd_async", "p4p"]),
+    ],
+    ids=["ophyd", "ophyd-async by Channel Access", "ophyd-async by PV Access"],
+)
+def test_a_scan_of_11_points_has_exact_positions(ioc, make, libraries):
+    needs("bluesky", *libraries)
+    found = client(ioc, f"import asyncio{make}{BLUESKY}")
+    assert found["x"] == found["m"] == [0.5 * n for n in range(11)]
+    assert found["s"] == [500 * n for n in range(11)]
+
+
+PYEPICS = """
+import json, time
+import epics
+motor = epics.Motor("LAB:if1:Y")
+motor.move(250, wait=True, timeout=20)
+found = {"moved": motor.get_position(readback=True), "unit": motor.units, "done": motor.done_moving}
+motor.move(300, relative=True, wait=True, timeout=20)
+found["relative"] = motor.get_position(readback=True)
+rights = epics.PV("LAB:if1:Y.UEIP", connection_timeout=10)
+found["rights"] = [rights.wait_for_connection(10), rights.read_access, rights.write_access]
+epics.PV("LAB:if1:Y.JOGF").put(1)
+while epics.caget("LAB:if1:Y.MOVN", use_monitor=False) != 1:
+    time.sleep(0.01)
+motor.stop()
+while epics.caget("LAB:if1:Y.DMOV", use_monitor=False) != 1:
+    time.sleep(0.01)
+found["stopped"] = motor.get_position() == motor.get_position(readback=True) > 550
+found["limits"] = [motor.put("HLM", 600, wait=True), motor.put("LLM", -600, wait=True)]
+found["within"] = [motor.within_limits(600), motor.within_limits(601)]
+print(json.dumps(found))
+"""
+
+
+def test_pyepics_moves_jogs_and_stops(ioc):
+    needs("epics")
+    found = client(ioc, PYEPICS)
+    assert found == {
+        "moved": 250, "unit": "counts", "done": 1, "relative": 550, "limits": [1, 1], "within": [True, False],
+        "rights": [True, True, False], "stopped": True,
+    }  # fmt: skip
+
+
+CAPROTO = """
+import json
+from caproto.sync.client import read, write
+def get(name, **words): return read(name, timeout=10, **words).data.tolist()[0]
+def refused(name, value):
+    try:
+        write(name, value, notify=True, timeout=20)
+    except Exception as error:
+        return str(error)
+write("LAB:board:motor.VELO", 20.0, notify=True)
+write("LAB:board:motor.VAL", 2.0, notify=True, timeout=20)
+found = {"position": get("LAB:board:motor.RBV"), "refused": [refused("LAB:board:motor.VELO", 1e9)]}
+write("LAB:board:motor.DHLM", 3.0, notify=True)
+found["refused"].append(refused("LAB:board:motor.VAL", 3.5))
+found["violation"] = get("LAB:board:motor.LVIO")
+limits = read("LAB:board:motor.VAL", data_type="control", timeout=10).metadata
+found["control"] = [limits.lower_ctrl_limit, limits.upper_ctrl_limit, limits.units.decode(), limits.precision]
+write("LAB:motor:a", 42, notify=True)
+write("LAB:motor:A", "No", notify=True)
+found["register"], found["pin"] = get("LAB:motor:a"), get("LAB:motor:A", data_type="native")
+found["fault"] = bytes(read("LAB:motor:shaft:FAULT").data).decode()
+print(json.dumps(found))
+"""
+
+
+def test_caproto_reads_and_writes_fields_pins_and_registers(ioc):
+    found = client(ioc, CAPROTO)
+    too_fast, too_far = found.pop("refused")
+    assert "VELO: 1e+09 is not above 0 and at most 546.133" in too_fast
+    assert "3.5 is outside the limits -2.14748e+06 to 3" in too_far
+    assert found == {
+        "position": 2.0, "violation": 1, "control": [-2147483.647, 3, "mm", 3], "register": 42, "pin": 0, "fault": "",
+    }  # fmt: skip
+
+
+P4P = """
+import json
+from p4p.client.thread import Context
+found = {}
+with Context("pva") as context:
+    context.put("LAB:motor:shaft", 1234, timeout=20)
+    rbv = context.get("LAB:motor:shaft.RBV")
+    found["moved"] = [rbv, context.get("LAB:motor:shaft.DMOV"), rbv.severity]
+    found["menu"] = str(context.get("LAB:motor:shaft.SPMG"))
+    for name, value in (("LAB:motor:shaft.RBV", 1), ("LAB:motor:shaft.VELO", -1)):
+        try:
+            context.put(name, value, timeout=20)
+        except Exception as error:
+            found[name] = str(error)
+    context.put("LAB:motor:B", 1, timeout=20)
+    found["pin"] = int(context.get("LAB:motor:B"))
+print(json.dumps(found))
+"""
+
+
+def test_p4p_moves_by_pv_access(ioc):
+    needs("p4p")
+    found = client(ioc, P4P)
+    assert found["moved"] == [1234, 1, 0] and found["menu"] == "Go" and found["pin"] == 1
+    assert found["LAB:motor:shaft.RBV"] == "this field can only be read"
+    assert found["LAB:motor:shaft.VELO"].startswith("VELO: -1 is not above 0")
+
+
+def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
+    needs("caproto")
+    from axistwin.cli.main import main
+
+    for words, message in (
+        (["COM3"], "a port needs its model: expected also --model"),
+        (["tcp://127.0.0.1:1", "--model", "if1"], "if1: cannot open tcp://127.0.0.1:1"),
+        (["COM3", "--model", "if3"], "no model 'if3'"),
+        (["COM3", "--model", "if1", "--units", "W=1 per mm"], "no axis 'W': expected X, Y, Z"),
+        (["COM3", "--model", "if1", "--registers", "a"], "an IF1 has no registers"),
+        (["COM3", "--model", "if1", "--option", "echoes=1"], "invalid options for if1"),
+        (["COM3", "--model", "if1", "--speed", "2"], "--speed is for a scene"),
+        (["lab.toml", "--model", "if1"], "--model and --baud are for a PORT"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(["ioc", *words, "--prefix", "LAB:"])
+        assert ended.value.code == 2
+        assert message in capsys.readouterr().err
