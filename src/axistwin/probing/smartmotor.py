@@ -52,7 +52,8 @@ def _settings(commands: dict[str, Instruction]) -> list[Case]:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
             # variable zzz saves the present value, which is restored afterwards
-            says = (f"zzz={code[:-1]}", sent, report or f"R{code[:-1]}", "RBd", "RBs", f"{code}zzz", "Zd Zs")
+            shown = f"PRINT({code[:-1]},#13)"  # RV and RP report the motion, not the setting
+            says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(_case(f"{sent}: {command.name}, {words}", command.chapter, *says))
     return found
 
