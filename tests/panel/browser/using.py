@@ -115,7 +115,7 @@ FACTS = {
             ("lose", "serial line", {"count, characters": "3"}), STUCK, ("jam", "axis", {}),
             ("open_limit", "controller", {}),
         ),
-        last_message="4.049375 > [<CR>",
+        last_message="4.055104 > [<CR>",
     ),
     "winder": Facts(
         who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2",
