@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import pytest
 
@@ -110,32 +111,42 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if not is_slow(item.path):
             item.add_marker("quick")
     if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: turn(item.path))
+        items.sort(key=turn)
+
+
+def turn(item: pytest.Item) -> tuple[int, int]:
+    """Return the turn of a test if several processes share the work: long units first, short ones fill the end.
+
+    The second unit is a file that compiles the kernel, before a server of the other units needs it.  Files are mixed,
+    because files of one folder often wait for the same kind of event, and the processor would be idle.
+    """
+    if item.path.name == "test_motors.py":
+        return 1, 0
+    if "browser" in item.path.parts:
+        return (0 if unit(item.nodeid).endswith("drill") else 2), 0
+    return (3 if is_slow(item.path) else 4), crc32(unit(item.nodeid).encode())
 
 
 @cache
-def turn(path: Path) -> int:
-    """Return the turn of a file if several processes share the work: long units first, short ones fill the end.
-
-    The second unit is a file that compiles the kernel, before a server of the first one needs it.
-    """
-    folders = path.relative_to(TESTS).parts[:-1]
-    if "browser" in folders:
-        return 0
-    return 1 if path.name == "test_motors.py" else 2 if is_slow(path) else 3
+def unit(nodeid: str) -> str:
+    """Return the unit of a test: its file, or all tests that need the browser and the same machine."""
+    file, _, rest = nodeid.partition("::")
+    if not file.startswith(BROWSER):
+        return file
+    machine = next((name for name in ("cut-to-length", "drill", "winder") if name in rest.partition("[")[2]), "")
+    return f"{BROWSER} {machine}"
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Give each process whole files; the files that need the browser are one unit."""
+    """Give each process whole units."""
     from xdist.scheduler import LoadScopeScheduling
 
-    class ByFile(LoadScopeScheduling):
+    class ByUnit(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            file = nodeid.partition("::")[0]
-            return BROWSER if file.startswith(BROWSER) else file
+            return unit(nodeid)
 
-    return ByFile(config, log)
+    return ByUnit(config, log)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

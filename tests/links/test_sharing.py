@@ -25,9 +25,9 @@ def served():
 def test_every_client_receives_every_answer(served):
     url = served.open(served.add())
     with dial(url) as first, dial(url) as second:
+        served.until(lambda: (served.server.client("if1") or "").count(":") == 2)
         assert ask(first) == b"C\r"
         assert ask(second) == receive(first, 2) == b"C\r" == receive(second, 2)
-        assert served.do(lambda: served.server.client("if1")).count(":") == 2
     served.until(lambda: not served.server.client("if1"))
     with dial(url) as third:
         assert ask(third) == b"C\r"
@@ -37,6 +37,7 @@ def test_a_second_program_sees_the_conversation_of_a_driver(served):
     if1 = served.add()
     url = served.open(if1)
     with dial(url) as other, connect(str(url), "if1") as driver:
+        served.until(lambda: (served.server.client("if1") or "").count(":") == 2)
         driver.axes["X"].move_to(120)
         assert driver.axes["X"].wait(10).position == 120
         seen = receive(other, 20)
