@@ -46,7 +46,8 @@ def test_a_conversation_and_its_link(address, browser):
     page.wait_for_selector("html[data-state=ready]", timeout=50_000)
     page.select_option("#speed", "10")
     page.wait_for_function("() => parseFloat(document.querySelector('#time').textContent) > 2")  # power-up takes 1 s
-    at_rest = "() => /if1.X +4000 pulses +0\\/s(?! +moving)/.test(document.querySelector('#machine').textContent)"
+    shown = "document.querySelector('#machine [data-part={}]').textContent"
+    at_rest = f"() => {shown.format('position')} === '4\u2009000' && {shown.format('velocity')} === '0'"
     for line, answer in (("(", "U\n"), ("U61", "U61\n"), ("X4000@1000$", "$\n"), ("K", "0\n")):
         if line == "K":
             page.wait_for_function(at_rest)
