@@ -23,7 +23,7 @@ from .digiplan.talking import ready
 TESTS = Path(__file__).parent
 BROWSER = "tests/panel/browser"
 PACKED = "packed"
-SLOW_FOLDERS = {"panel", "sessions", "basic", "drivers", "probing", "playground"}
+SLOW_FOLDERS = {"panel", "sessions", "basic", "drivers", "fmu", "integrations", "probing", "playground"}
 SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
     "bus_hosts": "x86",
