@@ -14,11 +14,15 @@ from typing import Any
 from zlib import crc32
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from axistwin import Bench
 from axistwin.bench import Controller
 
 from .digiplan.talking import ready
+
+settings.register_profile("axistwin", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("axistwin")  # no test depends on the speed of the machine
 
 TESTS = Path(__file__).parent
 BROWSER = "tests/panel/browser"
