@@ -7,9 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, Protocol, Self
 
-from axistwin.drivers.axis import Scale, Status
+from axistwin.drivers.axis import Status
 from axistwin.drivers.blocking import POLL_S, SerialPort, nothing, set_profile, still_moving
-from axistwin.drivers.core import AxisCore, Core
+from axistwin.drivers.core import AxisCore, Core, ScaledAxis
 from axistwin.drivers.errors import PortError
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
@@ -176,20 +176,12 @@ async def _drive(steps: Procedure[T], port: Port) -> T:
         steps.close()
 
 
-class AsyncAxis:
+class AsyncAxis(ScaledAxis):
     """An axis for asyncio, with the functions of `Axis` as coroutines."""
 
     def __init__(self, controller: AsyncController, core: AxisCore) -> None:
-        self.controller, self.core, self.name = controller, core, core.name
-
-    @property
-    def scale(self) -> Scale:
-        """Unit of the axis, as a number of counts."""
-        return self.core.scale
-
-    @scale.setter
-    def scale(self, scale: Scale) -> None:
-        self.core.scale = scale
+        super().__init__(core)
+        self.controller = controller
 
     async def move_to(self, position: float) -> None:
         """Begin a move to a position."""

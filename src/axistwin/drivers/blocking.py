@@ -5,8 +5,8 @@ import time
 from collections.abc import Callable, Generator
 from typing import Any, Self
 
-from axistwin.drivers.axis import Scale, Status
-from axistwin.drivers.core import AxisCore, Core
+from axistwin.drivers.axis import Status
+from axistwin.drivers.core import AxisCore, Core, ScaledAxis
 from axistwin.drivers.errors import PortError, SilentError
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
@@ -136,20 +136,12 @@ def _drive(steps: Procedure[T], port: SerialPort) -> T:
         steps.close()
 
 
-class BlockingAxis:
+class BlockingAxis(ScaledAxis):
     """An axis whose functions block until the controller has answered."""
 
     def __init__(self, controller: Controller, core: AxisCore) -> None:
-        self._controller, self.core, self.name = controller, core, core.name
-
-    @property
-    def scale(self) -> Scale:
-        """Unit of the axis, as a number of counts."""
-        return self.core.scale
-
-    @scale.setter
-    def scale(self, scale: Scale) -> None:
-        self.core.scale = scale
+        super().__init__(core)
+        self._controller = controller
 
     def move_to(self, position: float) -> None:
         """Begin a move to a position."""

@@ -159,3 +159,19 @@ def shown(data: bytes | bytearray) -> str:
     """Return received bytes as short text for an error message."""
     text = repr(bytes(data[:40]))[1:]
     return f"{text}…" if len(data) > 40 else text
+
+
+class ScaledAxis:
+    """An axis of a protocol core for users, in the unit of the axis."""
+
+    def __init__(self, core: AxisCore) -> None:
+        self.core, self.name = core, core.name
+
+    @property
+    def scale(self) -> Scale:
+        """Unit of the axis, as a number of counts."""
+        return self.core.scale
+
+    @scale.setter
+    def scale(self, scale: Scale) -> None:
+        self.core.scale = scale
