@@ -1,24 +1,8 @@
 """The tutor in a terminal of the panel."""
 
-import pytest
-
-from axistwin.panel.views.asides import Asides
 from axistwin.panel.views.terminal import terminal
 
 from .showing import bench_of, show
-
-
-@pytest.fixture
-def written(monkeypatch):
-    """Return the list of the texts that the tutor prints."""
-    found = []
-
-    def text(self, said, original=Asides.text):
-        found.append(original(self, said))
-        return found[-1]
-
-    monkeypatch.setattr(Asides, "text", text)
-    return found
 
 
 def of(name):

@@ -3,24 +3,10 @@
 import pytest
 
 from axistwin.panel.lessons import Lessons
-from axistwin.panel.views.asides import Asides
 from axistwin.panel.views.terminal import terminal
 from axistwin.teaching import course
 
 from .showing import bench_of, show
-
-
-@pytest.fixture
-def written(monkeypatch):
-    """Return the list of the texts that the tutor prints."""
-    found = []
-
-    def text(self, said, original=Asides.text):
-        found.append(original(self, said))
-        return found[-1]
-
-    monkeypatch.setattr(Asides, "text", text)
-    return found
 
 
 def lesson_of(play, model, *others):
