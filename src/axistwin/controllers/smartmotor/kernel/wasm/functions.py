@@ -124,7 +124,7 @@ class _Function(Expressions):
         del self._blocks[-3:]
         self._emit(w.END)
         if isinstance(node, ast.For):
-            self._emit(w.local_get(counter), w.i64_const(step), b"\x7c", w.local_set(counter))
+            self._emit(w.local_get(counter), w.i64_const(step), w.I64_ADD, w.local_set(counter))
         self._emit(w.br(0), w.END, w.END)
 
     def _range(self, node: ast.For) -> tuple[int, int, int]:
