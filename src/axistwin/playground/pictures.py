@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 from axistwin.bench import Controller
-from axistwin.drawings import Change, Drawing, Figure, Flow, Switches, Table, Trails, figure, table_axes, used_axes
+from axistwin.drawings import Change, Drawing, Figure, Flow, Switches, Table, Trails, figure, table_axes
 from axistwin.sessions.session import Session
 
 
@@ -62,9 +62,9 @@ class _Machine:
         return [*table, *figures, ("", self.switches.drawing)]
 
     def show(self, controller: Controller, trails: Trails, *, smooth: bool) -> None:
-        """Update all drawings that are shown now."""
-        for axis in used_axes(controller):
-            self._figures[axis].show(controller, smooth=smooth)
+        """Update all drawings."""
+        for shown in self._figures.values():
+            shown.show(controller, smooth=smooth)
         if self._table is not None:
             self._table.show(controller, trails[controller.name], self._tool, smooth=smooth)
         self.switches.show(controller)
