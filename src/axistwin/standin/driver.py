@@ -19,7 +19,7 @@ INPUT_S = 0.02
 
 
 class Wired(Protocol):
-    """What a wiring contains for the driver."""
+    """Part of a wiring that the driver uses."""
 
     @property
     def name(self) -> str:

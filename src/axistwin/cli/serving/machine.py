@@ -42,7 +42,7 @@ def options(command: F) -> F:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the user wants to be served."""
+    """Options that the user has given."""
 
     what: str
     model: str | None
