@@ -290,17 +290,26 @@ class Core:
         return min(most, self.i[s.PREDICTED])
 
     def _schedule_end(self, block: _Block) -> None:
-        plan = self._plan
+        """Schedule the end of the block.  Each of the blocks that were computed as one has its event, because a run
+        without a given length ends with the last event.
+        """
+        plan, end = self._plan, block.end
+        if self._phase is Phase.AHEAD:
+            end = min(end, block.first + LONGEST * (1 + (self.due - block.first) // LONGEST))
         background = self.i[s.PROGRAM] != s.RUNNING and not self.i[s.BT] and block.why == ALL_DONE
         self.clock.background += background
 
         def at_its_end() -> None:
             self.clock.background -= background
-            if plan == self._plan:
+            if plan != self._plan:
+                return
+            if end < block.end:
+                self._schedule_end(block)
+            else:
                 self._finish(block)
                 self._continue(block)
 
-        self.clock.call_later(self.time_ns(block.end) - self.clock.now, at_its_end)
+        self.clock.call_later(self.time_ns(end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
         """Compute the next block; after a block without events, let a motor at rest sleep."""
