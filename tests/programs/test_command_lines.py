@@ -137,7 +137,7 @@ def test_a_program_of_unknown_kind(tmp_path):
 def test_requests_and_switches_after_a_pause_do_not_wait(tmp_path):
     # The loop never ends by itself.  K has bit 1 in motion; without the input, step 1 of the next round waits.
     lines = "! input1 high\n:H1X400@1000:X-400:=0,1:$\n+12\nE\nK\n! input1 low\n+6\nK\n"
-    record, outcome = run(tmp_path, lines)
+    record, _ = run(tmp_path, lines)
     busy, moving, waiting = heard(record)[-3:]
     assert busy == b"E\r" and int(moving) & 1 and not int(waiting) & 1
     assert record.bench["if1"].axes["X"].position == 0
