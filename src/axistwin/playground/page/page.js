@@ -161,7 +161,10 @@ function buildMachine() {
       }));
       const title = axis ? `${controller.name}.${axis}` : name;
       const box = element("section", { class: "axis", "aria-label": title }, element("h2", { class: "axis-name" }, title), drawing);
-      if (axis) boxes[title] = box;
+      if (axis) {
+        boxes[title] = box;
+        box.hidden = true; // until the axis is used; no drawing disappears
+      }
       parts.push(box);
     }
   $("machine").replaceChildren(...parts);
@@ -196,7 +199,7 @@ function buildPins() {
 }
 
 function drawController(name, values) {
-  for (const axis of Object.keys(values.axes)) boxes[`${name}.${axis}`].hidden = !values.used.includes(axis);
+  for (const axis of Object.keys(values.axes)) boxes[`${name}.${axis}`].hidden &&= !values.used.includes(axis);
   const { power, inputs, outputs } = levels[name];
   power.setAttribute("aria-pressed", values.powered);
   for (const [pin, level] of Object.entries(values.pins)) {
