@@ -83,6 +83,11 @@ def level(pin: str, high: bool) -> Check:
     return lambda it: it.controller.pins[pin].level is high
 
 
+def both(first: Check, second: Check) -> Check:
+    """Return a check that holds if two checks hold."""
+    return lambda it: first(it) and second(it)
+
+
 def register(name: str, value: int | str) -> Check:
     """Return a check: the register has this value."""
     return lambda it: it.controller.registers[name].read() == value
@@ -115,7 +120,7 @@ IF1 = (
         Step("Open the plus limit: type  :drive limit_plus low", (":drive limit_plus low", ":wait 1"),
              register("K", 64)),
         Step("Close it, and read the fault: type  :drive limit_plus high  and  K",
-             (":drive limit_plus high", "K", ":wait 1"), register("K", 0)),
+             (":drive limit_plus high", "K", ":wait 1"), both(level("limit_plus", True), register("K", 0))),
     )),
     Lesson("A repeating sequence", (
         Step("Move forth and back three times: type  :X400:X-400:=2,1:$", (":X400:X-400:=2,1:$", ":wait 15"),
