@@ -106,15 +106,16 @@ def test_the_tutor_names_the_buttons_of_the_panel(context):
     context.bench.run(1.5)
     for message in (b"(", b"U61\r"):
         cell.serial.write(message)
-        context.bench.run(0.5)
+        context.bench.run(2)
     session.do("cell", "estop", "low")
     assert tutor.why() == ["the emergency stop is open (PL3 terminal 1): press Stop again  and then  K"]
     session.do("cell", "estop", "release")
     session.do("cell", "limit_plus", "low")
     cell.serial.write(b"K\r")
-    context.bench.run(0.5)
+    context.bench.run(2)
+    assert cell.registers["K"].read() == 0
     assert tutor.why() == [
-        "the plus limit is open: only moves in the minus direction begin (PL3 terminal 3): click the switch limit_plus again"
+        "the plus limit is open: only moves in the minus direction begin (PL3 terminal 2): click the switch limit_plus again"
     ]
     session.do("cell", "power", "off")
     assert tutor.why() == ["the power is off: switch the power on (button power)"]
