@@ -3,6 +3,7 @@
 import pytest
 
 from axistwin.panel.lessons import Lessons
+from axistwin.panel.views.lessons import on_the_page
 from axistwin.panel.views.terminal import terminal
 from axistwin.teaching import course
 
@@ -140,3 +141,12 @@ def test_commands_of_the_terminal_are_typed(written):
         assert not visit.context.common(Lessons).of("if1")
 
     lesson_of(play, "if1")
+
+
+def test_a_task_on_the_page_names_the_switch_to_click():
+    assert on_the_page("Open the plus limit: type  :drive limit_plus low") == (
+        "Open the plus limit: click the switch limit_plus"
+    )
+    assert on_the_page("Wait for input 1, then move: type  H1X300$  and then  :drive input1 high") == (
+        "Wait for input 1, then move: type  H1X300$  and then  click the switch input1"
+    )

@@ -72,17 +72,14 @@ def head(screen: Screen, save: Save, runs: Callable[[], bool]) -> Refresh:
 
 
 def _state(screen: Screen, runs: bool) -> str:
-    begin_ns = screen.begin_ns
-    if screen.edges[0] < begin_ns:
-        since = f"recorded from {to_seconds(begin_ns):.6g} s on: to see earlier changes, go back to 0 and run again"
-        return f"view paused; {since}" if screen.frozen is not None else since
-    if screen.frozen is not None:
-        return "view paused; the bench runs" if runs else "view paused"
     if screen.waiting:
-        return (
-            f"waiting for an edge of {screen.trigger.signal}" if screen.trigger.signal else "the trigger has no signal"
-        )
-    return ""
+        on = screen.trigger.signal
+        return f"waiting for an edge of {on}" if on else "the trigger has no signal"
+    paused = "" if screen.frozen is None else "view paused; the bench runs" if runs else "view paused"
+    if screen.begin_ns <= max(screen.edges[0], 0):
+        return paused
+    since = f"recorded from {to_seconds(screen.begin_ns):.6g} s on: to see earlier changes, go back to 0 and run again"
+    return f"{paused}; {since}" if paused else since
 
 
 def _time_base(screen: Screen) -> Refresh:
