@@ -20,7 +20,7 @@ def needs(*libraries):
 def ioc(scene_file):
     needs("caproto")
     port = free_port()
-    words = ["--prefix", "LAB:", "--port", str(port), "--speed", "20", "--rate", "50", "--registers", "motor.a"]
+    words = ["--prefix", "LAB:", "--port", str(port), "--speed", "20", "--rate", "20", "--registers", "motor.a"]
     with running("ioc", str(scene_file), *words, *(["--pva"] if installed("p4p") else [])) as made:
         assert made["address"] == f"127.0.0.1:{port}"
         assert {"LAB:if1:X", "LAB:if1:input1", "LAB:board:motor", "LAB:motor:shaft", "LAB:motor:a"} < {*made["records"]}
@@ -44,7 +44,8 @@ print(json.dumps(found))
 OPHYD = """
 from ophyd import EpicsMotor
 def make(engine, prefix, name):
-    motor = EpicsMotor(prefix, name=name)
+    # Without settle_time, ophyd may forget a move that begins as the last one ends (bluesky/ophyd#783).
+    motor = EpicsMotor(prefix, name=name, settle_time=0.1)
     motor.wait_for_connection(timeout=20)
     return motor
 """

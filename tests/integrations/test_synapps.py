@@ -6,6 +6,7 @@ clients.
 """
 
 import os
+import re
 import subprocess
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 
 import axistwin
 
+from ..test_tutorials import EXCHANGE, page
 from .conftest import client, environment, free_port
 
 SCENE = {"controller": [{"model": "smartmotor", "name": "slide", "axes": {"shaft": {"limits": [-500, 9000]}}}]}
@@ -82,14 +84,14 @@ def lab(request, built, tmp_path_factory):
     if support not in dbd.read_text():
         pytest.skip(f"this IOC was built without {support}.dbd")
     directory, port = tmp_path_factory.mktemp("synapps"), free_port()
-    with axistwin.serve(SCENE, speed=10.0, scheme=request.param) as twin:
+    with axistwin.serve(SCENE, speed=10.0, scheme=request.param, record=directory / "slide.talk") as twin:
         url = twin.ports["slide"]
         script = directory / "st.cmd"
         address = url.address if request.param == "tcp" else url
         script.write_text(START.format(dbd=dbd, port=configured.format(address)))
         (directory / "motor.db").write_text(RECORD)
         with running(program, script, port):
-            yield port, lambda: twin.do(lambda: twin.bench["slide"].axes["shaft"].position)
+            yield port, directory, lambda: twin.do(lambda: twin.bench["slide"].axes["shaft"].position)
 
 
 SCAN = """
@@ -97,7 +99,7 @@ import json
 from bluesky import RunEngine
 from bluesky.plans import scan
 from ophyd import EpicsMotor
-motor = EpicsMotor("LAB:slide", name="slide")
+motor = EpicsMotor("LAB:slide", name="slide", settle_time=0.1)  # see test_epics.py
 motor.wait_for_connection(timeout=20)
 engine, found = RunEngine(), []
 engine.subscribe(lambda kind, document: found.append(document["data"]["slide"]) if kind == "event" else None)
@@ -109,7 +111,7 @@ print(json.dumps(found))
 def test_a_scan_of_11_points_has_exact_positions(lab):
     for library in ("bluesky", "ophyd", "epics"):
         pytest.importorskip(library, reason=f"{library} is not installed")
-    port, position = lab
+    port, _, position = lab
     assert [round(2000 * found) for found in client(port, SCAN)] == [800 * n for n in range(11)]
     assert position() == 8000
 
@@ -149,9 +151,37 @@ print(json.dumps(found))
 
 def test_jogs_stops_and_a_limit_switch(lab):
     pytest.importorskip("epics", reason="pyepics is not installed")
-    port, position = lab
+    port, _, position = lab
     found = client(port, ENDINGS)
     (jogged, _), (stopped, target) = found.pop("jogged"), found.pop("stopped")
     assert jogged > 0 and 2000 <= stopped == target < 8000
     assert found == {"moved": [0, 0], "after the jog": [2000, 2000], "limit": 1, "back": [4000, 4000]}
     assert position() == 4000
+
+
+REST = """
+import json
+import epics
+epics.caput("LAB:slide.JVEL", 0.5, wait=True)
+epics.caput("LAB:slide.JOGF", 1, wait=True, timeout=20)
+epics.caput("LAB:slide", 3, wait=True, timeout=20)
+epics.caput("LAB:slide.STOP", 1, wait=True)
+for name, value in (("SET", 1), ("DVAL", 0), ("SET", 0), ("CNEN", 0), ("CNEN", 1)):
+    epics.caput(f"LAB:slide.{name}", value, wait=True)
+epics.caput("LAB:slide", 1, wait=True, timeout=20)
+print(json.dumps(epics.caget("LAB:slide.DMOV", use_monitor=False)))
+"""
+
+
+def test_the_messages_are_those_of_the_tutorial(lab):
+    pytest.importorskip("epics", reason="pyepics is not installed")
+    port, directory, _ = lab
+    client(port, REST)
+
+    def without_numbers(message):
+        return re.sub(r"=-?\d+", "=…", message)
+
+    sent = re.findall(r"^> (.*)$", (directory / "slide.talk").read_text(), re.MULTILINE)
+    messages = {without_numbers(message) for text in sent for message in text.split(r"\n") if message}
+    shown = {without_numbers(message) for message, _ in EXCHANGE.findall(page("epics"))}
+    assert messages - {"Zr", "Zl"} == shown
