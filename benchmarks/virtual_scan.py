@@ -79,7 +79,8 @@ def main() -> int:
     words = given.parse_args()
     warnings.simplefilter("ignore", DeprecationWarning)  # of bluesky
     chance = random.Random(words.seed)
-    good = all([run(model, points(words.points, chance)) for model in AXES])
+    results = [run(model, points(words.points, chance)) for model in AXES]
+    good = all(results)
     print("passed" if good else "failed")
     return not good
 

@@ -39,7 +39,7 @@ def free_port():
 
 @pytest.fixture(scope="session", autouse=True)
 def repeater():
-    """Hold the port of the CA repeater, so that no client starts a repeater, which would outlive it and hold its pipes."""
+    """Hold the port of the CA repeater, so that no client starts one, which would outlive it and hold its pipes."""
     with socket.socket(type=socket.SOCK_DGRAM) as held, pytest.MonkeyPatch.context() as patch:
         held.bind(("127.0.0.1", 0))
         patch.setenv("EPICS_CA_REPEATER_PORT", str(held.getsockname()[1]))

@@ -2,7 +2,8 @@
 
 `AXISTWIN_SYNAPPS=DIR pytest tests/integrations/test_synapps.py`: DIR is the directory `iocs/smartMotorIOC` of
 motorSmartMotor after it was built, with `bin` and `dbd`.  The IOC runs in its own process; ophyd and pyepics are its
-clients.
+clients.  The driver waits 0.25 s of real time for an answer, and takes a later one for the answer to its next request:
+so these tests need a computer that is not overloaded.
 """
 
 import os
@@ -21,13 +22,13 @@ from .conftest import client, environment, free_port
 SCENE = {"controller": [{"model": "smartmotor", "name": "slide", "axes": {"shaft": {"limits": [-500, 9000]}}}]}
 ASYN = {
     "tcp": ("drvAsynIPPort", 'drvAsynIPPortConfigure("L0", "{}", 0, 0, 0)'),
-    "pty": ("drvAsynSerialPort", 'drvAsynSerialPortConfigure("L0", "{}", 0, 0, 0)\nasynSetOption("L0", 0, "baud", "9600")'),
+    "pty": ("drvAsynSerialPort", 'drvAsynSerialPortConfigure("L0", "{}", 0, 0, 0)'),
 }
 """Support of asyn for a port, and the lines of the start-up script."""
 START = """dbLoadDatabase "{dbd}"
 smartMotor_registerRecordDeviceDriver pdbbase
 {port}
-SmartMotorSetup(1, 60)
+SmartMotorSetup(1, 20)
 SmartMotorConfig(0, "L0")
 dbLoadRecords "motor.db"
 iocInit
@@ -84,7 +85,7 @@ def lab(request, built, tmp_path_factory):
     if support not in dbd.read_text():
         pytest.skip(f"this IOC was built without {support}.dbd")
     directory, port = tmp_path_factory.mktemp("synapps"), free_port()
-    with axistwin.serve(SCENE, speed=10.0, scheme=request.param, record=directory / "slide.talk") as twin:
+    with axistwin.serve(SCENE, speed=5.0, scheme=request.param, record=directory / "slide.talk") as twin:
         url = twin.ports["slide"]
         script = directory / "st.cmd"
         address = url.address if request.param == "tcp" else url
@@ -160,23 +161,24 @@ def test_jogs_stops_and_a_limit_switch(lab):
 
 
 REST = """
-import json
+import time
 import epics
-epics.caput("LAB:slide.JVEL", 0.5, wait=True)
-epics.caput("LAB:slide.JOGF", 1, wait=True, timeout=20)
-epics.caput("LAB:slide", 3, wait=True, timeout=20)
-epics.caput("LAB:slide.STOP", 1, wait=True)
-for name, value in (("SET", 1), ("DVAL", 0), ("SET", 0), ("CNEN", 0), ("CNEN", 1)):
-    epics.caput(f"LAB:slide.{name}", value, wait=True)
-epics.caput("LAB:slide", 1, wait=True, timeout=20)
-print(json.dumps(epics.caget("LAB:slide.DMOV", use_monitor=False)))
+for name, value in (("SET", 1), ("DVAL", 0), ("SET", 0), ("CNEN", 0), ("CNEN", 1), ("RLV", 1)):
+    epics.caput(f"LAB:slide.{name}", value, wait=True, timeout=20)
+epics.caput("LAB:slide.JOGR", 1)
+while epics.caget("LAB:slide.MOVN", use_monitor=False) != 1:
+    time.sleep(0.01)
+epics.caput("LAB:slide.JOGR", 0)
+while epics.caget("LAB:slide.DMOV", use_monitor=False) != 1:
+    time.sleep(0.01)
+print(epics.caget("LAB:slide.LVIO", use_monitor=False))
 """
 
 
 def test_the_messages_are_those_of_the_tutorial(lab):
     pytest.importorskip("epics", reason="pyepics is not installed")
     port, directory, _ = lab
-    client(port, REST)
+    assert client(port, REST) == 0
 
     def without_numbers(message):
         return re.sub(r"=-?\d+", "=…", message)

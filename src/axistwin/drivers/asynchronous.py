@@ -178,7 +178,6 @@ class AsyncController:
                 await self._close()
                 raise
 
-
     @property
     def clock(self) -> WallClock | Port:
         """The time in which the controller lives: that of its port."""

@@ -91,7 +91,8 @@ def _connect(
 class _InnerClient:
     """The client of a serial plug."""
 
-    name, flow = "a driver", None
+    name = "a driver"
+    flow: Flow | None = None
 
     def __init__(self, received: bytearray) -> None:
         self._received = received
