@@ -1,10 +1,14 @@
 """The driver of SmartMotors at served ports."""
 
+import asyncio
+
 import pytest
 
 import axistwin
-from axistwin.drivers import PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers import AsyncController, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers.models import make
 from axistwin.drivers.steps import Pause
+from axistwin.integrations.inside import InnerPort
 
 from .devices import answering, model_of, url_of
 
@@ -197,3 +201,40 @@ def test_two_motors_on_an_rs485_line():
         assert [line.axes[name].wait(5).position for name in ("shaft1", "shaft2")] == [200, -300]
         assert [twin.do(lambda motor=motor: motor.axes["shaft"].position) for motor in motors] == [200, -300]
         assert {name: status.position for name, status in line.statuses().items()} == {"shaft1": 200, "shaft2": -300}
+
+
+class Interrupted(InnerPort):
+    """A port at which the power of the motor is cut before a message."""
+
+    def __init__(self, bench, name, message):
+        super().__init__(bench, name)
+        self.motor, self.message = bench[name], message
+
+    async def write(self, data):
+        if data.startswith(self.message):
+            self.message = b"never again"
+            self.motor.power_cycle()
+            await self.pause(1)
+        await super().write(data)
+
+
+def test_a_power_cut_while_a_move_begins_is_noticed():
+    """The power is cut between the reading of the state and the setting of the acceleration."""
+
+    async def session():
+        bench = axistwin.Bench()
+        motor = bench.add("smartmotor")
+
+        async def port():
+            return Interrupted(bench, "smartmotor", b"RA A=")
+
+        driver = AsyncController("", make("smartmotor", {}), opening=port)
+        shaft = driver.axes["shaft"]
+        await shaft.move_to(100)
+        await shaft.wait(5)
+        shaft.set_profile(acceleration=30_000)
+        with pytest.raises(RefusedError, match="the power of shaft was cut"):
+            await shaft.move_to(200)
+        assert (await shaft.status()).lost and motor.axes["shaft"].position == 100
+
+    asyncio.run(session())

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from axistwin.drivers.axis import Scale, Status
 from axistwin.drivers.errors import DriverError, SilentError, WrongAnswerError
-from axistwin.drivers.steps import Procedure, Read, T, Write
+from axistwin.drivers.steps import Procedure, Read, T
 
 GAP_S = 0.1
 """Longest gap in seconds within an answer: one character at 110 baud."""
@@ -63,9 +63,6 @@ class Core(ABC):
         return found
 
     # Bytes
-
-    def _send(self, data: bytes) -> Procedure[None]:
-        yield Write(data)
 
     def _until(self, end: bytes, what: str) -> Procedure[bytes]:
         """Receive up to `end`; return the bytes before `end`."""
