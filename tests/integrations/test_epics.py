@@ -180,7 +180,10 @@ def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
         (["COM3", "--model", "if3"], "no model 'if3'"),
         (["COM3", "--model", "if1", "--units", "W=1 per mm"], "no axis 'W': expected X, Y, Z"),
         (["COM3", "--model", "if1", "--registers", "a"], "an IF1 has no registers"),
-        (["COM3", "--model", "if1", "--option", "echoes=1"], "invalid options for if1"),
+        (
+            ["COM3", "--model", "if1", "--option", "echoes=1"],
+            "no option 'echoes' for if1: expected timeout, echo, speed_range",
+        ),
         (["COM3", "--model", "if1", "--speed", "2"], "--speed is for a scene"),
         (["lab.toml", "--model", "if1"], "--model and --baud are for a PORT"),
     ):

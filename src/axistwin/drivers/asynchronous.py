@@ -10,7 +10,7 @@ from typing import Any, Protocol, Self
 from axistwin.drivers.axis import Status
 from axistwin.drivers.blocking import POLL_S, SerialPort, nothing, set_profile, still_moving
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
-from axistwin.drivers.errors import PortError
+from axistwin.drivers.errors import PortError, cannot_open
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
@@ -126,7 +126,7 @@ async def open_port(url: str, core: Core, baud: int | None) -> Port:
         try:
             return TcpPort(url, *await asyncio.open_connection(host.strip("[]"), int(number)))
         except (OSError, ValueError) as error:
-            raise PortError(f"cannot open {url}: {error}; expected a port, e.g. socket://127.0.0.1:5001") from None
+            raise cannot_open(url, error) from None
     thread = ThreadPoolExecutor(1, "axistwin-port")
     port = await asyncio.get_running_loop().run_in_executor(thread, SerialPort, url, core, baud)
     return ThreadPort(port, thread)

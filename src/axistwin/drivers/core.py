@@ -25,6 +25,8 @@ class Core(ABC):
     """Protocol of a controller, as generators that do no input or output."""
 
     line = Line(9600)
+    check = "check the power, the cable and the line format"
+    """What to do if there is no answer."""
 
     def __init__(self, timeout: float) -> None:
         self.timeout = timeout
@@ -84,9 +86,7 @@ class Core(ABC):
         data: bytes = yield Read(self.timeout)
         if not data:
             part = f", only {shown(self._received)}" if self._received else ""
-            raise SilentError(
-                f"no answer to {what} within {self.timeout:g} s{part}: check the power, the cable and the line format"
-            )
+            raise SilentError(f"no answer to {what} within {self.timeout:g} s{part}: {self.check}")
         self._received += data
         if len(self._received) > MOST_BYTES:
             raise WrongAnswerError(f"no end in the answer to {what}: {shown(self._received)}: is it the right port?")

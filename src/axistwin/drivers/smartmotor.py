@@ -73,7 +73,8 @@ class SmartMotors(Core):
         for shaft in self._shafts:
             if not (found if shaft is first else (yield from self._find(shaft))):
                 raise SilentError(
-                    f"no answer from {shaft.name} to RSP: check the power, the cable, the baud rate and the address"
+                    f"no answer from {shaft.name} to RSP: check the power, the cable, the baud rate and the address; "
+                    "is a SmartMotor at this port?"
                 )
             yield from shaft.prepare()
 
