@@ -5,7 +5,15 @@ import asyncio
 import pytest
 
 import axistwin
-from axistwin.drivers import AsyncController, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers import (
+    AsyncController,
+    DriverError,
+    PositionLostError,
+    RefusedError,
+    SilentError,
+    WrongAnswerError,
+    connect,
+)
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Pause
 from axistwin.integrations.inside import InnerPort
@@ -147,7 +155,7 @@ def test_a_home_that_is_interrupted_keeps_the_position(twin, motor):
 
 
 def test_a_program_that_is_not_stored_and_one_that_is_not_sent():
-    answers = {b"RSP": b"24576/476\r", b"RPW": b"0,128\r5\r", b"LOAD": b"\x06", b"RBk": b"1\r"}
+    answers = {b"RSP": b"24576/476\r", b"RPW": b"0,128\r5\r", b"RV": b"0\r", b"LOAD": b"\x06", b"RBk": b"1\r"}
 
     def answer(data):
         return next((found for request, found in answers.items() if request in data), b"")
@@ -204,37 +212,48 @@ def test_two_motors_on_an_rs485_line():
 
 
 class Interrupted(InnerPort):
-    """A port at which the power of the motor is cut before a message."""
+    """A port at which the power of the motor is cut after some characters of a message."""
 
-    def __init__(self, bench, name, message):
+    def __init__(self, bench, name, message, after):
         super().__init__(bench, name)
-        self.motor, self.message = bench[name], message
+        self.motor, self.message, self.after = bench[name], message, after
 
     async def write(self, data):
-        if data.startswith(self.message):
-            self.message = b"never again"
+        if data == self.message:
+            self.message = b""
+            await super().write(data[: self.after])
+            await self.pause(0.02)
             self.motor.power_cycle()
-            await self.pause(1)
+            data = data[self.after :]
         await super().write(data)
 
 
-def test_a_power_cut_while_a_move_begins_is_noticed():
-    """The power is cut between the reading of the state and the setting of the acceleration."""
+async def move_with_a_power_cut(rs485, message, after):
+    """Return true if the driver notices that the power was cut while it sets the acceleration of a move."""
+    bench = axistwin.Bench()
+    motor = bench.add("smartmotor")
 
-    async def session():
-        bench = axistwin.Bench()
-        motor = bench.add("smartmotor")
+    async def port():
+        return Interrupted(bench, "smartmotor", message, after)
 
-        async def port():
-            return Interrupted(bench, "smartmotor", b"RA A=")
+    driver = AsyncController("", make("smartmotor", {"rs485": rs485}), opening=port)
+    shaft = driver.axes["shaft"]
+    await shaft.move_to(100)
+    await shaft.wait(5)
+    shaft.set_profile(acceleration=30_000)
+    with pytest.raises(DriverError):
+        await shaft.move_to(200)
+    lost = (await shaft.status()).lost
+    assert motor.axes["shaft"].position == 100
+    await shaft.set_position(100)
+    shaft.set_profile(acceleration=40_000)
+    await shaft.move_to(50)
+    assert (await shaft.wait(5)).position == motor.axes["shaft"].position == 50
+    return lost == "the power of shaft was cut"
 
-        driver = AsyncController("", make("smartmotor", {}), opening=port)
-        shaft = driver.axes["shaft"]
-        await shaft.move_to(100)
-        await shaft.wait(5)
-        shaft.set_profile(acceleration=30_000)
-        with pytest.raises(RefusedError, match="the power of shaft was cut"):
-            await shaft.move_to(200)
-        assert (await shaft.status()).lost and motor.axes["shaft"].position == 100
 
-    asyncio.run(session())
+@pytest.mark.parametrize(("rs485", "message"), [(False, b"RA A=119 RV\r"), (True, b"A=119 RV\r")])
+def test_a_power_cut_while_a_move_begins_is_noticed(rs485, message):
+    """The power is cut between the reading of the state and the move."""
+    for after in range(len(message) + 1):
+        assert asyncio.run(move_with_a_power_cut(rs485, message, after)), after

@@ -215,14 +215,23 @@ class Shaft(AxisCore):
         self._set_acceleration = 0
         self._homing = 0
         self._lost = ""
+        self._setting = False
+        """True while an acceleration is set: if there is no answer, the acceleration does not show a power cut."""
+        self._has_velocity = False
+        """True if the motor has a velocity, which a power cut clears."""
 
     def prepare(self) -> Procedure[None]:
         """Repeat the settings of the motor if a power cut has cleared them."""
         _, _, acceleration = yield from self._read()
+        if self._setting or not self._set_acceleration:
+            velocity = yield from self._line.ask(self.prefix, "RV")
+            if self._setting and not whole(velocity[0], "RV"):
+                acceleration = 0  # the power was cut before the motor received the new acceleration
+            self._setting, self._has_velocity = False, bool(whole(velocity[0], "RV"))
         if self._set_acceleration and acceleration:
             return
         if self._set_acceleration:
-            self._lost, self._homing = f"the power of {self.name} was cut", 0
+            self._lost, self._homing, self._has_velocity = f"the power of {self.name} was cut", 0, False
         if not acceleration:
             yield from self._line.send(self.prefix, "ZS" if self._line.limits else "UCI UDI ZS")
         self._set_acceleration = max(acceleration, self._units())
@@ -258,21 +267,22 @@ class Shaft(AxisCore):
         yield from self._set_profile()
         yield from self._line.send(self.prefix, f"{text} G")
         position, word = yield from self._state()
+        self._has_velocity = "V=0 " not in f"{text} "
         if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
             raise RefusedError(f"{self.name} does not move: {'; '.join(map(str, faults))}")
 
     def _set_profile(self) -> Procedure[None]:
-        """Set a new acceleration.  An acceleration of 0 before it shows that the power was cut."""
+        """Set a new acceleration.  If the old one is 0, or the velocity was cleared, the power was cut."""
         units = self._units()
         if units == self._set_acceleration:
             return
-        (before,) = yield from self._line.ask(self.prefix, "RA" if self._line.one_by_one else f"RA A={units}")
-        if not whole(before, "RA"):
+        self._setting = True
+        before, velocity = yield from self._line.ask(self.prefix, "RA", f"A={units} RV")
+        self._setting = False
+        if not whole(before, "RA") or (self._has_velocity and not whole(velocity, "RV")):
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
             raise RefusedError(f"{self.name} does not move: {self._lost}")
-        if self._line.one_by_one:
-            yield from self._line.send(self.prefix, f"A={units}")
         self._set_acceleration = units
 
     def move_to(self, target: int) -> Procedure[None]:
