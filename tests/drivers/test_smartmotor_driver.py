@@ -1,6 +1,7 @@
 """The driver of SmartMotors at served ports."""
 
 import asyncio
+from contextlib import suppress
 
 import pytest
 
@@ -16,6 +17,7 @@ from axistwin.drivers import (
 )
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Pause
+from axistwin.integrations import driver_inside
 from axistwin.integrations.inside import InnerPort
 
 from .devices import answering, model_of, url_of
@@ -155,7 +157,7 @@ def test_a_home_that_is_interrupted_keeps_the_position(twin, motor):
 
 
 def test_a_program_that_is_not_stored_and_one_that_is_not_sent():
-    answers = {b"RSP": b"24576/476\r", b"RPW": b"0,128\r5\r", b"RV": b"0\r", b"LOAD": b"\x06", b"RBk": b"1\r"}
+    answers = {b"RSP": b"24576/476\r", b"RPW": b"0,128\r5\r", b"LOAD": b"\x06", b"RBk": b"1\r"}
 
     def answer(data):
         return next((found for request, found in answers.items() if request in data), b"")
@@ -228,7 +230,7 @@ class Interrupted(InnerPort):
         await super().write(data)
 
 
-async def move_with_a_power_cut(rs485, message, after):
+async def move_with_a_power_cut(rs485, acceleration, message, after):
     """Return true if the driver notices that the power was cut while it sets the acceleration of a move."""
     bench = axistwin.Bench()
     motor = bench.add("smartmotor")
@@ -240,20 +242,41 @@ async def move_with_a_power_cut(rs485, message, after):
     shaft = driver.axes["shaft"]
     await shaft.move_to(100)
     await shaft.wait(5)
-    shaft.set_profile(acceleration=30_000)
-    with pytest.raises(DriverError):
+    shaft.set_profile(acceleration=acceleration)
+    with suppress(DriverError):
         await shaft.move_to(200)
     lost = (await shaft.status()).lost
     assert motor.axes["shaft"].position == 100
     await shaft.set_position(100)
-    shaft.set_profile(acceleration=40_000)
+    shaft.set_profile(acceleration=50_000)
     await shaft.move_to(50)
     assert (await shaft.wait(5)).position == motor.axes["shaft"].position == 50
     return lost == "the power of shaft was cut"
 
 
-@pytest.mark.parametrize(("rs485", "message"), [(False, b"RA A=119 RV\r"), (True, b"A=119 RV\r")])
-def test_a_power_cut_while_a_move_begins_is_noticed(rs485, message):
-    """The power is cut between the reading of the state and the move."""
+@pytest.mark.parametrize("rs485", [False, True])
+@pytest.mark.parametrize(
+    ("acceleration", "message"), [(30_000, b"A=A+40 RA\r"), (40_000, b"A=A+80 RA\r"), (15_000, b"A=A-20 RA\r")]
+)
+def test_a_power_cut_while_a_move_begins_is_noticed(rs485, acceleration, message):
+    """The power is cut between the reading of the state and the move; the acceleration before it is 79 units."""
     for after in range(len(message) + 1):
-        assert asyncio.run(move_with_a_power_cut(rs485, message, after)), after
+        assert asyncio.run(move_with_a_power_cut(rs485, acceleration, message, after)), after
+
+
+def test_accelerations_and_a_cut_line_leave_the_position():
+    async def session():
+        bench = axistwin.Bench()
+        motor = bench.add("smartmotor")
+        driver = driver_inside(bench, "smartmotor", timeout=0.2)
+        shaft = driver.axes["shaft"]
+        for number, acceleration in enumerate((20_000, 40_000, 80_000, 7_000, 300), 1):
+            shaft.set_profile(acceleration=acceleration)
+            await shaft.move_to(10 * number)
+            assert (await shaft.wait(5)).position == 10 * number
+            shaft.core._setting = shaft.core._set_acceleration + 1  # as after a request that was not answered
+            await driver.close()
+            assert not (await shaft.status()).lost
+        assert motor.axes["shaft"].position == 50
+
+    asyncio.run(session())

@@ -45,9 +45,15 @@ OPHYD = """
 from ophyd import EpicsMotor
 def make(engine, prefix, name):
     # Without settle_time, ophyd may forget a move that begins as the last one ends (bluesky/ophyd#783).
-    motor = EpicsMotor(prefix, name=name, settle_time=0.1)
-    motor.wait_for_connection(timeout=20)
-    return motor
+    for remaining in (2, 1, 0):
+        motor = EpicsMotor(prefix, name=name, settle_time=0.1)
+        try:
+            motor.wait_for_connection(timeout=12)
+        except TimeoutError:  # on a very slow computer, ophyd may miss the first value of a connected channel
+            if not remaining:
+                raise
+        else:
+            return motor
 """
 OPHYD_ASYNC = """
 from ophyd_async.epics.motor import Motor

@@ -215,23 +215,20 @@ class Shaft(AxisCore):
         self._set_acceleration = 0
         self._homing = 0
         self._lost = ""
-        self._setting = False
-        """True while an acceleration is set: if there is no answer, the acceleration does not show a power cut."""
-        self._has_velocity = False
-        """True if the motor has a velocity, which a power cut clears."""
+        self._setting = 0
+        """Acceleration that is being set; 0 if none is.  Without an answer, the motor may have it or not."""
 
     def prepare(self) -> Procedure[None]:
         """Repeat the settings of the motor if a power cut has cleared them."""
         _, _, acceleration = yield from self._read()
-        if self._setting or not self._set_acceleration:
-            velocity = yield from self._line.ask(self.prefix, "RV")
-            if self._setting and not whole(velocity[0], "RV"):
-                acceleration = 0  # the power was cut before the motor received the new acceleration
-            self._setting, self._has_velocity = False, bool(whole(velocity[0], "RV"))
+        if self._setting:
+            if acceleration not in (self._set_acceleration, self._setting):
+                acceleration = 0  # the power was cut
+            self._set_acceleration, self._setting = acceleration or self._set_acceleration, 0
         if self._set_acceleration and acceleration:
             return
         if self._set_acceleration:
-            self._lost, self._homing, self._has_velocity = f"the power of {self.name} was cut", 0, False
+            self._lost, self._homing = f"the power of {self.name} was cut", 0
         if not acceleration:
             yield from self._line.send(self.prefix, "ZS" if self._line.limits else "UCI UDI ZS")
         self._set_acceleration = max(acceleration, self._units())
@@ -267,19 +264,24 @@ class Shaft(AxisCore):
         yield from self._set_profile()
         yield from self._line.send(self.prefix, f"{text} G")
         position, word = yield from self._state()
-        self._has_velocity = "V=0 " not in f"{text} "
         if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
             raise RefusedError(f"{self.name} does not move: {'; '.join(map(str, faults))}")
 
     def _set_profile(self) -> Procedure[None]:
-        """Set a new acceleration.  If the old one is 0, or the velocity was cleared, the power was cut."""
-        units = self._units()
-        if units == self._set_acceleration:
+        """Change the acceleration.
+
+        The change is relative: a motor whose power was cut has neither the old nor the new acceleration afterwards,
+        even if it received a part of the message only.
+        """
+        before, units = self._set_acceleration, self._units()
+        if units == before:
             return
-        self._setting = True
-        before, velocity = yield from self._line.ask(self.prefix, "RA", f"A={units} RV")
-        self._setting = False
-        if not whole(before, "RA") or (self._has_velocity and not whole(velocity, "RV")):
+        if units == 2 * before:
+            units += 1  # otherwise a power cut before the change would result in the old acceleration
+        self._setting = units
+        (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
+        self._setting = 0
+        if whole(found, "RA") != units:
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
             raise RefusedError(f"{self.name} does not move: {self._lost}")
