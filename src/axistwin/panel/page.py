@@ -209,7 +209,7 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
     kinds["Pins"] = partial(pins, context, name)
     with ui.element("div").classes("work"):
         yield machines(context, name)
-        with folded(context, f"{name} tabs", ", ".join(kinds)), ui.element("div").classes("side"):
+        with folded(context, f"{name} tabs", "Host, program and pins"), ui.element("div").classes("side"):
             yield tabs(context, name, kinds)
     with folded(context, f"{name} front", "Front panel"):
         yield front(context, name)

@@ -32,7 +32,7 @@ def test_nothing_is_wider_than_the_screen_and_everything_is_reached_by_tab(phone
     is_narrow(phone)
 
 
-FOLDED = ("Switches and lamps", "Terminal, Program, Pins", "Front panel", "Oscilloscope", "Faults")
+FOLDED = ("Switches and lamps", "Host, program and pins", "Front panel", "Oscilloscope", "Faults")
 LAMPS = "front of table"
 
 
