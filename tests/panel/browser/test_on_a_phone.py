@@ -53,6 +53,8 @@ def test_the_rest_is_folded_until_the_user_unfolds_it(machine, visiting):
             expect(part).to_have_attribute("aria-expanded", "false")
         hidden = ".switchboard, .terminal, .scope-plot, .speed, .form"
         assert page.locator(hidden).filter(visible=True).count() == 0
+        columns = page.locator(".readouts").first.evaluate("(each) => getComputedStyle(each).gridTemplateColumns")
+        assert min(float(width.removesuffix("px")) for width in columns.split()) >= 172, "for −17 813 pulses/s"
         lamps = page.get_by_label(LAMPS)
         expect(lamps).to_be_hidden()
         click(parts[2])
