@@ -326,8 +326,7 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 def _freeze_objects() -> None:
     """Exclude all present objects from garbage collection, to shorten its pauses."""
-    gc.collect()
-    gc.freeze()
+    gc.freeze()  # without a collection, which would take as long as all else after the imports
 
 
 def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:

@@ -7,12 +7,10 @@ Out: one character after the other, each after the programmed delay, and only wh
 from collections import deque
 from collections.abc import Callable
 
-from simpy import Interrupt
-
 from axistwin.controllers.digiplan.chapters.data_format import CR, LF
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.product import ControlLines
-from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.clock import Clock, Event, Interrupt, Procedure, Process, kill
 from axistwin.sim.frames import LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
