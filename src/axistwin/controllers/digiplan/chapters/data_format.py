@@ -1,7 +1,7 @@
 """Chapter Serial data format: frames, the data format message, and the format of a received message."""
 
 import re
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from axistwin.sim.frames import Parity, UartFormat
 
@@ -11,7 +11,8 @@ FORMAT_MESSAGE = re.compile(r"([UV])([1-8])([1-9])")
 PARITIES: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7: "N", 8: "O", 9: "E"}
 
 
-class Frame(NamedTuple):
+@dataclass(frozen=True)
+class Frame:
     """A data format: terminator `U` or `V`, x1 (frame) 1 to 8, x2 (parity, echo, X-on/X-off) 1 to 9."""
 
     terminator: str = "U"
@@ -55,7 +56,8 @@ class Frame(NamedTuple):
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 
-class MessageFormat(NamedTuple):
+@dataclass(frozen=True)
+class MessageFormat:
     """Format in which a message was received: baud rate, data bits, parity, bit 8 of the command and its terminator.
 
     An 8-bit receiver without parity finds the parity bit of a 7-bit sender in bit 8.
