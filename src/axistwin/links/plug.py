@@ -210,8 +210,9 @@ class Plug(SingleClient[SerialClient]):
         self.client.deliver(data, errors)
 
     def _received(self, _: int, errors: LineError) -> None:
-        self.request_flush()
-        if errors:
+        if not self._flush_requested:
+            self.request_flush()
+        if errors is not SOUND:
             self._errors |= errors
 
     def flush_pending(self) -> None:
