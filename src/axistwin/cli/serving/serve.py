@@ -152,8 +152,9 @@ def serve(
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
-        with preparing(bench, times):
-            return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, files))
+        with ExitStack() as background:  # begins when the ports are open, so that the first answers are not delayed
+            prepare = partial(background.enter_context, preparing(bench, times))
+            return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))
 
 
 def _served(
@@ -291,6 +292,7 @@ async def _serve(
     shown: "Panel | None",
     show: Show,
     start: Callable[[], Awaitable[None]],
+    prepare: Callable[[], object],
     files: _Files,
 ) -> int:
     ended = ending()
@@ -302,6 +304,7 @@ async def _serve(
         _freeze_objects()
         await start()
         show(panel)
+        prepare()
         if files.open:
             _catch_up_regularly(server.pacer, files)
         return await ended
