@@ -1,6 +1,5 @@
 """Front panels of controllers on the page."""
 
-
 import pytest
 
 from axistwin.bench import FAMILIES, Bench, product
