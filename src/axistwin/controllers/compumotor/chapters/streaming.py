@@ -50,7 +50,8 @@ class StreamOutput:
                 return
             if duration_ns is None:
                 break
-            yield board.clock.timeout(duration_ns)
+            if not board.clock.skip(duration_ns):
+                yield board.clock.timeout(duration_ns)
         else:
             self._execute(marker)
             self._pulses.hold()
