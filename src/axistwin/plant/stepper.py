@@ -49,6 +49,11 @@ class EncoderView:
         self._axis.on_push.emit()
 
     @property
+    def counts_per_pulses(self) -> tuple[int, int, int]:
+        """Counts per number of pulses in a motion in one direction, and the largest deviation in counts."""
+        return self._encoder.counts_per_pulses
+
+    @property
     def at_index(self) -> bool:
         """True while the encoder's channel Z is active."""
         _ = self.count
@@ -162,6 +167,15 @@ class StepperAxis:
     def encoder_count(self) -> int | None:
         """Encoder counts after quadrature, or None without an encoder."""
         return self._encoder.count if self._encoder else None
+
+    def counts_per_pulses(self) -> tuple[int, int, int] | None:
+        """Return encoder counts per number of pulses in this move, and the largest deviation in counts.
+
+        None while the motor loses steps, or its output is held.
+        """
+        if not self.predictable:
+            return None
+        return self._encoder.counts_per_pulses if self._encoder else (0, 1, 0)
 
     def wire_index(self, pin: SensedPin) -> None:
         """Connect the encoder's channel Z to a terminal, if there is an encoder."""

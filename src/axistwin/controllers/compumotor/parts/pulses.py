@@ -127,6 +127,11 @@ class PulseGenerator:
         count = self._output.pulses_by(self._elapsed_ns) + pulses
         return self._output.pulse_ns(count) + 1 - self._elapsed_ns
 
+    def within(self, duration_ns: int) -> int:
+        """Return the number of pulses in the next `duration_ns` of the present profile."""
+        elapsed_ns = self._elapsed_ns
+        return self._output.pulses_by(elapsed_ns + duration_ns) - self._output.pulses_by(elapsed_ns)
+
     @property
     def step_level(self) -> bool:
         """Level of STEP: high for half a period of the range's highest frequency after each pulse."""
