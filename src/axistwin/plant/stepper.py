@@ -212,6 +212,11 @@ class StepperAxis:
         return not self._slips and self._made is None
 
     @property
+    def free(self) -> bool:
+        """True if a new profile has no effect but its pulses: an ideal motor that can turn, and no subscribers."""
+        return self._motor is None and not (self._slips or self._was_held or self._held or self.on_motion)
+
+    @property
     def follows(self) -> None:
         """Always None, because the controller of a stepper motor has no external encoder."""
         return

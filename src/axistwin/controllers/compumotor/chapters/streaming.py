@@ -5,6 +5,7 @@ Velocity number V gives effective clock * V / 65536 pulses/s, as from a phase ac
 a pulse is kept from one velocity to the next, until the motor stops or reverses.
 """
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
 
@@ -32,6 +33,10 @@ class StreamOutput:
 
     def __init__(self, board: State, setting: Setting) -> None:
         self._board, self._setting, self._stream, self._pulses = board, setting, board.stream, board.pulses
+        self._period_ns = setting.period_ms * MS
+        of_distances = setting.mode == DISTANCE_TIME
+        self._end = END_OF_STREAM if of_distances else None
+        self._rate: Callable[[int], Fraction] = lru_cache(maxsize=4096)(self._rate_for_distance) if of_distances else setting.rate
 
     def perform(self) -> Procedure:
         """Output the entries of the buffer until the buffer is empty or motion is blocked."""
@@ -52,36 +57,57 @@ class StreamOutput:
                 break
             if not board.clock.skip(duration_ns):
                 yield board.clock.timeout(duration_ns)
+            if self._period_ns:
+                self._run_ahead()
         else:
             self._execute(marker)
             self._pulses.hold()
         stream.finish()
 
+    def _run_ahead(self) -> None:
+        """Output the next words that have no effect but pulses and that end before the next event of the bench.
+
+        Such a word is a velocity in the present direction.  The pulses are the same as if each word caused an event.
+        """
+        board, pulses = self._board, self._pulses
+        most = min((board.clock.free_ns - 1) // self._period_ns, pulses.room)
+        if most < 1 or board.outputs.in_use or board.joystick.enabled or board.blocked(pulses.sign):
+            return
+        rates = []
+        for (word,) in self._stream.without_alarm(most):
+            if self._marker(word) or word == self._end or self._sign(word) != pulses.sign or not self._rate(word):
+                break
+            rates.append(self._rate(word))
+        if rates:
+            self._stream.drop(len(rates))
+            pulses.append(rates, self._period_ns)
+            board.clock.skip(len(rates) * self._period_ns)
+
     def _output(self, entry: Entry) -> int | None:
         """Output an entry.  Return the time until the next entry in ns, or None at the end of the stream."""
         if self._setting.mode == VELOCITY_DISTANCE:
             return self._velocity_for_distance(*entry)
-        output = self._distance if self._setting.mode == DISTANCE_TIME else self._velocity
-        return self._setting.period_ms * MS if output(*entry) else None
+        (word,) = entry
+        if word == self._end:
+            self._pulses.kill()
+            return None
+        return self._period_ns if self._run(self._rate(word), self._sign(word)) else None
 
     def _velocity_for_distance(self, number: int, distance: int) -> int | None:
         if number & FASTEST and not distance:
             return 0
-        if not self._velocity(number):
+        if not self._run(self._rate(number), self._sign(number)):
             return None
         return max(SHORTEST_NS, self._pulses.ns_until(distance)) if number & FASTEST else SHORTEST_NS
 
-    def _velocity(self, number: int) -> bool:
-        side = -1 if number & CCW else +1
-        return self._run(self._setting.rate(number), side if self._pulses.cw_is_plus else -side)
+    def _sign(self, word: int) -> int:
+        """Return the sign of the pulses of a word: distances are signed + and -, velocities CW and CCW."""
+        plus = self._end is not None or self._pulses.cw_is_plus
+        return -1 if plus == bool(word & CCW) else +1
 
-    def _distance(self, word: int) -> bool:
-        if word == END_OF_STREAM:
-            self._pulses.kill()
-            return False
-        distance = word - FULL if word & CCW else word
-        wish = Fraction(abs(distance) * 1000, self._setting.period_ms)
-        return self._run(min(wish, self._setting.rate(FASTEST)), -1 if distance < 0 else +1)
+    def _rate_for_distance(self, word: int) -> Fraction:
+        distance = FULL - word if word & CCW else word
+        return min(Fraction(distance * 1000, self._setting.period_ms), self._setting.rate(FASTEST))
 
     def _run(self, rate: Fraction, sign: int) -> bool:
         """Change to this velocity.  Return False if motion in direction `sign` is blocked."""

@@ -3,7 +3,7 @@
 Positions are signed + and -; physical directions are CW (+1) and CCW (-1).  Command 14h assigns signs to directions.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
@@ -181,6 +181,19 @@ class PulseGenerator:
             self._origin = self._issued
             self._begin(Profile(profile.segments, fraction, rate))
             self._follow(profile)
+
+    @property
+    def room(self) -> int:
+        """Number of velocities that `append` can add to the present profile; 0 if they have effects but pulses."""
+        return MOST_SEGMENTS - len(self._output.segments) if self.moving and self.axis.free else 0
+
+    def append(self, rates: Sequence[Fraction], period_ns: int) -> None:
+        """Output velocities in the same direction from now on, each for a period, the last one without end."""
+        *all_but_last, last = rates
+        seconds = Fraction(period_ns, S)
+        added = (*(Segment(rate, seconds) for rate in all_but_last), Segment(last, None))
+        self._output = self._output.cut(self._elapsed_ns, added)
+        self.axis.replace(self._output)
 
     def hold(self) -> None:
         """Keep the present velocity until another profile begins."""

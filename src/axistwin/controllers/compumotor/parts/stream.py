@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 from axistwin.controllers.compumotor.language import CCW, Opcode
@@ -130,6 +131,18 @@ class Stream:
         self._used -= WORD * len(entry)
         self.alarm(self._used)
         return entry
+
+    def without_alarm(self, most: int) -> list[Entry]:
+        """Return the first entries, at most `most`, that can be taken without an alarm."""
+        assert self.setting is not None
+        if self._alarm_on:
+            most = min(most, (self._used - self.setting.alarm - 1) // (WORD * len(self._entries[0])) if self._entries else 0)
+        return list(islice(self._entries, max(0, most)))
+
+    def drop(self, count: int) -> None:
+        """Remove the first entries, which `without_alarm` has returned."""
+        for _ in range(count):
+            self._used -= WORD * len(self._entries.popleft())
 
     def alarm(self, left: int) -> None:
         """Send the buffer empty alarm once, if the alarm is on and `left` bytes are within its threshold."""
