@@ -6,7 +6,7 @@ command that is short, out of range or followed by bytes other than 00 does not 
 
 from dataclasses import dataclass
 from enum import Flag, auto
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 from axistwin.controllers.commandset import Command, CommandSet, Field
@@ -114,12 +114,12 @@ class Opcode(Command):
         """Opcode of the command as a byte."""
         return int(self.code)
 
-    @property
+    @cached_property
     def fields(self) -> tuple[Number, ...]:
         """The parameters with their sizes in bytes."""
         return tuple(field for field in self.parameters if isinstance(field, Number))
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of required parameter bytes."""
         return sum(field.size for field in self.fields)

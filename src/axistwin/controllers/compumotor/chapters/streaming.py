@@ -70,18 +70,21 @@ class StreamOutput:
         Such a word is a velocity in the present direction.  The pulses are the same as if each word caused an event.
         """
         board, pulses = self._board, self._pulses
-        most = min((board.clock.free_ns - 1) // self._period_ns, pulses.room)
-        if most < 1 or board.outputs.in_use or board.joystick.enabled or board.blocked(pulses.sign):
+        if board.outputs.in_use or board.joystick.enabled or board.blocked(pulses.sign):
             return
-        rates = []
-        for (word,) in self._stream.without_alarm(most):
-            if self._marker(word) or word == self._end or self._sign(word) != pulses.sign or not self._rate(word):
-                break
-            rates.append(self._rate(word))
-        if rates:
-            self._stream.drop(len(rates))
+        while rates := self._rates_ahead(min((board.clock.free_ns - 1) // self._period_ns, pulses.room)):
             pulses.append(rates, self._period_ns)
             board.clock.skip(len(rates) * self._period_ns)
+
+    def _rates_ahead(self, most: int) -> list[Fraction]:
+        """Remove velocities in the present direction, at most `most`, from the buffer; return their rates."""
+        rates: list[Fraction] = []
+        for (word,) in self._stream.without_alarm(most):
+            if self._marker(word) or word == self._end or self._sign(word) != self._pulses.sign or not self._rate(word):
+                break
+            rates.append(self._rate(word))
+        self._stream.drop(len(rates))
+        return rates
 
     def _output(self, entry: Entry) -> int | None:
         """Output an entry.  Return the time until the next entry in ns, or None at the end of the stream."""

@@ -176,24 +176,26 @@ class PulseGenerator:
         elif len(self._output.segments) < MOST_SEGMENTS:
             self.change(profile)
         else:
-            fraction, rate = self._output.fraction_at(self._elapsed_ns), self.rate
-            self._output = self._output.cut(self._elapsed_ns)
-            self._origin = self._issued
-            self._begin(Profile(profile.segments, fraction, rate))
+            self._continue(profile.segments)
             self._follow(profile)
 
     @property
     def room(self) -> int:
-        """Number of velocities that `append` can add to the present profile; 0 if they have effects but pulses."""
-        return MOST_SEGMENTS - len(self._output.segments) if self.moving and self.axis.free else 0
+        """Number of velocities that `append` can output at once; 0 if they may have other effects than pulses."""
+        if not (self.moving and self.axis.free):
+            return 0
+        return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
 
     def append(self, rates: Sequence[Fraction], period_ns: int) -> None:
         """Output velocities in the same direction from now on, each for a period, the last one without end."""
         *all_but_last, last = rates
         seconds = Fraction(period_ns, S)
         added = (*(Segment(rate, seconds) for rate in all_but_last), Segment(last, None))
-        self._output = self._output.cut(self._elapsed_ns, added)
-        self.axis.replace(self._output)
+        if len(self._output.segments) < MOST_SEGMENTS:
+            self._output = self._output.cut(self._elapsed_ns, added)
+            self.axis.replace(self._output)
+        else:
+            self._continue(added)
 
     def hold(self) -> None:
         """Keep the present velocity until another profile begins."""
@@ -226,6 +228,13 @@ class PulseGenerator:
         """Begin a new excursion under joystick control."""
         self._excursion_origin = self.position
         self._pulse_ns = None
+
+    def _continue(self, segments: Iterable[Segment]) -> None:
+        """Begin a new profile with these segments; the fraction of a pulse is kept."""
+        fraction, rate = self._output.fraction_at(self._elapsed_ns), self.rate
+        self._output = self._output.cut(self._elapsed_ns)
+        self._origin = self._issued
+        self._begin(Profile(segments, fraction, rate))
 
     def _begin(self, output: Profile) -> None:
         self._output, self._start_ns = output, self.clock.now
