@@ -34,9 +34,7 @@ class StreamOutput:
     def __init__(self, board: State, setting: Setting) -> None:
         self._board, self._setting, self._stream, self._pulses = board, setting, board.stream, board.pulses
         self._period_ns = setting.period_ms * MS
-        of_distances = setting.mode == DISTANCE_TIME
-        self._end = END_OF_STREAM if of_distances else None
-        self._rate: Callable[[int], Fraction] = lru_cache(maxsize=4096)(self._rate_for_distance) if of_distances else setting.rate
+        self._end = END_OF_STREAM if setting.mode == DISTANCE_TIME else None
 
     def perform(self) -> Procedure:
         """Output the entries of the buffer until the buffer is empty or motion is blocked."""
@@ -70,6 +68,8 @@ class StreamOutput:
         Such a word is a velocity in the present direction.  The pulses are the same as if each word caused an event.
         """
         board, pulses = self._board, self._pulses
+        if board.clock.free_ns <= self._period_ns:
+            return
         if board.outputs.in_use or board.joystick.enabled or board.blocked(pulses.sign):
             return
         while rates := self._rates_ahead(min((board.clock.free_ns - 1) // self._period_ns, pulses.room)):
@@ -80,9 +80,10 @@ class StreamOutput:
         """Remove velocities in the present direction, at most `most`, from the buffer; return their rates."""
         rates: list[Fraction] = []
         for (word,) in self._stream.without_alarm(most):
-            if self._marker(word) or word == self._end or self._sign(word) != self._pulses.sign or not self._rate(word):
+            rate = _rate(self._setting, word)
+            if not rate or self._sign(word) != self._pulses.sign or word == self._end or self._marker(word):
                 break
-            rates.append(self._rate(word))
+            rates.append(rate)
         self._stream.drop(len(rates))
         return rates
 
@@ -94,12 +95,12 @@ class StreamOutput:
         if word == self._end:
             self._pulses.kill()
             return None
-        return self._period_ns if self._run(self._rate(word), self._sign(word)) else None
+        return self._period_ns if self._run(word) else None
 
     def _velocity_for_distance(self, number: int, distance: int) -> int | None:
         if number & FASTEST and not distance:
             return 0
-        if not self._run(self._rate(number), self._sign(number)):
+        if not self._run(number):
             return None
         return max(SHORTEST_NS, self._pulses.ns_until(distance)) if number & FASTEST else SHORTEST_NS
 
@@ -108,13 +109,9 @@ class StreamOutput:
         plus = self._end is not None or self._pulses.cw_is_plus
         return -1 if plus == bool(word & CCW) else +1
 
-    def _rate_for_distance(self, word: int) -> Fraction:
-        distance = FULL - word if word & CCW else word
-        return min(Fraction(distance * 1000, self._setting.period_ms), self._setting.rate(FASTEST))
-
-    def _run(self, rate: Fraction, sign: int) -> bool:
-        """Change to this velocity.  Return False if motion in direction `sign` is blocked."""
-        pulses = self._pulses
+    def _run(self, word: int) -> bool:
+        """Change to the velocity of a word.  Return False if motion in its direction is blocked."""
+        pulses, rate, sign = self._pulses, _rate(self._setting, word), self._sign(word)
         if not rate:
             pulses.kill()
         elif self._board.blocked(sign):
@@ -125,7 +122,7 @@ class StreamOutput:
             phase = Phase.CONSTANT
             if rate != before:
                 phase = Phase.ACCELERATING if rate > before else Phase.DECELERATING
-            pulses.run(_endless(phase, rate, self._setting.maximum), sign)
+            pulses.run(_endless(phase, self._setting, word), sign)
         return True
 
     def _marker(self, word: int) -> Marker | None:
@@ -149,9 +146,18 @@ class StreamOutput:
 
 
 @lru_cache(maxsize=4096)
-def _endless(phase: Phase, rate: Fraction, maximum: Fraction) -> VelocityProfile:
-    """Return endless motion at a velocity; a stream repeats many velocities."""
-    return VelocityProfile(((phase, (Segment(rate, None),)),), maximum, of_move=False)
+def _rate(setting: Setting, word: int) -> Fraction:
+    """Return the rate of a velocity or of a distance over the period, without its direction."""
+    if setting.mode != DISTANCE_TIME:
+        return setting.rate(word & FASTEST)
+    distance = FULL - word if word & CCW else word
+    return min(Fraction(distance * 1000, setting.period_ms), setting.rate(FASTEST))
+
+
+@lru_cache(maxsize=4096)
+def _endless(phase: Phase, setting: Setting, word: int) -> VelocityProfile:
+    """Return endless motion at the velocity of a word."""
+    return VelocityProfile(((phase, (Segment(_rate(setting, word), None),)),), setting.maximum, of_move=False)
 
 
 def indexer_mode(board: State) -> None:

@@ -45,7 +45,7 @@ class Outputs:
 
     def shows(self, state: int) -> bool:
         """True if a bit shows this state."""
-        return any(shown == state for shown, _ in self._tracked.values())
+        return bool(self._tracked) and any(shown == state for shown, _ in self._tracked.values())
 
     def refresh(self) -> None:
         """Update the bits that show a state."""

@@ -61,8 +61,8 @@ class VelocityProfile:
     def _begins(self) -> Iterable[tuple[int, Phase]]:
         at = Fraction(0)
         for phase, segments in self.phases:
-            if any(segment.seconds != 0 for segment in segments):
-                yield int(at * S), phase
+            if any(seconds is None or seconds for _, seconds in segments):
+                yield int(at * S) if at else 0, phase
             for segment in segments:
                 if segment.seconds is None:
                     return
@@ -231,10 +231,9 @@ class PulseGenerator:
 
     def _continue(self, segments: Iterable[Segment]) -> None:
         """Begin a new profile with these segments; the fraction of a pulse is kept."""
-        fraction, rate = self._output.fraction_at(self._elapsed_ns), self.rate
-        self._output = self._output.cut(self._elapsed_ns)
-        self._origin = self._issued
-        self._begin(Profile(segments, fraction, rate))
+        pulses, fraction = self._output.phase_at(self._elapsed_ns)
+        self._origin += self.sign * pulses
+        self._begin(Profile(segments, fraction, self.rate))
 
     def _begin(self, output: Profile) -> None:
         self._output, self._start_ns = output, self.clock.now

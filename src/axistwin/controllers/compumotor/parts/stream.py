@@ -22,7 +22,7 @@ Entry = tuple[int, ...]
 """An entry of the buffer: a velocity, a distance, or a velocity and a distance."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Setting:
     """A streaming mode with its parameters.  `alarm` is in bytes; `period_ms` is 0 in a mode without update rate."""
 
@@ -47,24 +47,15 @@ class Setting:
         """Rate of velocity number 1, in pulses/s."""
         return self.clock / FULL
 
+    def rate(self, number: int) -> Fraction:
+        """Return the rate of a velocity number in pulses/s."""
+        return Fraction(self.resolution.numerator * number, self.resolution.denominator)
+
     @property
     def parameters(self) -> bytes:
         """The parameter bytes with which the host entered the mode."""
         rate = self.period_ms.to_bytes(2, "big") if self.period_ms else b""
         return bytes([self.base, self.divisor]) + self.alarm.to_bytes(4, "big") + rate
-
-    @cached_property
-    def _rates(self) -> dict[int, Fraction]:
-        """The rates of the velocity numbers in use."""
-        return {}
-
-    def rate(self, number: int) -> Fraction:
-        """Return the rate of a velocity number in pulses/s, without the direction."""
-        number &= FASTEST
-        rate = self._rates.get(number)
-        if rate is None:
-            rate = self._rates[number] = self.resolution * number
-        return rate
 
 
 @dataclass(frozen=True)
