@@ -53,17 +53,21 @@ class Profile:
         self.starts, self.phases = [0], [int(phase * self.parts)]
         self._lay_out(self.segments)
 
-    def _lay_out(self, segments: Sequence[Segment]) -> None:
-        """Append segments to the integer tables."""
+    def _lay_out(self, segments: Sequence[Segment]) -> bool:
+        """Append segments to the integer tables.  Return False if the common denominators do not fit."""
         per_rate, per_second, start, phase = self.per_rate, self.ticks, self.starts[-1], self.phases[-1]
+        duration, ticks, rest = None, 0, 0
         for rate, seconds in segments:
             numerator, denominator = rate.as_integer_ratio()
-            number = numerator * (per_rate // denominator)
+            number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
+            if seconds is not None and seconds is not duration:  # consecutive segments often share their duration
+                numerator, denominator = seconds.as_integer_ratio()
+                duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
+            if unfit or rest:
+                return False
             if seconds is None:
                 break
-            numerator, denominator = seconds.as_integer_ratio()
-            ticks = numerator * (per_second // denominator)
             start, phase = start + ticks, phase + number * ticks
             self.starts.append(start)
             self.phases.append(phase)
@@ -72,6 +76,7 @@ class Profile:
         """Total number of pulses; None for an endless motion."""
         self.end_ns: int | None = None if self.endless else self.starts[-1] * S // self.ticks
         """Time in ns from the start to the end of the last segment; None for an endless motion."""
+        return True
 
     def _segment_at(self, ticks_s: int) -> int:
         """Return the index of the segment at a time given in ticks * S."""
@@ -138,16 +143,12 @@ class Profile:
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
         """Return the first `kept` segments followed by `added`; None if the common denominators do not fit."""
-        for rate, seconds in added:
-            if self.per_rate % rate.denominator or (seconds is not None and self.ticks % seconds.denominator):
-                return None
         profile = Profile.__new__(Profile)
         profile.__dict__.update(self.__dict__)
         profile.segments = (*self.segments[:kept], *added)
         profile.rates = self.rates[:kept]
         profile.starts, profile.phases = self.starts[: kept + 1], self.phases[: kept + 1]
-        profile._lay_out(added)
-        return profile
+        return profile if profile._lay_out(added) else None
 
     def scaled(self, ratio: Fraction) -> "Profile":
         """Return the profile with all rates multiplied by `ratio`; the durations do not change."""

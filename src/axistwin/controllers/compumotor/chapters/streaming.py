@@ -72,20 +72,21 @@ class StreamOutput:
             return
         if board.outputs.in_use or board.joystick.enabled or board.blocked(pulses.sign):
             return
-        while rates := self._rates_ahead(min((board.clock.free_ns - 1) // self._period_ns, pulses.room)):
-            pulses.append(rates, self._period_ns)
-            board.clock.skip(len(rates) * self._period_ns)
+        while segments := self._ahead(min((board.clock.free_ns - 1) // self._period_ns, pulses.room)):
+            pulses.append(segments)
+            board.clock.skip(len(segments) * self._period_ns)
 
-    def _rates_ahead(self, most: int) -> list[Fraction]:
-        """Remove velocities in the present direction, at most `most`, from the buffer; return their rates."""
-        rates: list[Fraction] = []
+    def _ahead(self, most: int) -> list[Segment]:
+        """Remove velocities in the present direction, at most `most`, from the buffer; return their segments."""
+        segments: list[Segment] = []
+        setting, markers, sign = self._setting, self._stream.markers, self._pulses.sign
         for (word,) in self._stream.without_alarm(most):
-            rate = _rate(self._setting, word)
-            if not rate or self._sign(word) != self._pulses.sign or word == self._end or self._marker(word):
+            segment = _segment(setting, word)
+            if not segment.rate or self._sign(word) != sign or word == self._end or word in markers:
                 break
-            rates.append(rate)
-        self._stream.drop(len(rates))
-        return rates
+            segments.append(segment)
+        self._stream.drop(len(segments))
+        return segments
 
     def _output(self, entry: Entry) -> int | None:
         """Output an entry.  Return the time until the next entry in ns, or None at the end of the stream."""
@@ -132,8 +133,9 @@ class StreamOutput:
 
     def _execute(self, marker: Marker | None) -> None:
         """Execute a marker's command concurrently.  Ignored while the command of another marker is executed."""
-        busy = self._stream.marker_process is not None and self._stream.marker_process.is_alive
-        if marker is not None and not busy:
+        if marker is None:
+            return
+        if self._stream.marker_process is None or not self._stream.marker_process.is_alive:
             self._stream.marker_process = self._board.clock.process(self._carry_out(marker))
 
     def _carry_out(self, marker: Marker) -> Procedure:
@@ -152,6 +154,12 @@ def _rate(setting: Setting, word: int) -> Fraction:
         return setting.rate(word & FASTEST)
     distance = FULL - word if word & CCW else word
     return min(Fraction(distance * 1000, setting.period_ms), setting.rate(FASTEST))
+
+
+@lru_cache(maxsize=4096)
+def _segment(setting: Setting, word: int) -> Segment:
+    """Return motion at the velocity of a word for one period."""
+    return Segment(_rate(setting, word), setting.period)
 
 
 @lru_cache(maxsize=4096)

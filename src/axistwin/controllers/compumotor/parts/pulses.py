@@ -186,11 +186,9 @@ class PulseGenerator:
             return 0
         return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
 
-    def append(self, rates: Sequence[Fraction], period_ns: int) -> None:
-        """Output velocities in the same direction from now on, each for a period, the last one without end."""
-        *all_but_last, last = rates
-        seconds = Fraction(period_ns, S)
-        added = (*(Segment(rate, seconds) for rate in all_but_last), Segment(last, None))
+    def append(self, segments: Sequence[Segment]) -> None:
+        """Output velocities in the present direction from now on; the last one continues after its end."""
+        added = (*segments[:-1], Segment(segments[-1].rate, None))
         if len(self._output.segments) < MOST_SEGMENTS:
             self._output = self._output.cut(self._elapsed_ns, added)
             self.axis.replace(self._output)

@@ -47,6 +47,11 @@ class Setting:
         """Rate of velocity number 1, in pulses/s."""
         return self.clock / FULL
 
+    @cached_property
+    def period(self) -> Fraction:
+        """The update period in seconds."""
+        return Fraction(self.period_ms, 1000)
+
     def rate(self, number: int) -> Fraction:
         """Return the rate of a velocity number in pulses/s."""
         return Fraction(self.resolution.numerator * number, self.resolution.denominator)
