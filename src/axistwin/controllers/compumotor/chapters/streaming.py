@@ -79,12 +79,12 @@ class StreamOutput:
     def _ahead(self, most: int) -> list[Segment]:
         """Remove velocities in the present direction, at most `most`, from the buffer; return their segments."""
         segments: list[Segment] = []
-        setting, markers, sign = self._setting, self._stream.markers, self._pulses.sign
+        setting, markers = self._setting, self._stream.markers
+        direction = CCW if self._sign(CCW) == self._pulses.sign else 0
         for (word,) in self._stream.without_alarm(most):
-            segment = _segment(setting, word)
-            if not segment.rate or self._sign(word) != sign or word == self._end or word in markers:
+            if word & CCW != direction or not word & FASTEST or word == self._end or word in markers:
                 break
-            segments.append(segment)
+            segments.append(_segment(setting, word))
         self._stream.drop(len(segments))
         return segments
 

@@ -129,16 +129,17 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the first entries, at most `most`, that can be taken without an alarm."""
+        """Return the first entries, at most `most`, that can be taken without an alarm; each is one word."""
         assert self.setting is not None
         if self._alarm_on:
-            most = min(most, (self._used - self.setting.alarm - 1) // (WORD * len(self._entries[0])) if self._entries else 0)
+            most = min(most, (self._used - self.setting.alarm - 1) // WORD)
         return list(islice(self._entries, max(0, most)))
 
     def drop(self, count: int) -> None:
-        """Remove the first entries, which `without_alarm` has returned."""
+        """Remove the first `count` entries, each of which is one word."""
+        self._used -= WORD * count
         for _ in range(count):
-            self._used -= WORD * len(self._entries.popleft())
+            self._entries.popleft()
 
     def alarm(self, left: int) -> None:
         """Send the buffer empty alarm once, if the alarm is on and `left` bytes are within its threshold."""
