@@ -80,7 +80,7 @@ class Clock(Environment):
     @property
     def free_ns(self) -> int:
         """Time from now to the next event, in which nothing else happens; 0 if the clock is observed event by event."""
-        return int(self._queue[0][0]) - self._now if self._unobserved else 0
+        return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
         """Advance time without an event, if nothing else happens until `duration_ns` from now.  Return True if so.

@@ -5,7 +5,6 @@ Velocity number V gives effective clock * V / 65536 pulses/s, as from a phase ac
 a pulse is kept from one velocity to the next, until the motor stops or reverses.
 """
 
-from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
 
