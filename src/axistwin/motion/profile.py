@@ -50,7 +50,7 @@ class Profile:
         self.per_rate = lcm(phase.denominator, *{s.rate.denominator for s in self.segments})
         self.parts = self.per_rate * self.ticks
         self.rates: list[int] = []  # pulse rates in parts per tick
-        self.starts, self.phases = [0], [int(phase * self.parts)]
+        self.starts, self.phases = [0], [phase.numerator * (self.parts // phase.denominator)]
         self._lay_out(self.segments)
 
     def _lay_out(self, segments: Sequence[Segment]) -> bool:

@@ -116,9 +116,9 @@ class Stream:
         """Store data for this mode; in any other mode, or without enough memory, the data is lost."""
         if self.setting is None or self.setting.mode != mode or self.free < LEAST_FREE:
             return
-        for entry in entries:
-            self._entries.append(entry)
-            self._used += WORD * len(entry)
+        stored = tuple(entries)
+        self._entries.extend(stored)
+        self._used += WORD * sum(map(len, stored))
         self._alarm_on |= self._used > self.setting.alarm
 
     def take(self) -> Entry:
