@@ -84,11 +84,12 @@ class RegisterPort:
 
     def read(self, offset: int) -> int:
         """Read a register, in no virtual time: 0 the output data buffer, 1 the status byte."""
-        check_byte("offset", offset, CONTROL)
+        if not (type(offset) is int and 0 <= offset <= CONTROL):
+            check_byte("offset", offset, CONTROL)
         if not self.powered:
             return NOBODY_DRIVES
         if offset == CONTROL:
-            return self.status
+            return self._status
         return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
