@@ -26,6 +26,7 @@ from axistwin.panel.views.faults import faults, power
 from axistwin.panel.views.front import front
 from axistwin.panel.views.machines import machines
 from axistwin.panel.views.operator import operator
+from axistwin.panel.views.parts import folded
 from axistwin.panel.views.pins import pins
 from axistwin.panel.views.program import program
 from axistwin.panel.views.scope import scope
@@ -180,10 +181,15 @@ def _body(context: Context) -> Iterator[Refresh]:
         for name in context.bench.lines:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 ui.label(name).classes("machine-name")
-                yield terminal(context, name)
+                with folded(context, f"{name} tabs", "Terminal"):
+                    yield terminal(context, name)
         with ui.element("div").classes("beside wide"):
-            yield scope(context)
-            with ui.card().classes("machine").props("role=region aria-label=faults"):
+            with folded(context, "scope", "Oscilloscope"):
+                yield scope(context)
+            with (
+                folded(context, "faults", "Faults"),
+                ui.card().classes("machine").props("role=region aria-label=faults"),
+            ):
                 ui.label("Faults").classes("machine-name")
                 yield faults(context)
 
@@ -203,9 +209,10 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
     kinds["Pins"] = partial(pins, context, name)
     with ui.element("div").classes("work"):
         yield machines(context, name)
-        with ui.element("div").classes("side"):
+        with folded(context, f"{name} tabs", "Host, program and pins"), ui.element("div").classes("side"):
             yield tabs(context, name, kinds)
-    yield front(context, name)
+    with folded(context, f"{name} front", "Front panel"):
+        yield front(context, name)
 
 
 class _Frames:

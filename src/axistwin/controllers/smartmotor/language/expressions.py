@@ -33,6 +33,8 @@ LEVELS = (
     {"^": ops.POWER},
 )
 """Operations with two values by precedence, the weakest first."""
+OPERATIONS = {token: (level, code) for level, listed in enumerate(LEVELS) for token, code in listed.items()}
+"""Level of precedence and operation by token."""
 
 _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<>()\[\]]", re.ASCII)
 
@@ -162,13 +164,12 @@ class Reader:
         self._height += 1
         self._highest = max(self._highest, self._height)
 
-    def _binary(self, level: int) -> None:
-        if level == len(LEVELS):
-            self._unary()
-            return
-        self._binary(level + 1)
-        while (operation := LEVELS[level].get(self._next())) is not None:
-            self.at += len(self._next())
+    def _binary(self, weakest: int) -> None:
+        """Read a value, and the operations after it that are not weaker than the level `weakest`."""
+        self._unary()
+        while (found := OPERATIONS.get(token := self._next())) is not None and found[0] >= weakest:
+            level, operation = found
+            self.at += len(token)
             self._binary(level + 1)
             self._height -= 1
             self._combine(operation)
