@@ -17,7 +17,7 @@ from axistwin.bench import Controller
 
 RUNS = 3
 PERIOD_MS = 2
-SECONDS = 3
+SECONDS = 30
 SWITCHES = {"limits": (-1_000_000_000, 1_000_000_000)}
 ENCODER = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}
 TRACKING = (
