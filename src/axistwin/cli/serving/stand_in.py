@@ -4,7 +4,8 @@ import asyncio
 import gc
 import sys
 import threading
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from time import monotonic
@@ -27,6 +28,7 @@ from axistwin.standin.hal.board import HalBoard
 from axistwin.standin.hal.sender import HalSender
 from axistwin.standin.hal.wiring import HalWiring
 from axistwin.standin.journal import Journal, last_positions
+from axistwin.standin.real_time import real_time
 from axistwin.standin.sender import Sender, open_port
 from axistwin.standin.stop_page import StopPage
 
@@ -116,7 +118,8 @@ class _Run:
             click.echo(f"panel on {page.url}")
         journal.begin(", ".join(self._driver.axes))
         try:
-            return await self._drive(senders, ports, prepared)
+            with self._real_time():
+                return await self._drive(senders, ports, prepared)
         finally:
             self._ending = True
             if page is not None:
@@ -131,6 +134,17 @@ class _Run:
             journal.close()
             for controller in self.bench.controllers.values():
                 controller.power(False)
+
+    @contextmanager
+    def _real_time(self) -> Iterator[None]:
+        """Run with real-time priority.  LinuxCNC's HAL has its own, and its processes must not inherit this one."""
+        if any(isinstance(sender, HalSender) for sender in self._senders):
+            yield
+            return
+        with real_time() as granted:
+            if not granted:
+                _tell("no permission for real-time priority: a busy computer may stop the motors (docs: Time)")
+            yield
 
     async def _drive(self, senders: Sequence[AnySender], ports: served.Ports, prepared: threading.Event) -> int:
         ended = ending()
