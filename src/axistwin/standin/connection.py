@@ -133,9 +133,9 @@ class Connection:
     def _clock_request_sent(self, at_s: float) -> None:
         self._clock_sent_s = at_s
 
-    def soon(self) -> int:
-        """Return the latest arrival time of a command that is sent now, in ticks of the board (32 bits)."""
-        return int(self.clock.ticks(self.now_s + SOON_S)) & 0xFFFF_FFFF
+    def soon(self) -> float:
+        """Return the latest arrival time of a command that is sent now, in ticks of the board."""
+        return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:
         """Convert a duration in seconds to ticks of the board's clock."""
