@@ -32,7 +32,7 @@ def uno():
 
 
 def started(board, axes, inputs=(), horizon_s=0.1):
-    return Metal(board, axes=axes, inputs=inputs, outputs=(), horizon_s=horizon_s).start(0.6)
+    return Metal(board, axes=axes, inputs=inputs, outputs=(), horizon_s=horizon_s).start(1.4)
 
 
 def test_an_uno(uno):

@@ -177,7 +177,7 @@ class Board:
     def _fit_clock(self) -> Procedure:
         connection = self.connection
         connection.clock, connection.starting = ClockFit(connection.dictionary.clock_hz), True
-        for _ in range(SAMPLES):
+        for _ in range(2 * SAMPLES):
             yield "clock", None, b""
             if connection.clock.good:
                 connection.starting = False

@@ -1,10 +1,13 @@
 """Times of a board's periodic events: readings of inputs and reports of triggers.
 
-The board handles one event after the other, and a step that is due at the same time is late.  No two periodic events
-are due at the same time: within a period each stop input has a slot of its own.  All other inputs share a slot and the
-reports another, in different periods.
+The board handles one event after the other, and a step that is due at the same time is late.  So no two periodic events
+are due at the same time: within a period each stop input has a slot of its own.  The other inputs and the reports share
+the last slot, in different periods.
 
-    period   | stop 0 | stop 1 | input 0 | report 0 | stop 0 | stop 1 | input 1 | report 1 | ...
+    period   | stop 0 | stop 1 |   -    | report 0 | stop 0 | stop 1 |   -    | input 0 | stop 0 | ...
+
+The firmware has periodic events too, on an AVR at multiples of 32,768 ticks and of 0.1 s.  At 16 MHz, both are
+multiples of 512 ticks.  A slot has this length, or another power of two, and its event is due in its middle.
 """
 
 from dataclasses import dataclass
@@ -13,6 +16,7 @@ from axistwin.standin.wiring import InputPin, Wiring
 
 SLOT_S = 25e-6
 """Shortest time between two events; an AVR at 16 MHz needs 17 µs for one."""
+LEAST_SLOTS = 4
 REPORT_S = 0.1
 """Approximate interval at which the board repeats the state of its triggers, as responses may be lost."""
 
@@ -26,8 +30,9 @@ class Timetable:
 
     @property
     def slot(self) -> int:
-        """Time between two events."""
-        return round(max(self.wiring.stop_sample_s * self.hz / self._slots, SLOT_S * self.hz))
+        """Time between two slots."""
+        least = max(SLOT_S, self.wiring.stop_sample_s / self._slots) * self.hz
+        return 1 << max(1, (int(least) - 1).bit_length())
 
     @property
     def period(self) -> int:
@@ -36,7 +41,7 @@ class Timetable:
 
     @property
     def _slots(self) -> int:
-        return len(self._stops) + 2
+        return max(LEAST_SLOTS, len(self._stops) + 1)
 
     @property
     def _stops(self) -> tuple[str, ...]:
@@ -49,26 +54,27 @@ class Timetable:
     @property
     def report(self) -> int:
         """Interval of the reports of a trigger."""
-        return self._whole(REPORT_S)
+        return self._even_periods(REPORT_S)
 
-    def _whole(self, seconds: float) -> int:
-        """Return the number of ticks of about this many seconds, in whole periods."""
-        return max(1, round(seconds * self.hz / self.period)) * self.period
+    def _even_periods(self, seconds: float) -> int:
+        """Return the number of ticks of about this many seconds, in an even number of periods."""
+        return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
         """Return the time between two readings of an input."""
-        return self.period if given.stops is not None else self._whole(self.wiring.sample_s)
+        return self.period if given.stops is not None else self._even_periods(self.wiring.sample_s)
 
     def reading(self, given: InputPin, soon: float) -> int:
         """Return the time of a reading of this input, at `soon` or later."""
-        if given.to in self._stops:
+        if given.stops is not None:
             return self._at(self._stops.index(given.to), 0, soon)
-        return self._at(len(self._stops), self._others.index(given.to), soon)
+        return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
 
     def reporting(self, trigger: int, soon: float) -> int:
         """Return the time of a report of this trigger, at `soon` or later; `trigger`: its number on the board."""
-        return self._at(len(self._stops) + 1, trigger, soon)
+        return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the time in this slot, this number of whole periods after the period that follows `soon`."""
-        return (-(-int(soon) // self.period) + periods) * self.period + slot * self.slot
+        """Return the time in this slot, this number of periods after the pair of periods that follows `soon`."""
+        pair = 2 * self.period
+        return -(-int(soon) // pair) * pair + periods * self.period + slot * self.slot + self.slot // 2
