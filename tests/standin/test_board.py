@@ -164,7 +164,7 @@ def test_the_user_continues_after_a_shutdown():
     metal.run(0.1)
     assert kinds(metal, Failed) == [Failed("the board has stopped: Missed scheduling of next digital out event")]
     metal.board.restart(metal.now)
-    metal.run(1.0)
+    metal.run(2.0)
     assert kinds(metal, Ready)[-1].positions == {"table.X": 100, "table.Y": 0}
     metal.move("table.X", -1, metal.even(40, 1000))
     assert len(metal.small.pulses[2]) == 140

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import LinkError
 from axistwin.standin.channel import RECEIVE_WINDOW
-from axistwin.standin.clock_fit import SAMPLES, WORST_S, ClockFit
+from axistwin.standin.clock_fit import SAMPLES, WORST_S
 from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
@@ -176,11 +176,10 @@ class Board:
 
     def _fit_clock(self) -> Procedure:
         connection = self.connection
-        connection.clock, connection.starting = ClockFit(connection.dictionary.clock_hz), True
+        connection.forget_clock()
         for _ in range(2 * SAMPLES):
             yield "clock", None, b""
             if connection.clock.good:
-                connection.starting = False
                 break
         else:
             raise LinkError(
