@@ -16,7 +16,7 @@ from axistwin.standin.clock_fit import SAMPLES, WORST_S
 from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
-from axistwin.standin.step_stream import LEAD_S, Motor, StepStream
+from axistwin.standin.step_stream import LEAD_S, TOLERANCE_S, Motor, StepStream
 from axistwin.standin.timetable import Timetable
 from axistwin.standin.wiring import InputPin, Objects, Wiring, objects, open_input
 
@@ -315,7 +315,9 @@ class Board:
 
     # Pulses and outputs
 
-    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
+    def queue(
+        self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float = TOLERANCE_S
+    ) -> None:
         """Plan pulses one horizon (a constant delay) after these times, within the limits; direction: +1 or -1."""
         motor = self._stream.motors.get(axis)
         if self.state is not State.READY or not len(times_s) or motor is None or motor.pins.controller in self.stopped:
@@ -326,7 +328,7 @@ class Board:
         refused = refused or open_input(self.wiring.inputs, self._levels, motor.pins, direction)
         if not refused:
             try:
-                self._stream.add(motor, direction, wanted)
+                self._stream.add(motor, direction, wanted, tolerance_s)
             except ValueError as error:
                 refused = f"{axis}: {error}"
         if refused:
