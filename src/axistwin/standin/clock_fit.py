@@ -2,10 +2,10 @@
 
 from collections import deque
 
-SAMPLES = 64
+SAMPLES = 128
 """Number of clock samples to which the line is fitted."""
 ENOUGH = 40
-"""Smallest number of clock samples for a usable fit: they cover 1.1 s, so that the slope is good to some 5 ppm."""
+"""Smallest number of clock samples for a usable fit: they cover 0.8 s, so that the slope is good to some 5 ppm."""
 MOST_DEVIATION = 0.01
 """Largest relative deviation of a board's clock from its nominal frequency; ceramic resonators have up to 0.5 %."""
 WORST_S = 50e-6

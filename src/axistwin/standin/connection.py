@@ -15,7 +15,7 @@ MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
 """A board has failed if it acknowledges nothing for this time; a board that has just been reset takes longer."""
 MOST_CLOCK_S, LEAST_CLOCK_S = 1.0, 0.02
 """Longest and shortest interval in seconds at which the board's clock is read."""
-CLOCKS = 20
+CLOCKS = 40
 """The interval is the time since the start divided by this number, so that the samples cover ever more time."""
 ANSWER_S, MOST_REQUESTS = 0.25, 24
 """Time after which an unanswered request is sent again, and largest number of times that it is sent."""

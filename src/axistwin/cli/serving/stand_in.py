@@ -36,8 +36,8 @@ AnySender = Sender | HalSender
 
 POLL_S = 0.02
 """Interval in seconds at which the end of a preparation is checked."""
-COLLECT_S = 0.01
-"""Seconds between two transfers of pulses to the motion boards."""
+LEAST_COLLECT_S, COLLECTS = 0.01, 10
+"""Shortest interval in seconds between two transfers of pulses to the boards, and number of transfers in a horizon."""
 WARNING = "axistwin is not a safety controller: wire the emergency stop and the limit chain to the drives' enable."
 
 
@@ -220,7 +220,7 @@ class _Run:
     def _collect(self) -> None:
         self._server.pacer.inspect(self._driver.collect)
         self._positions = self._driver.commanded
-        asyncio.get_running_loop().call_later(COLLECT_S, self._collect)
+        asyncio.get_running_loop().call_later(max(LEAST_COLLECT_S, self.plan.horizon_s / COLLECTS), self._collect)
 
     def _said(self, word: str) -> None:
         """Execute a command of the user: stop or go."""
