@@ -158,11 +158,9 @@ def report(case: Case, found: Figures, axis: Any) -> bool:
     host, worst = float(np.abs(found.host_us).max()), float(found.board_us.max())
     most_host, most = case.most_us
     held = host <= most_host and worst <= most and NO_EVENT not in found.causes
-    print(
-        f"{'held' if held else 'FAILED'}: {name}: {found.made} of {found.pulses} pulses; host: worst {host:.1f} of {most_host:.0f} µs; "
-        f"board: sd {found.board_us.std():.1f}, 99 % {np.percentile(found.board_us, 99):.1f}, worst {worst:.1f} of "
-        f"{most:.0f} µs; {sum(found.causes.values())} late edges"
-    )
+    print(f"{'held' if held else 'FAILED'}: {name}: {found.made} of {found.pulses} pulses; host: worst {host:.1f} of "
+          f"{most_host:.0f} µs; board: sd {found.board_us.std():.1f}, 99 % {np.percentile(found.board_us, 99):.1f}, "
+          f"worst {worst:.1f} of {most:.0f} µs; {sum(found.causes.values())} late edges")  # fmt: skip
     for cause, number in found.causes.most_common(3):
         print(f"    {number} after: {cause}")
     print(f"    before the worst: {found.chain}")
