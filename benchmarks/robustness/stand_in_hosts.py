@@ -17,8 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from itertools import cycle, groupby, islice
+from itertools import cycle, islice
 from pathlib import Path
 
 import serial
@@ -64,6 +63,7 @@ enable = "!P4"
 )
 LINES = {0: "9600 8N1", 1: "9600 8N2", 3: "1200 8N2", 5: "4800 8N2", 8: "9600 8N2", 10: "9600 8N2"}
 READING_S, AT_REST_S, LONGEST_S, SEQUENCE_S = 1.5, 4.0, 120.0, 45.0
+SHOWN = 6
 Moves = list[dict[str, int]]
 SEVEN = [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
 ELEVEN = [*SEVEN, {"X": 5000, "Y": 5000}, {"X": -5000, "Y": -5000}]
@@ -191,9 +191,9 @@ def expected(program: int, number: int) -> Moves:
 
 
 def written(made: Moves) -> str:
-    """Return moves as text; repeated moves are counted."""
-    texts: Iterator[str] = ("/".join(f"{axis}{net:+d}" for axis, net in sorted(move.items())) for move in made)
-    return " ".join(f"{text}*{number}" if (number := len(list(same))) > 1 else text for text, same in groupby(texts))
+    """Return the number of moves, and the first ones as text."""
+    texts = ["/".join(f"{axis}{net:+d}" for axis, net in sorted(move.items())) for move in made[:SHOWN]]
+    return f"{len(made)} moves: {' '.join(texts)}{' ...' if len(made) > SHOWN else ''}"
 
 
 def main() -> int:
