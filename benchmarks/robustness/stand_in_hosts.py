@@ -65,6 +65,10 @@ LINES = {0: "9600 8N1", 1: "9600 8N2", 3: "1200 8N2", 5: "4800 8N2", 8: "9600 8N
 READING_S, AT_REST_S, LONGEST_S, SEQUENCE_S = 1.5, 4.0, 120.0, 45.0
 SHOWN = 6
 Moves = list[dict[str, int]]
+Pulses = dict[str, list[tuple[int, int]]]
+"""Tick and direction of each pulse, by step pin."""
+GAP_TICKS, START_TICKS, EACH = 320_000, 80_000, 1000
+"""Pause between two moves, 20 ms; difference of the starts of two axes, 5 ms; pulses of each move of a sequence."""
 SEVEN = [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
 ELEVEN = [*SEVEN, {"X": 5000, "Y": 5000}, {"X": -5000, "Y": -5000}]
 TEN = [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]
@@ -102,8 +106,8 @@ class StandIn:
             if (now := self.journal()) != size:
                 size, since = now, time.monotonic()
 
-    def close(self) -> tuple[Moves, str]:
-        """End both programs; return the moves at the pins, and the lines of the program about stops."""
+    def close(self) -> tuple[Pulses, str]:
+        """End both programs; return the pulses at the pins, and the lines of the program about stops."""
         self._program.terminate()
         self._program.wait(30)
         self._program.stdout.close()
@@ -112,13 +116,11 @@ class StandIn:
         self._board.wait()
         made = json.loads((self._folder / "pulses").read_text())["pulses"]
         lines = (self._folder / "errors").read_text().splitlines()
-        return moves(made), "\n".join(
-            line for line in lines if "stopped" in line and not line.endswith("end of the run")
-        )
+        return made, "\n".join(line for line in lines if "stopped" in line and not line.endswith("end of the run"))
 
 
-def moves(made: dict[str, list[tuple[int, int]]]) -> Moves:
-    """Return the moves in order, without pauses: the net pulses of the axes that moved together."""
+def moves(made: Pulses) -> Moves:
+    """Return the moves in order: the net pulses of the axes that moved together.  A pause separates two moves."""
     every = sorted((tick, axis, way) for axis, (pin, _) in PINS.items() for tick, way in made.get(str(pin), ()))
     found: Moves = []
     last = 0
@@ -130,8 +132,22 @@ def moves(made: dict[str, list[tuple[int, int]]]) -> Moves:
     return found
 
 
-GAP_TICKS = 320_000
-"""20 ms: a pause between two moves; at the lowest rate, two pulses of a move are 10 ms apart."""
+def sequence_moves(made: Pulses) -> Moves:
+    """Return the moves of a sequence, which have no pauses: 1000 pulses of each axis, with a common start."""
+    parts = []
+    for axis, (pin, _) in PINS.items():
+        pulses = made.get(str(pin), [])
+        for first in range(0, len(pulses), EACH):
+            some = pulses[first : first + EACH]
+            parts.append((some[0][0], axis, sum(way for _, way in some)))
+    found: Moves = []
+    last = -GAP_TICKS
+    for tick, axis, net in sorted(parts):
+        if tick - last > START_TICKS:
+            found.append({})
+        found[-1][axis] = net
+        last = tick
+    return found
 
 
 def basic(program: int, stand_in: StandIn, folder: Path) -> str:
@@ -179,7 +195,7 @@ def run(program: int) -> tuple[Moves, str]:
             wrong = basic(program, stand_in, Path(folder)) if program else pyserial(stand_in)
         finally:
             made, stops = stand_in.close()
-    return made, wrong + stops
+    return (sequence_moves if program in PASSES else moves)(made), wrong + stops
 
 
 PYSERIAL = [{"X": 2000}, {"X": -700, "Y": 700}, {"Z": -30}]
