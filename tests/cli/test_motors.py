@@ -208,6 +208,14 @@ def test_a_program_as_json(tmp_path):
     assert result["complete"]
 
 
+def test_a_move_ends_at_a_reversal(tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("UCI UDI ZS A=100 V=800000\nWHILE a<3 P=2000 G TWAIT P=0 G TWAIT a=a+1 LOOP\nEND\n")
+    result = json.loads(run("run", "smartmotor", program, "--json")[1])
+    assert [(move["from"], move["to"]) for move in result["moves"]] == [(0, 2000), (2000, 0)] * 3
+    assert "12000" in run("run", "smartmotor", program)[1].splitlines()[-1].split()
+
+
 def test_a_program_that_does_not_fit(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("a=1\n" * 100)
