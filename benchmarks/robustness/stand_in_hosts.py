@@ -67,8 +67,8 @@ SHOWN = 6
 Moves = list[dict[str, int]]
 Pulses = dict[str, list[tuple[int, int]]]
 """Tick and direction of each pulse, by step pin."""
-GAP_TICKS, START_TICKS, EACH = 320_000, 80_000, 1000
-"""Pause between two moves, 20 ms; difference of the starts of two axes, 5 ms; pulses of each move of a sequence."""
+GAP_TICKS, START_TICKS, EACH = 96_000, 80_000, 1000
+"""Pause between two moves, 6 ms; difference of the starts of two axes, 5 ms; pulses of each move of a sequence."""
 SEVEN = [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
 ELEVEN = [*SEVEN, {"X": 5000, "Y": 5000}, {"X": -5000, "Y": -5000}]
 TEN = [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]

@@ -175,8 +175,12 @@ def main() -> int:
     parser.add_argument("--spinners", type=int, default=os.cpu_count() or 2)
     given = parser.parse_args()
     first = given.seed * 10_000
-    wrong = [line for seed in range(first, first + given.kills) for line in kill(seed)]
-    print(f"kills: {given.kills}, {len(EARLY)} not started or stopped before", flush=True)
+    wrong: list[str] = []
+    for number, seed in enumerate(range(first, first + given.kills), 1):
+        wrong += kill(seed)
+        if number % 10 == 0:
+            print(f"kills: {number}, {len(EARLY)} not started or stopped before, {len(wrong)} errors", flush=True)
+    print("\n".join(EARLY), end="\n" if EARLY else "")
     wrong += load(given.load_s, given.spinners) if given.load_s else []
     print("\n".join(wrong), end="\n" if wrong else "")
     print(f"{'FAILED' if wrong else 'held'}: {given.kills} kills, {given.load_s:g} s of load, seed {given.seed}")
