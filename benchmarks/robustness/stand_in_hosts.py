@@ -72,6 +72,8 @@ GAP_TICKS, START_TICKS, EACH = 96_000, 80_000, 1000
 SEVEN = [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
 ELEVEN = [*SEVEN, {"X": 5000, "Y": 5000}, {"X": -5000, "Y": -5000}]
 TEN = [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]
+JOINED = [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH[:-1], {"X": 6000, "Y": 500}, {"X": -5000, "Y": -500}]
+"""Moves of program 10 if no pause separates the last move of its loop from the next move, which is sent before its end."""
 EXPECTED = dict.fromkeys((1, 2, 4, 5, 8), FORTH_AND_TEN_TIMES_BACK_AND_FORTH) | {7: SEVEN, 10: TEN, 11: ELEVEN}
 
 
@@ -221,7 +223,8 @@ def main() -> int:
     for program in [*given.programs, *([] if given.no_pyserial else [0])]:
         made, wrong = run(program)
         wanted = PYSERIAL if not program else expected(program, max(len(made) - 1, 0))
-        good = not wrong and (made[: len(wanted)] if program in PASSES else made) == wanted and len(made) > 2
+        found = made[: len(wanted)] if program in PASSES else made
+        good = not wrong and len(made) > 2 and (found == wanted or (program == 10 and found == JOINED))
         held = held and good
         name = f"program {program}" if program else "pyserial"
         print(f"{'held' if good else 'FAILED'}: {name}: {written(made)} {wrong}", flush=True)
