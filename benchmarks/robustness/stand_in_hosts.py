@@ -73,7 +73,7 @@ SEVEN = [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
 ELEVEN = [*SEVEN, {"X": 5000, "Y": 5000}, {"X": -5000, "Y": -5000}]
 TEN = [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]
 JOINED = [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH[:-1], {"X": 6000, "Y": 500}, {"X": -5000, "Y": -500}]
-"""Moves of program 10 if no pause separates the last move of its loop from the next move, which is sent before its end."""
+"""Moves of program 10 if no pause separates the last move of its loop from the next move."""
 EXPECTED = dict.fromkeys((1, 2, 4, 5, 8), FORTH_AND_TEN_TIMES_BACK_AND_FORTH) | {7: SEVEN, 10: TEN, 11: ELEVEN}
 
 
