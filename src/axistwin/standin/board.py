@@ -180,6 +180,7 @@ class Board:
         for _ in range(2 * SAMPLES):
             yield "clock", None, b""
             if connection.clock.good:
+                connection.clock.steady = True
                 break
         else:
             raise LinkError(

@@ -14,6 +14,8 @@ NOISE_S = 10e-6
 """Error of a sample with the shortest round trip; of any other sample, half of the extra time may be error too."""
 LEAST_SPREAD_S = 0.01
 """Smallest standard deviation of the samples' times from which a slope is computed."""
+MOST_SHIFT_S, MOST_SLOPE = 20e-6, 20e-6
+"""Largest change of a steady line by one sample: at the sample's time, and relative, of its slope."""
 _WRAP = 1 << 32
 
 
@@ -27,6 +29,8 @@ class ClockFit:
         self._time_s, self._ticks, self.hz = 0.0, 0.0, nominal_hz
         self.error_s = float("inf")
         """Largest difference in seconds between the line and a sample with a short round trip."""
+        self.steady = False
+        """True in motion: a line that moves by more than the time between two pulses would stop the motors."""
 
     @property
     def ready(self) -> bool:
@@ -51,6 +55,7 @@ class ClockFit:
 
     def _fit(self) -> None:
         """Fit the line; the weight of a sample decreases with the extra time of its round trip."""
+        before_s, before, before_hz = self._time_s, self._ticks, self.hz
         shortest = min(trip for _, _, trip in self._samples)
         base = self._samples[0][1]
         good = [(at, ticks - base, (NOISE_S + (trip - shortest) / 2) ** -2) for at, ticks, trip in self._samples]
@@ -63,6 +68,10 @@ class ClockFit:
             least, most = (self.nominal_hz * (1 + sign * MOST_DEVIATION) for sign in (-1, +1))
             self.hz = min(max(self.hz, least), most)
         self._time_s, self._ticks = mean_s, base + mean_ticks
+        if self.steady:
+            self.hz = _within(self.hz, before_hz, MOST_SLOPE * before_hz)
+            now_s, now = self._samples[-1][0], self.ticks(self._samples[-1][0])
+            self._ticks += _within(now, before + (now_s - before_s) * before_hz, MOST_SHIFT_S * self.hz) - now
         short = [(at, ticks) for at, ticks, trip in self._samples if trip <= 1.5 * shortest + 50e-6]
         self.error_s = max(abs(self.ticks(at) - ticks) for at, ticks in short) / self.hz
 
@@ -73,3 +82,7 @@ class ClockFit:
     def time_s(self, ticks: float) -> float:
         """Convert ticks of the board's clock to a time of the host's clock."""
         return self._time_s + (ticks - self._ticks) / self.hz
+
+
+def _within(value: float, center: float, most: float) -> float:
+    return min(max(value, center - most), center + most)
