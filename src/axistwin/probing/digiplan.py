@@ -4,6 +4,7 @@ A message without `$` only stores parameters, so settings can be tested without 
 """
 
 import re
+from collections.abc import Mapping
 
 from axistwin.controllers.digiplan.language import Accept, Instruction
 from axistwin.controllers.product import Product
@@ -26,9 +27,9 @@ HAND_OVER_S = 3.0
 """Longest duration of the steps before a hand-over."""
 
 
-def cases(product: Product, terminator: str) -> list[Case]:
+def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
     """Return the cases: requests, the limits of each setting, wrong messages; then moves."""
-    end = terminator.encode()
+    end = facts.get("terminator", "\r").encode()
     commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
     return [*_requests(commands, end), *_settings(commands, end), *_wrong(commands, end), *_moves(commands, end)]
 
@@ -222,4 +223,4 @@ def answer_form(answer: bytes) -> bytes:
     return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))
 
 
-DIALECT = Dialect(cases, examine, b"E", answer_form, initialise, RECALCULATION_S)
+DIALECT = Dialect(cases, examine, b"E", answer_form, initialise=initialise, patience_s=RECALCULATION_S)
