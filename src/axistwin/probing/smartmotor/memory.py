@@ -79,7 +79,7 @@ h=2
 END
 C17
 PRINT("w",#13)
-WAIT=407
+WAIT=163
 PRINT("x",#13)
 RETURN
 C18
@@ -124,6 +124,9 @@ C26
 TWAIT
 PRINT("q",#13)
 RETURN
+C27
+WAIT=2035
+RETURN
 """
 CHANNEL = """\
 RUN?
@@ -154,7 +157,7 @@ RETURN
 """
 ADDRESS_ALL = b"\x80\r"
 CHANNEL_S = 0.6
-"""Time after which a program of `CHANNEL` has restored the channel."""
+"""Time after which a WAIT=2035 has ended, and a program of `CHANNEL` has restored the channel."""
 
 
 def loading(program: str) -> tuple[bytes, ...]:
@@ -224,8 +227,8 @@ def _flow(commands: Mapping[str, Instruction]) -> list[Case]:
         called("a program's report of the sample counter", "GOSUB19", code="RCLK"),
         called("more than ten calls", "j=0 GOSUB20", "Rj RBs Zs"),
         called("END of a host", "k=0 GOSUB21", "END", "k=0", "Rk"),
-        called("STACK of a host, in a subroutine", "GOSUB17", "c=0 d=0 GOSUB12", "Zs STACK", "RBs Zs END", code="STACK"),
-        called("RETURN of a host", "Zs GOSUB17 RETURN", "RBs Zs END"),
+        called("STACK of a host, in a subroutine", "Zs GOSUB27", "STACK", "RBs Zs", code="STACK", waits=((1, CHANNEL_S),)),
+        called("RETURN of a host", "Zs GOSUB27", "RETURN", "RBs", "RETURN", "RBs Zs", code="RETURN"),
         called("SILENT and TALK of a program", "GOSUB22", "SILENT GOSUB25", "TALK GOSUB25", code="SILENT"),
         called("the duration of a statement", "GOSUB24", "Rn"),
         called("TWAIT without motion", "GOSUB26"),
@@ -274,6 +277,8 @@ def save(end: End, condition: Condition) -> None:
     condition.saved.append(b"EPTR=%d VST(ab[0],%d)\r" % (AT, USED))
     condition.saved += [b"%s=%d\r" % (name.encode(), value) for name, value in values.items()]
     condition.saved.append(b"EPTR=%d Zs\r" % pointer)
+    for request in condition.saved[-len(values) - 1 :]:
+        end.ask(request)
 
 
 def _number(end: End, request: bytes) -> int:

@@ -9,7 +9,9 @@ from axistwin.probing.smartmotor.memory import loaded
 from axistwin.probing.smartmotor.still import case
 
 PINS = "ABCDEFG"
-ASKS = ("RBt", "RMODE", "RBe", "RW")
+WORD = "PRINT(W&65271,#13)"
+"""The status word without Bi and Bx, which depend on the place of the index mark."""
+ASKS = ("RBt", "RMODE", "RBe", WORD)
 MOVE_S = 0.3
 CYCLE = "UA=0 UB=0 UA=1 UB=1"
 """One period of an encoder on pins A and B, forwards, made by the motor's own outputs."""
@@ -99,8 +101,6 @@ def _limits(commands: Mapping[str, Instruction]) -> list[Case]:
         move("a fault and all flags", "ZS", "ZS O=0 SLP=30 SLE P=100 G", "RBr", "G RBt", "SLD ZS", "RBr", "P=0 G", "SLP=0"),
         move("deceleration after a fault", "F=", "ZS O=0 SLP=30 SLN=-90 SLE F=1 A=100 P=400 G", "RMODE", "F=0 SLD ZS A=1000",
              "P=0 G", "RP", "Zs F=256 RBs Zs"),
-        move("a position error", "Ze", "ZS zzz=E E=3 A=20000 V=1000000 P=150 G", "RBe", "RMODE", "P=0 G RBt", "Ze RBe",
-             "E=zzz A=1000 V=100000 P=0 G"),
         move("the shaft's direction", "F=", "OFF O=0 F=2", "P=50 G", "RP", "OFF F=0 RP", "O=0 P=-50 G", "RP", "OFF O=0"),
     ]  # fmt: skip
 
@@ -114,8 +114,8 @@ def _pins(commands: Mapping[str, Instruction]) -> list[Case]:
         found.append(case(f"pin {pin} as output and input", commands[f"U{pin}O"].chapter, *says, moves=True, bare=pin in "CD"))
     return [
         *found,
-        case("the limits' pins", commands["UCP"].chapter, "UCP", "RBp RBr RW", "UDM", "RBm RBl RW", "UCI Zr", "RBp RBr",
-             "UDI Zl", "RBm RBl RW", bare=True),
+        case("the limits' pins", commands["UCP"].chapter, "UCP", f"RBp RBr {WORD}", "UDM", f"RBm RBl {WORD}", "UCI Zr", "RBp RBr",
+             "UDI Zl", f"RBm RBl {WORD}", bare=True),
         case("a limit's pin is an input", commands["UCP"].chapter, "UC=0 UCO RUC", "UCP RUC", "UCI UC=1 ZS", "UD=0 UDO RUD",
              "UDM RUD", "UDI UD=1 ZS", bare=True),
         case("the pin for G is an input", commands["UG"].chapter, "UG=0 UGO RUG", "UG RUG", "UG=1", moves=True),
@@ -151,7 +151,7 @@ def _bare(commands: Mapping[str, Instruction]) -> list[Case]:
         free("direct binary commands", "A=", b"\xfc\x00\x00\x03\xe8", b"\xfd\x00\x01\x86\xa0", b"\xfe\x00\x00\x00\x1e",
              "RA PRINT(V,#32,P,#13)", "O=0 G", "RP", "P=0 G"),
         free("torque", "T=", "O=0 OFF T=30 MT RT", "RMODE", "T=-30", "OFF T=0", "O=0", wait_s=0.05),
-        free("too hot", "TH=", "zzz=TH zz=THD", "TH=0 THD=2400", "RBh", "a=0", "RBh RMODE RW", "TH=zzz THD=zz Zh RBh", "ZS RBh"),
+        free("too hot", "TH=", "zzz=TH zz=THD", "TH=0 THD=2400", "RBh", "a=0", f"RBh RMODE {WORD}", "TH=zzz THD=zz Zh RBh", "ZS RBh"),
         free("the brake's signal on pin C", "BRKC", "UCO BRKC OFF RUC", "O=0 P=0 G RUC", "BRKENG RUC", "BRKRLS RUC",
              "OFF RMODE", "P=0 G BRKSRV RUC", "OFF RUC RMODE", "MTB RMODE", "P=0 G BRKTRJ RUC RMODE",
              "BRKSRV P=0 G RUC", "BRKI", "UC=1 RUC OFF RUC", "UCI ZS"),
@@ -188,5 +188,5 @@ def _at_the_end(commands: Mapping[str, Instruction]) -> list[Case]:
         stored("a short pulse on pin G", "RETURNI", "r=0 UG=1 UGO F=64", "GOSUB41", "Rr", "F=0 UG"),
         stored("output of a program to channel 1", "F=", "F=4 RUN", "F=0 RUN", "END"),
         stored("RETURNF of a host", "RETURNF", "Zs RETURNF RBs Zs"),
-        stored("Z, the total reset", "Z", "zz=7 A=5 F=16", "Z", "Rzz RA RW", "UCI UDI ZS", bare=True),
+        stored("Z, the total reset", "Z", "zz=7 A=5 F=16", "Z", f"Rzz RA {WORD}", "UCI UDI ZS", bare=True),
     ]  # fmt: skip
