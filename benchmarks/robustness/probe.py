@@ -72,7 +72,7 @@ NOT_SHOWN: dict[str, dict[str, tuple[object, ...]]] = {
         ),
         NONE: ("LIMD",),
         "needs a stalled or overloaded shaft": ("Ze", "Za", "F"),
-        "a value that only the controller knows": ("RTEMP",),
+        "a value that changes without a command": ("RTEMP", "RCLK"),
         ELSEWHERE: ("brake",), OUTSIDE: ("reset_below_v",),
         "needs a program of 32 kB, which takes more than a minute": ("program_bytes",),
     },

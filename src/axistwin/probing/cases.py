@@ -22,6 +22,8 @@ class Case:
     """True if the case changes a setting."""
     depends: bool = False
     """True if the answer depends on the machine or on earlier settings; its value is then not compared."""
+    form: bool = False
+    """True if only the form of the answer is compared, because its value changes without a command."""
     wait_s: float = 0.0
     """Seconds to wait for the effect of each request."""
     timed: bool = True

@@ -233,13 +233,15 @@ def _judge(
 ) -> tuple[Verdict, str]:
     depends = case.depends and not settings.as_new
     said, got = ([answer.data for answer in answers] for answers in (expected, received))
+    if case.form:
+        said, got = (list(map(family.answer_form, answers)) for answers in (said, got))
     if said != got:
         if depends and list(map(family.answer_form, said)) == list(map(family.answer_form, got)):
             return Verdict.INCONCLUSIVE, "the value depends on the machine"
         if depends and _sometimes_silent(family, said, got):
             return Verdict.INCONCLUSIVE, "the answer depends on earlier settings"
         return Verdict.DIFFERS, "another answer"
-    if tolerance is not None and case.timed:
+    if tolerance is not None and case.timed and not case.form:
         for before, now in zip(expected, received, strict=True):
             if abs(now.seconds - before.seconds) > tolerance:
                 return Verdict.DIFFERS, f"the answer takes {now.seconds:.4f} s instead of {before.seconds:.4f} s"

@@ -8,7 +8,7 @@ from axistwin.errors import LinkError
 from axistwin.probing.cases import Case, Condition, Dialect, around
 from axistwin.probing.ends import MESSAGE, End
 
-USER_BITS = (0x08, 0x09, 0x0A)
+WRITE_BITS, SET_BIT, CLEAR_BIT = USER_BITS = (0x08, 0x09, 0x0A)
 MOVE, TOO_HIGH = 0x32, 0xC0
 """Number of the move that the cases define and delete; it must be free.  A number above 32h is not stored."""
 MOVE_PARAMETERS, MODE, MOVING, FREE, PART = 0x91, 0x90, 0x8C, 0xE2, 0xFD
@@ -58,7 +58,8 @@ def _bits(commands: dict[int, Opcode]) -> list[Case]:
         (parameter,) = command.fields
         for words, value in around(parameter.low, parameter.high).items():
             if 0 <= value <= 0xFF:
-                says = (bytes((code, value)), STATUS, b"\x97")
+                before = bytes((WRITE_BITS, 0x00 if code == SET_BIT else 0x07))
+                says = (before, bytes((code, value)), STATUS, b"\x97")
                 name = f"{code:02X}h {command.name}: {words}, {value}"
                 found.append(Case(name, command.chapter, says, writes=True, depends=True))
     return found

@@ -83,9 +83,8 @@ WAIT=163
 PRINT("x",#13)
 RETURN
 C18
-i=1
 !
-i=2
+PRINT("y",#13)
 RETURN
 C19
 CLK=0
@@ -223,7 +222,7 @@ def _flow(commands: Mapping[str, Instruction]) -> list[Case]:
         called("GOTO of a host", "h=0 GOTO23", "Rh RBs"),
         called("STACK", "h=0 GOSUB16", "Rh RBs Zs", code="STACK"),
         called("WAIT", "GOSUB17", "RBs"),
-        called("a pause until a character", "i=0 GOSUB18", "Ri", "Ri"),
+        called("a pause until a character", "GOSUB18", "a=0", "RBs", code="!"),
         called("a program's report of the sample counter", "GOSUB19", code="RCLK"),
         called("more than ten calls", "j=0 GOSUB20", "Rj RBs Zs"),
         called("END of a host", "k=0 GOSUB21", "END", "k=0", "Rk"),

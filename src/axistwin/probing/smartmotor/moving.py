@@ -22,6 +22,7 @@ CALM = "UCI UDI ZS MP A=1000 V=100000"
 INTERRUPTS = """\
 PRINT("boot",#13)
 RUN?
+PRINT("run",#13)
 END
 C1
 q=q+1
@@ -81,6 +82,7 @@ def _small(commands: Mapping[str, Instruction]) -> list[Case]:
         move("temperature limit and time", "TH=", "zzz=TH zz=THD", "TH=100 THD=20000 PRINT(TH,#32,THD,#13)",
              "Zs TH=151 RBs Zs THD=65536 RBs Zs", "TH=zzz THD=zz"),
         move("outputs", "RU", "RUA", "UAO", "UA=1", "RUA", "UA=0", "RUA", "UAI"),
+        move("the functions", "F=", "F=16 PRINT(F,#13)", "F=128 PRINT(F,#13)", "F=0 PRINT(F,#13)"),
         move("soft limits", "SLE", "SLN=-50", "SLP=50", "SLE", "SLD"),
         move("the filter's rate", "PIDn", "PID2", "RSP", "PID1", "RSP", "Zs PID3 RBs Zs"),
         move("a host's wrap of the position", "Zw", "O=2147483640", "D=100 G", "RBw", "Zw RBw", "O=0 D=-0 P=0 G"),
@@ -154,7 +156,7 @@ def _bare(commands: Mapping[str, Instruction]) -> list[Case]:
         free("too hot", "TH=", "zzz=TH zz=THD", "TH=0 THD=2400", "RBh", "a=0", f"RBh RMODE {WORD}", "TH=zzz THD=zz Zh RBh", "ZS RBh"),
         free("the brake's signal on pin C", "BRKC", "UCO BRKC OFF RUC", "O=0 P=0 G RUC", "BRKENG RUC", "BRKRLS RUC",
              "OFF RMODE", "P=0 G BRKSRV RUC", "OFF RUC RMODE", "MTB RMODE", "P=0 G BRKTRJ RUC RMODE",
-             "BRKSRV P=0 G RUC", "BRKI", "UC=1 RUC OFF RUC", "UCI ZS"),
+             "BRKSRV P=0 G RUC", "BRKI OFF RUC", "UC=1 RUC", "UCI ZS"),
         free("the brake's signal on pin G", "BRKG", "UGO BRKG OFF RUG", "O=0 P=0 G RUG", "a=UG RUG", "BRKI OFF UG ZS"),
         free("mode torque brake", "MTB", "P=0 G RMODE", "MTB RMODE", "BRKRLS OFF RMODE", "MTB RMODE BRKSRV"),
         free("the end of the encoder's outputs", "UAI", "OFF UAI UBI RUA RUB MP O=0"),

@@ -28,9 +28,9 @@ def readings(commands: Mapping[str, Instruction], firmware: str) -> list[Case]:
 
 def _reports(commands: Mapping[str, Instruction]) -> list[Case]:
     return [
-        Case(f"{code}: {command.name}", command.chapter, (code.encode() + CR,), depends=True)
+        Case(f"{code}: {command.name}", command.chapter, (code.encode() + CR,), depends=True, form=code in DYNAMIC)
         for code, command in commands.items()
-        if REPORTERS.fullmatch(code) and command.form is Form.BARE and code not in (*CHANGING, "Q", *DYNAMIC)
+        if REPORTERS.fullmatch(code) and command.form is Form.BARE and code not in (*CHANGING, "Q")
         if Accept.HOST in command.accepted
     ]
 

@@ -43,6 +43,7 @@ def talk(commands: Mapping[str, Instruction], address: str) -> list[Case]:
         case("powers, remainders and brackets", variables, "a=2^4 Ra", "a=-7%3 Ra", "a=(1+2)*(3+4) Ra", "a=6!|3 Ra",
              "a=1 b=(a==1)&(a<2) Rb"),
         case("an index that does not exist", status, "Zu ab[204]=1", "RBu", "a=ab[-1]", "RBu", "Zu RBu"),
+        case("an overflow", status, "Zd a=2147483647 a=a+1 Ra RBd", "Zd RBd", "a=1/0 RBd", "Zd RBd"),
         case("only in a program", commands["IF"].chapter, *(f"Zs {word} RBs" for word in (
              "C5", "ELSE", "ENDIF", "LOOP", "DEFAULT", "BREAK", "ENDS", "WAIT=1", "TWAIT", "RUN?", "!")), "Zs"),
         case("flow without a program", commands["GOSUBn"].chapter, "Zs GOSUB5 RBs", "Zs GOTO5 RBs", "Zs RUN RBs",
