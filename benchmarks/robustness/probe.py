@@ -38,7 +38,8 @@ from axistwin.probing.cases import dialect
 from axistwin.probing.comparing import other_values
 
 MODELS = ("if1", "1811", "smartmotor")
-FULL = Settings(Motion.SMALL, as_new=True, memory=True, find_options=False)
+FULL = Settings(Motion.SMALL, as_new=True, memory=True, plug=True, find_options=False)
+PLUGGED = {"plug": "True"}
 FOUND, MOST_INVISIBLE = 0.95, 0.10
 ELSEWHERE, OUTSIDE = "only a terminal shows the effect, which the probe cannot read", "needs a signal at an input"
 NONE = "has no effect in any state"
@@ -84,6 +85,7 @@ def new(model: str, **options: Any) -> tuple[Bench, VirtualEnd]:
     """Return a controller that has just been switched on."""
     bench = Bench()
     controller = bench.add(model, **options)
+    dialect(product(model)).equip(controller, PLUGGED)
     bench.run(2)
     return bench, VirtualEnd(bench, controller)
 
@@ -93,7 +95,8 @@ def twin(model: str) -> Twin:
     """Return an unchanged twin with its answers to all cases."""
     made = product(model)
     family = dialect(made)
-    return Twin(made, family, family.cases(made, {"line": str(made.line or "")}), None, {})
+    facts = {"line": str(made.line or ""), **PLUGGED}
+    return Twin(made, family, family.cases(made, facts), None, {}, facts)
 
 
 def probed(model: str, *, to_the_end: bool = False, **options: Any) -> Probe | None:

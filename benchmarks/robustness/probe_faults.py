@@ -25,8 +25,9 @@ from axistwin.bench import Bench, Controller, product
 from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
 from axistwin.errors import LinkError
 from axistwin.probing import Verdict, VirtualEnd, probe
+from axistwin.probing.cases import dialect
 from axistwin.sim.frames import UartFormat
-from probe import FULL, changed, clear_caches, twin
+from probe import FULL, PLUGGED, changed, clear_caches, twin
 
 Handler = Callable[..., Any]
 
@@ -197,6 +198,7 @@ def findings(fault: Planted) -> list[str]:
     with fault.software():
         bench = Bench()
         controller = bench.add(fault.model, **dict(fault.options))
+        dialect(product(fault.model)).equip(controller, PLUGGED)
         bench.run(2)
         fault.defect(controller)
         end = fault.end(bench, controller)

@@ -32,6 +32,8 @@ class Case:
     """True if the case needs programs or data in nonvolatile memory, whose contents the probe restores."""
     bare: bool = False
     """True if the case may be performed only without a machine: it follows inputs, or changes switches and brakes."""
+    plug: bool = False
+    """True if the case needs the test plug, which connects outputs to inputs."""
     waits: tuple[tuple[int, float], ...] = ()
     """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
 
@@ -84,6 +86,19 @@ class Dialect:
     """First bytes of answers that exist only if a move or a sequence has been defined."""
     candidates: Callable[[Mapping[str, bytes]], dict[str, list[object]]] = lambda answers: {}
     """Function that returns the values of options that the answers suggest."""
+
+
+def connect(controller: Controller, output: str, *inputs: str) -> None:
+    """Connect an output of a controller to inputs of the same controller, as a test plug does."""
+    pins = controller.pins
+    source = pins[output]
+
+    def follow(_: object) -> None:
+        for name in inputs:
+            pins[name].drive(source.level)
+
+    source.subscribe(follow)
+    follow(source)
 
 
 def dialect(product: Product) -> Dialect:

@@ -97,6 +97,8 @@ class Settings:
     as_new: bool = False
     """True if the controller has just been switched on and has no machine connected: all values are then compared."""
     line: UartFormat | None = None
+    plug: bool = False
+    """True if a test plug connects outputs of the controller to its inputs."""
     first_difference: bool = False
     """True if the probe shall end at the first difference."""
     find_options: bool = True
@@ -114,7 +116,7 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
     made = product(model)
     family = dialect(made)
     found = Probe(made.model, family.examine(end, made))
-    facts = {**found.condition.facts, "line": str(settings.line or made.line or "")}
+    facts = {**found.condition.facts, "line": str(settings.line or made.line or ""), "plug": str(settings.plug)}
     every = [case for case in family.cases(made, facts) if _permitted(case, settings)]
     wanted = [case for case in every if _reason(case, found.condition, settings) is None]
     twin = twin or Twin(made, family, wanted, settings.line, {}, facts)
@@ -144,7 +146,8 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
 def _permitted(case: Case, settings: Settings) -> bool:
     """True if the settings permit a case."""
     moves = settings.motion is not Motion.NONE
-    return (moves or not case.moves) and (settings.memory or not case.stores) and (settings.as_new or not case.bare)
+    permitted = (moves or not case.moves) and (settings.memory or not case.stores)
+    return permitted and (settings.as_new or not case.bare) and (settings.plug or not case.plug)
 
 
 def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:

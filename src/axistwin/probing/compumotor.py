@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Mapping
 
+from axistwin.bench import Controller
 from axistwin.controllers.compumotor.language import Opcode
 from axistwin.controllers.product import Product
 from axistwin.errors import LinkError
-from axistwin.probing.cases import Case, Condition, Dialect, around
+from axistwin.probing.cases import Case, Condition, Dialect, around, connect
 from axistwin.probing.ends import MESSAGE, End
 
 WRITE_BITS, SET_BIT, CLEAR_BIT = USER_BITS = (0x08, 0x09, 0x0A)
@@ -26,7 +27,7 @@ UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
 def cases(product: Product, _: Mapping[str, str]) -> list[Case]:
     """Return the cases: requests in three forms, user bits, definitions of a move, commands to ignore; then moves."""
     commands = {command.opcode: command for command in product.commands if isinstance(command, Opcode)}
-    return [*_requests(commands), *_bits(commands), *_definitions(commands), *_ignored(commands), *_moves(commands)]
+    return [*_requests(commands), *_bits(commands), *_definitions(commands), *_ignored(commands), *_moves(commands), *_plugged(commands), *_bare(commands)]
 
 
 def _asked(code: int) -> bool:
@@ -214,6 +215,72 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
     ]
 
 
+def _plugged(commands: dict[int, Opcode]) -> list[Case]:
+    """Return cases in which output 1 is connected to triggers 1 and 2, output 2 to trigger 6 and home."""
+
+    def case(code: int, *texts: str, name: str = "", wait_s: float = 0.4) -> Case:
+        command = commands[code]
+        words = f"{code:02X}h {name or command.name}, with the test plug"
+        asks = (0x88, 0x8C, 0x94, 0x97)
+        says = (*(bytes.fromhex(text) for text in texts), *(bytes((ask,)) for ask in asks))
+        return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s, plug=True)
+
+    slow, move = "31 00 00 00 00 00 C8 00 00 27 10", "33 00 00 01 90"
+    sequence = ("D9 0F", "29 00 00 07 D0", "01 07", "D8")
+    found = [
+        case(0x0B, "0C 01", "94", "0B 01", "94", "0C 02", "8A", "0B 02", "8A"),
+        case(0x0D, "0D 00", "94", "8A", "0D 02", "94", "8A", "0D 04", "94", "8A", "0D 06", "94", "8A"),
+        case(0x2C, "0D 06", "D9 0F", "2C 02 00", "01 07", "D8", "41 0F", "0D 04", "0D 06", "79", "DA 0F"),
+    ]
+    for trigger, low in ((1, "0D 04"), (6, "0D 02")):
+        number = f"{trigger:02X}"
+        found += [
+            case(0xAC, low, f"AC {number} 01", "0D 06", low, "0D 06", f"AC {number} 00", low, "0D 06",
+                 name=f"interrupt on trigger {trigger}"),
+            *(
+                case(code, low, f"{code:02X} {number} {on}", slow, move, "0D 06", "8C", low, "0D 06", "78",
+                     name=f"{commands[code].name} {trigger}, {on}")
+                for code in (0x74, 0x7C, 0x77) for on in ("01 01", "01 00", "00 01")[: 3 if trigger == 1 else 1]
+            ),
+            *(
+                case(code, low, *sequence, f"{code:02X} {number} {on}", "41 0F", "0D 06", "48", "88", "79", "DA 0F",
+                     f"{code:02X} {number} 00 00", name=f"{commands[code].name} {trigger}, {on}")
+                for code in (0x75, 0x76, 0x7D, 0x7E) for on in ("01 01", "01 00")[: 2 if trigger == 1 else 1]
+            ),
+            case(0x7F, "53 03 10 00 00 00 00 00 64", low, f"7F {number} 01 01", "E3 01 00 05" + " 00" * 12, "E2", "0D 06",
+                 "E2", f"7F {number} 00 00", "78", "50", name=f"{commands[0x7F].name} {trigger}"),
+        ]  # fmt: skip
+    return [*found, case(0x0D, "0D 06", "31 00 00 00 00 03 E8 00 00 27 10", name="outputs as before")]
+
+
+def _bare(commands: dict[int, Opcode]) -> list[Case]:
+    """Return cases for a board without a machine: shutdown, joystick, home."""
+
+    def case(code: int, *texts: str, plug: bool = False, wait_s: float = 0.4) -> Case:
+        command = commands[code]
+        says = tuple(bytes.fromhex(text) for text in (*texts, "88", "8C", "97"))
+        words = f"{code:02X}h {command.name}, without a machine"
+        return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s, bare=True, plug=plug)
+
+    return [
+        case(0x10, "95", "11", "95", "33 00 00 00 05", "83", "10", "95", "33 00 00 00 05", "83"),
+        case(0x12, "94", "12 01", "94", "33 00 00 00 05", "83", "12 00", "94", "33 00 00 00 05", "83", plug=True),
+        case(0x13, "13 01", "0D 04", "94", "0D 06", "94", "13 00", "0D 04", "94", "0D 06", "94", plug=True),
+        case(0x14, "14 00", "33 00 00 00 05", "94", "14 01", "33 00 00 00 05", "94", "14 00", plug=True),
+        case(0x39, "0D 06", "38 01 00 32 00", "31 00 00 00 00 01 F4 00 00 27 10", "39 00", "8C", "0D 02", "0D 06", "78", "8A",
+             plug=True, wait_s=0.6),
+    ]  # fmt: skip
+
+
+def equip(controller: Controller, facts: Mapping[str, str]) -> None:
+    """Connect outputs of a twin to its inputs if the board has the test plug."""
+    if facts.get("plug") == str(True):
+        connect(controller, "output1", "trigger1", "trigger2", "shutdown_in")
+        connect(controller, "output2", "trigger6", "home")
+        connect(controller, "shutdown", "trigger3")
+        connect(controller, "direction", "trigger4")
+
+
 def examine(end: End, _: Product) -> Condition:
     """Read mode, part number and state.  Raises LinkError if the board does not answer or the motor is moving."""
     answers = {}
@@ -249,4 +316,6 @@ def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
     return {}
 
 
-DIALECT = Dialect(cases, examine, b"\x01\x07", answer_form, definitions=(MOVE_PARAMETERS, LISTS), candidates=candidates)
+DIALECT = Dialect(
+    cases, examine, b"\x01\x07", answer_form, equip=equip, definitions=(MOVE_PARAMETERS, LISTS), candidates=candidates
+)  # fmt: skip

@@ -6,10 +6,11 @@ A message without `$` only stores parameters, so settings can be tested without 
 import re
 from collections.abc import Mapping
 
+from axistwin.bench import Controller
 from axistwin.controllers.digiplan.language import Accept, Instruction
 from axistwin.controllers.product import Product
 from axistwin.errors import LinkError
-from axistwin.probing.cases import Case, Condition, Dialect, around
+from axistwin.probing.cases import Case, Condition, Dialect, around, connect
 from axistwin.probing.ends import End
 
 SPOIL = b"~"
@@ -31,7 +32,7 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
     """Return the cases: requests, the limits of each setting, wrong messages; then moves."""
     end = facts.get("terminator", "\r").encode()
     commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
-    return [*_requests(commands, end), *_settings(commands, end), *_wrong(commands, end), *_moves(commands, end)]
+    return [*_requests(commands, end), *_settings(commands, end), *_wrong(commands, end), *_moves(commands, end), *_plugged(commands, end)]
 
 
 def _requests(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
@@ -161,6 +162,30 @@ def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]
     return found
 
 
+def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
+    """Return cases in which the inputs 1 to 3 show the levels of the outputs 1 to 3."""
+
+    def case(code: str, *texts: bytes) -> Case:
+        says = tuple(text + end for text in (*texts, b"E", b"F"))
+        name = f"{code}: {commands[code].name}, with the test plug"
+        return Case(name, commands[code].chapter, says, moves=True, writes=True, wait_s=1.5, timed=False, plug=True)
+
+    return [
+        case("S", b"R123$", b"I", b"S1$", b"I", b"S23$", b"I", b"R2$", b"I", b"R13$", b"I"),
+        case("R", b"S123$", b"I", b"R123$", b"I"),
+        case("P", b":P2,20:H2:%:$", b"I"),
+        case("L", b"S1$", b":L1:X+10:$", b"E", b"#", b"E", b"R1$", b":L1:X-10:$", b"N"),
+        case("H", b"R1$", b":H1:X+10:$", b"E", b"#", b"E", b"S1$", b":H1:X-10:$", b"N", b"R1$"),
+    ]
+
+
+def equip(controller: Controller, facts: Mapping[str, str]) -> None:
+    """Connect the outputs 1 to 3 of a twin to its inputs 1 to 3 if the interface has the test plug."""
+    if facts.get("plug") == str(True):
+        for number in "123":
+            connect(controller, f"output{number}", f"input{number}")
+
+
 def examine(end: End, made: Product) -> Condition:
     """Find the terminator of the messages, clear the fault flags and read the state.
 
@@ -223,4 +248,6 @@ def answer_form(answer: bytes) -> bytes:
     return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))
 
 
-DIALECT = Dialect(cases, examine, b"E", answer_form, initialise=initialise, patience_s=RECALCULATION_S)
+DIALECT = Dialect(
+    cases, examine, b"E", answer_form, equip=equip, initialise=initialise, patience_s=RECALCULATION_S
+)  # fmt: skip
