@@ -108,7 +108,9 @@ def scaled(factor: int) -> Callable[[Handler], Handler]:
         def times(value: Any) -> Any:
             return value * factor if type(value) is int else value
 
-        return lambda *given, **named: handler(*map(times, given), **{name: times(value) for name, value in named.items()})
+        return lambda *given, **named: handler(
+            *map(times, given), **{name: times(value) for name, value in named.items()}
+        )
 
     return changing
 

@@ -92,19 +92,19 @@ class Settings:
     """Settings of a probe."""
 
     motion: Motion = Motion.NONE
-    memory: bool = False
-    """True if the probe may write programs and the data EEPROM; it restores both."""
     as_new: bool = False
     """True if the controller has just been switched on and has no machine connected: all values are then compared."""
     line: UartFormat | None = None
-    plug: bool = False
-    """True if a test plug connects outputs of the controller to its inputs."""
-    first_difference: bool = False
-    """True if the probe shall end at the first difference."""
     find_options: bool = True
     """True if the probe shall also find options of the twin that remove differences."""
     report: Callable[[int, int], None] = lambda done, total: None
     """Function that is called with the number of finished cases and the number of all cases."""
+    memory: bool = False
+    """True if the probe may write programs and the data EEPROM; it restores both."""
+    plug: bool = False
+    """True if a test plug connects outputs of the controller to its inputs."""
+    first_difference: bool = False
+    """True if the probe shall end at the first difference."""
 
 
 def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | None" = None) -> Probe:

@@ -27,7 +27,15 @@ UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
 def cases(product: Product, _: Mapping[str, str]) -> list[Case]:
     """Return the cases: requests in three forms, user bits, definitions of a move, commands to ignore; then moves."""
     commands = {command.opcode: command for command in product.commands if isinstance(command, Opcode)}
-    return [*_requests(commands), *_bits(commands), *_definitions(commands), *_ignored(commands), *_moves(commands), *_plugged(commands), *_bare(commands)]
+    return [
+        *_requests(commands),
+        *_bits(commands),
+        *_definitions(commands),
+        *_ignored(commands),
+        *_moves(commands),
+        *_plugged(commands),
+        *_bare(commands),
+    ]
 
 
 def _asked(code: int) -> bool:

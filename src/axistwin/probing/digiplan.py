@@ -32,7 +32,13 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
     """Return the cases: requests, the limits of each setting, wrong messages; then moves."""
     end = facts.get("terminator", "\r").encode()
     commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
-    return [*_requests(commands, end), *_settings(commands, end), *_wrong(commands, end), *_moves(commands, end), *_plugged(commands, end)]
+    return [
+        *_requests(commands, end),
+        *_settings(commands, end),
+        *_wrong(commands, end),
+        *_moves(commands, end),
+        *_plugged(commands, end),
+    ]
 
 
 def _requests(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
@@ -168,12 +174,13 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
     def case(code: str, *texts: bytes) -> Case:
         says = tuple(text + end for text in (*texts, b"E", b"F"))
         name = f"{code}: {commands[code].name}, with the test plug"
-        return Case(name, commands[code].chapter, says, moves=True, writes=True, wait_s=1.5, timed=False, plug=True)
+        return Case(name, commands[code].chapter, says, moves=True, writes=True, wait_s=1.5, timed=False, plug=True,
+                    waits=((0, 0.1),) if code == "P" else ())  # fmt: skip
 
     return [
         case("S", b"R123$", b"I", b"S1$", b"I", b"S23$", b"I", b"R2$", b"I", b"R13$", b"I"),
         case("R", b"S123$", b"I", b"R123$", b"I"),
-        case("P", b":P2,20:H2:%:$", b"I"),
+        case("P", b":P2,99:$", b"I", b" ", b"I"),
         case("L", b"S1$", b":L1:X+10:$", b"E", b"#", b"E", b"R1$", b":L1:X-10:$", b"N"),
         case("H", b"R1$", b":H1:X+10:$", b"E", b"#", b"E", b"S1$", b":H1:X-10:$", b"N", b"R1$"),
     ]

@@ -55,12 +55,10 @@ def examine(end: End, _: Product) -> Condition:
     faulty, open_limits = (any(_set(end, flag) for flag in flags) for flags in (FAULTS, LIMITS))
     facts["limits"] = OPEN if open_limits else CLOSED
     reason = ""
-    sums = facts["checksum"].removesuffix(" P")
-    if sums not in CONTENTS:
+    if facts["checksum"].removesuffix(" P") not in CONTENTS:
         reason = "a program is stored, which could use the variables: save it with `axistwin rescue`, then clear it"
     elif facts["mode"] not in "OBPRE":
         reason = f"the motor is in mode {facts['mode']}, in which settings could act at once: send OFF"
-    facts["program"] = CONTENTS.get(sums, "")
     machine = "a limit switch is open: close it" if open_limits else ""
     fault = "a fault has not been cleared, so programs cannot be loaded: send ZS" if faulty else ""
     return Condition(facts, no_writes=reason, no_motion=reason, no_memory=reason, machine=machine or fault)

@@ -226,7 +226,9 @@ def _flow(commands: Mapping[str, Instruction]) -> list[Case]:
         called("a program's report of the sample counter", "GOSUB19", code="RCLK"),
         called("more than ten calls", "j=0 GOSUB20", "Rj RBs Zs"),
         called("END of a host", "k=0 GOSUB21", "END", "k=0", "Rk"),
-        called("STACK of a host, in a subroutine", "Zs GOSUB27", "STACK", "RBs Zs", code="STACK", waits=((1, CHANNEL_S),)),
+        called(
+            "STACK of a host, in a subroutine", "Zs GOSUB27", "STACK", "RBs Zs", code="STACK", waits=((1, CHANNEL_S),)
+        ),
         called("RETURN of a host", "Zs GOSUB27", "RETURN", "RBs", "RETURN", "RBs Zs", code="RETURN"),
         called("SILENT and TALK of a program", "GOSUB22", "SILENT GOSUB25", "TALK GOSUB25", code="SILENT"),
         called("the duration of a statement", "GOSUB24", "Rn"),
@@ -267,11 +269,12 @@ def locking(commands: Mapping[str, Instruction]) -> list[Case]:
 
 def save(end: End, condition: Condition) -> None:
     """Read the variables and bytes of the data EEPROM that the cases change.  Raises LinkError if one is not reported."""
+    before = CONTENTS[condition.facts["checksum"].removesuffix(" P")]
     pointer = _number(end, b"PRINT(EPTR,#13)\r")
     values = {name: _number(end, b"R%s\r" % name.encode()) for name in SAVED}
     end.ask(b"EPTR=%d VLD(ab[0],%d)\r" % (AT, USED))
     kept = [_number(end, b"Rab[%d]\r" % index) for index in range(USED)]
-    condition.saved = [b"WAKE\r", b"ECHO_OFF\r", b"TALK\r", b"END\r", *loading(condition.facts["program"])]
+    condition.saved = [b"WAKE\r", b"ECHO_OFF\r", b"TALK\r", b"END\r", *loading(before)]
     condition.saved += [b"ab[%d]=%d\r" % item for item in enumerate(kept)]
     condition.saved.append(b"EPTR=%d VST(ab[0],%d)\r" % (AT, USED))
     condition.saved += [b"%s=%d\r" % (name.encode(), value) for name, value in values.items()]

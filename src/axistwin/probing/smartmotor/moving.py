@@ -113,7 +113,9 @@ def _pins(commands: Mapping[str, Instruction]) -> list[Case]:
     for pin in PINS:
         says = (f"RU{pin}", f"U{pin}=0", f"RU{pin}", f"U{pin}O", f"RU{pin} RU{pin}A RU", f"U{pin}=1 RU{pin} RU{pin}A",
                 f"U{pin}=0 RU{pin}", f"U{pin}I", f"RU{pin} RU{pin}A", f"U{pin}=1")  # fmt: skip
-        found.append(case(f"pin {pin} as output and input", commands[f"U{pin}O"].chapter, *says, moves=True, bare=pin in "CD"))
+        found.append(
+            case(f"pin {pin} as output and input", commands[f"U{pin}O"].chapter, *says, moves=True, bare=pin in "CD")
+        )
     return [
         *found,
         case("the limits' pins", commands["UCP"].chapter, "UCP", f"RBp RBr {WORD}", "UDM", f"RBm RBl {WORD}", "UCI Zr", "RBp RBr",
@@ -164,7 +166,15 @@ def _bare(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _cam(commands: Mapping[str, Instruction], two: str, table: bytes, code: str) -> Case:
-    lines = (table, f"OFF O=0 MF0 BASE=32 SIZE=4 {code} G", "RMODE", two, "PRINT(CX,#13) RP RCTR", two, "PRINT(CX,#13) RP")
+    lines = (
+        table,
+        f"OFF O=0 MF0 BASE=32 SIZE=4 {code} G",
+        "RMODE",
+        two,
+        "PRINT(CX,#13) RP RCTR",
+        two,
+        "PRINT(CX,#13) RP",
+    )
     return case(f"mode cam, {code}", commands[code].chapter, *lines, "OFF MP", *ASKS, bare=True, wait_s=MOVE_S)
 
 

@@ -68,8 +68,7 @@ def _variables(commands: Mapping[str, Instruction]) -> list[Case]:
     found += [case(f"a={text}", section, f"a={text}", "Ra", "RBd", "Zd") for text in EXPRESSIONS]
     printing = commands["PRINT()"].chapter
     found += [
-        case(f"PRINT({text})", printing, f"PRINT({text})")
-        for text in ('"text"', "#65", '"a=",a,#13', "1+2", '"a","b"')
+        case(f"PRINT({text})", printing, f"PRINT({text})") for text in ('"text"', "#65", '"a=",a,#13', "1+2", '"a","b"')
     ]
     return found
 
