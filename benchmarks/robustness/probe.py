@@ -50,7 +50,7 @@ POWER_UP = "acts only at power-up, before a probe"
 UNSAFE = "not sent: the machine could move without limit, or lose the power of its drives"
 NOT_SHOWN: dict[str, dict[str, tuple[object, ...]]] = {
     "if1": {
-        ELSEWHERE: ("S", "R", "fault_output"), OUTSIDE: ("L", "limits"), POWER_UP: ("U", "V", "(", "*", "self_test_s"),
+        ELSEWHERE: ("fault_output",), OUTSIDE: ("limits",), POWER_UP: ("U", "V", "(", "*", "self_test_s"),
         "the data format of the twin decides which of them ends a message": ("\n", "\r"),
         "the host's end of the cable is the same": ("wiring",),
         "acts only within 5 ms of the data format message, or after a lock in another format": (
@@ -58,14 +58,15 @@ NOT_SHOWN: dict[str, dict[str, tuple[object, ...]]] = {
         ),
     },
     "1811": {
-        ELSEWHERE: (0x14, "interrupts", "high_impedance", "test_switch"), NONE: (0x00, 0xFE),
+        ELSEWHERE: ("interrupts", "high_impedance", "test_switch"), NONE: (0x00, 0xFE),
         OUTSIDE: (
-            *range(0x74, 0x78), *range(0x7C, 0x80), 0xAC, 0x19, *range(0xA6, 0xAC), 0x35, 0x36, 0x37, "limit_us",
+            0x19, *range(0xA6, 0xAC), 0x35, 0x36, 0x37, "limit_us",
             "trigger1_us", "trigger6_us", "trigger1_hold_us", "trigger6_hold_us", "home_ms", "invert_z",
             "invert_encoder",
         ),
-        UNSAFE: (0x10, 0x11, 0x12, 0x13, 0x39, 0x3A, 0xFF), POWER_UP: ("initialisation_s",),
+        UNSAFE: (0x10, 0x11, 0x3A, 0xFF), POWER_UP: ("initialisation_s",),
         "acts only on an 1810": ("encoder_commands",),
+        "the probe waits for each answer, so nothing is queued": ("command_queue", "message_queue"),
     },
     "smartmotor": {
         "acts only on channel 1, which the probe does not use": (
@@ -303,7 +304,8 @@ def name(mutant: Mutant) -> str:
     model, code, change, value = mutant
     if change == OPTION:
         return f"{model} option {code}={value}"
-    return f"{model} {code if isinstance(code, str) else f'{code:02X}h'} {product(model).commands.get(code).name}: {change}"
+    written = code if isinstance(code, str) else f"{code:02X}h"
+    return f"{model} {written} {product(model).commands._by_code[code].name}: {change}"
 
 
 def mutants(rng: random.Random, number: int, models: tuple[str, ...]) -> tuple[int, list[str], list[str]]:

@@ -13,10 +13,10 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ContextManager
+from typing import Any
 from unittest.mock import patch
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
@@ -43,7 +43,7 @@ class Planted:
     options: tuple[tuple[str, Any], ...] = ()
     defect: Callable[[Controller], object] = lambda controller: None
     """Function that spoils a controller."""
-    software: Callable[[], ContextManager[object]] = nullcontext
+    software: Callable[[], AbstractContextManager[object]] = nullcontext
     """Function that returns a context in which the software of the controller is wrong."""
     end: type[VirtualEnd] = VirtualEnd
     """The line to the controller."""
@@ -115,7 +115,7 @@ def scaled(factor: int) -> Callable[[Handler], Handler]:
     return changing
 
 
-def worn(bit: int) -> ContextManager[object]:
+def worn(bit: int) -> AbstractContextManager[object]:
     """Return a data EEPROM in which one bit of each byte reads as 0."""
     read = Nonvolatile.read
 
@@ -131,7 +131,7 @@ def doubled(text: str) -> str:
     return text.replace(number, str(2 * int(number))) if number.isdigit() else text
 
 
-def ignored(model: str, code: Any) -> Callable[[], ContextManager[object]]:
+def ignored(model: str, code: Any) -> Callable[[], AbstractContextManager[object]]:
     """Return a function that makes a controller ignore one command."""
     return lambda: changed(product(model), code, "ignored")
 
@@ -154,11 +154,14 @@ def planted(rng: random.Random) -> list[Planted]:
                 defect=lambda one: one.pins[pin].hold(level)),
         Planted("if1", f"input {number} is stuck", "I: input status",
                 defect=lambda one: one.pins[f"input{number}"].hold(True)),
-        Planted("if1", "N counts double", "X by 50 steps and back", software=lambda: wrong("if1", "N", answering(doubled))),
+        Planted("if1", "N counts double", "X by 50 steps and back", software=lambda: wrong("if1", "N",
+        answering(doubled))),
         Planted("if1", f"distances of {code} are twice as long", f"{code} by 50 steps and back",
                 software=lambda: wrong("if1", code, _longer)),
-        Planted("1811", f"answers take {reply:g} ms instead of 4 ms", "the answer takes", options=(("reply_ms", reply),)),
-        Planted("1811", "distances are twice as long", "33h go relative", software=lambda: wrong("1811", 0x33, scaled(2))),
+        Planted("1811", f"answers take {reply:g} ms instead of 4 ms", "the answer takes", options=(("reply_ms",
+        reply),)),
+        Planted("1811", "distances are twice as long", "33h go relative", software=lambda: wrong("1811", 0x33,
+        scaled(2))),
         Planted("1811", f"user bit {low} cannot be set", "set user bit", software=ignored("1811", 0x09)),
         Planted(motor, f"bit {bit} of the EEPROM is worn", "bytes, words and longs", software=lambda: worn(bit)),
         Planted(motor, "the program memory loses a program", "load a program", software=_forgetful),
@@ -168,7 +171,8 @@ def planted(rng: random.Random) -> list[Planted]:
         Planted("if1", "a message during a move is ignored", 'busy="ignore"', options=(("busy", "ignore"),)),
         Planted(motor, "GOSUB of a program calls the wrong label", "a subroutine in a subroutine",
                 software=lambda: changed(product(motor), "GOSUBn", "another parameter")),
-        Planted(motor, "limit switch C is stuck closed", "the limits' pins", defect=lambda one: one.pins["C"].hold(False)),
+        Planted(motor, "limit switch C is stuck closed", "the limits' pins",
+                defect=lambda one: one.pins["C"].hold(False)),
         Planted("1811", "a sequence forgets its repeats", "20h repeat", software=ignored("1811", 0x20)),
     ]  # fmt: skip
 
@@ -187,7 +191,7 @@ def _longer(handler: Handler) -> Handler:
     return called
 
 
-def _forgetful() -> ContextManager[object]:
+def _forgetful() -> AbstractContextManager[object]:
     """Return a context in which a stored program is always empty."""
     stack = ExitStack()
     stack.enter_context(patch.object(Nonvolatile, "save", lambda memory, store: setattr(memory, "program", "")))

@@ -12,19 +12,26 @@ import argparse
 import sys
 import time
 from pathlib import Path
+from typing import Literal
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import product
 from axistwin.errors import LinkError
-from axistwin.probing import Settings, Verdict, open_end, probe
+from axistwin.probing import End, Settings, Verdict, open_end, probe
 from axistwin.testing import serve
 
-PORTS = (("if1", "pty"), ("if1", "tcp"), ("smartmotor", "pty"), ("smartmotor", "tcp"), ("1811", None))
+PORTS: tuple[tuple[str, Literal["tcp", "pty"] | None], ...] = (
+    ("if1", "pty"),
+    ("if1", "tcp"),
+    ("smartmotor", "pty"),
+    ("smartmotor", "tcp"),
+    ("1811", None),
+)
 ATTEMPTS = 50
 
 
-def wait_for_power_up(end, request: bytes) -> None:
+def wait_for_power_up(end: End, request: bytes) -> None:
     """Wait until a controller that has just been switched on answers."""
     for _ in range(ATTEMPTS):
         try:
@@ -37,7 +44,7 @@ def wait_for_power_up(end, request: bytes) -> None:
 REQUESTS = {"if1": b"(", "smartmotor": b"RSP\r", "1811": b"\x01\x07"}
 
 
-def probed(model: str, scheme: str | None) -> bool:
+def probed(model: str, scheme: Literal["tcp", "pty"] | None) -> bool:
     """Probe one controller over one port; print the result, and return True if no bytes differ."""
     made, began = product(model), time.monotonic()
     with serve(model, scheme=scheme) as twin:
@@ -53,7 +60,8 @@ def probed(model: str, scheme: str | None) -> bool:
     good = not other and not found.not_restored and same > len(found.results) // 2
     print(
         f"{'same' if good else 'DIFFERS'}: {model} over {scheme or 'bus'}: {same} same, {len(other)} with other bytes, "
-        f"{late} late, {len(found.of(Verdict.INCONCLUSIVE))} inconclusive; {time.monotonic() - began:.0f} s {other[:3]}",
+        f"{late} late, {len(found.of(Verdict.INCONCLUSIVE))} inconclusive; {time.monotonic() - began:.0f} s "
+        f"{other[:3]}",
         flush=True,
     )
     return good

@@ -3,7 +3,8 @@
     python benchmarks/robustness/probe_states.py [--seed 3] [--states 1000]
 
 A controller of one of three families receives random commands, among them moves, held messages, modes and stored
-programs.  When it is at rest, it is probed with `--motion none`, and every second time with `--memory` as well.  No step
+programs.  When it is at rest, it is probed with `--motion none`,
+and every second time with `--memory` as well.  No step
 pulse may be made, no shaft may move, and no output may change.  Everything runs in virtual time.  The exit code is 1 if
 anything moves.
 """

@@ -83,7 +83,8 @@ class Probe:
         return {
             "model": self.model, "facts": asdict(self.condition)["facts"], "times_judged": self.times_judged,
             "counts": {str(verdict): len(self.of(verdict)) for verdict in Verdict}, "fits": self.fits,
-            "not_restored": self.not_restored, "seen_on_real_hardware": sections, "results": [result.as_dict() for result in self.results],
+            "not_restored": self.not_restored, "seen_on_real_hardware": sections,
+            "results": [result.as_dict() for result in self.results],
         }  # fmt: skip
 
 
@@ -209,7 +210,7 @@ def _compare(
     best: list[Answer] = []
     for _ in range(1 if case.moves or case.stores else ATTEMPTS):
         received = tuple(
-            end.ask(said, len(answer.data), case.wait(number, case.wait_s))
+            end.ask(said, len(answer.data), case.wait(number, case.wait_s), family.patience_s)
             for number, (said, answer) in enumerate(zip(case.says, expected, strict=True))
         )
         if _only_late(expected, received):  # a loaded computer can only delay an answer, so the shortest time is used

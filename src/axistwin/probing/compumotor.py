@@ -133,6 +133,8 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         case(0x40, "C8 32 00 00 00 03 E8 00 00 27 10 00 00 00 32", "40 32", "91 32"),
         case(0xCB, "CB 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "40 32", "91 32"),
         case(0xD6, "A5 01", "D6 00 00 01 2C", "33 00 00 00 64", "33 FF FF FF 9C", "D6 00 00 00 00", "A5 00"),
+        case(0xD6, "A5 01", "D6 00 00 01 2C", "31 00 00 00 00 03 E8 00 00 00 64", "33 00 00 00 64", "33 FF FF FF 9C",
+             "D6 00 00 00 00", "31 00 00 00 00 03 E8 00 00 27 10", "A5 00", name="a slow ramp from the start velocity"),
         case(0x2E, "2E 00 00 03 E8", "33 00 00 00 0A"),
         case(0xD9, "D9 0F", "33 00 00 00 0A", "29 00 00 07 D0", "33 FF FF FF F6", "D8", "92 0F", "41 0F"),
         case(0x79, "79", "DA 0F"),
@@ -173,7 +175,8 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
         case(0xB4, "B0 00 01 00 01", "B1 00 00 61 A8", "B4 00 00 00 32", "2E 00 0F 42 40", "9B", "2E 00 00 00 00"),
         case(0xD4, "D4 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "91 32", "D7 32"),
         case(0xD5, "D5 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "91 32", "D7 32"),
-        case(0x73, "31 00 00 00 00 01 F4 00 00 27 10", "33 00 00 01 2C", "73", "8D", "78", wait_s=0.2),
+        case(0x73, "31 00 00 00 00 01 F4 00 00 27 10", "33 00 00 01 2C", "73", "8D", "00", "00", "00", "8C", "78",
+             wait_s=0.2),
     ]  # fmt: skip
 
 
@@ -194,7 +197,7 @@ def _sequences(case: Callable[..., Case]) -> list[Case]:
         sequence(0x2B, "2B 00 01", then=("79",)),
         sequence(0x2C, "2C 02 01", name="wait for a high level of trigger 2"),
         sequence(0x2C, "2C 02 00", name="wait for a low level of trigger 2"),
-        sequence(0x71, wait, then=("71",), wait_s=0.05),
+        sequence(0x71, wait, then=("71", "88", "88", "88", "88"), wait_s=0.05),
         sequence(0x72, wait, then=("72", "88", "88", "88", go_on), wait_s=0.1),
         sequence(0x7A, wait, then=("7A", "88", "88", go_on), wait_s=0.1),
         sequence(0x79, wait, then=("79", "88", "88"), wait_s=0.1),
@@ -217,6 +220,29 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
         stream(0x52, "52 09 10 00 00 00 10 00 64", "90", "E1 00 10 80 10" + zeros[:30], "E2", "42"),
         stream(0x53, mode, "90", "E3 03 00 05 FF FB 00 00", "E2", "42", "80"),
         stream(0xE3, mode, "E3 04 00 05 00 05 FF F6 00 00", "42", "83", wait_s=0.15),
+        stream(0xEE, mode, "EE 7F FF 01 07 00", there, "E3 02 7F FF 00 00", back, "42", name="a marker in the stream"),
+        stream(
+            0xE3, mode, "E3 07 00 01 00 02 00 03 00 02 00 01 FF FB FF FC", "E3 01 00 00", "42", "83", name="seven steps"
+        ),
+        stream(
+            0xE0,
+            "51 09 10 00 00 00 10",
+            "E0 00 10 00 02 80 10 00 02 00 10 00 03",
+            "E0 00 00 00 01 00 00 00 01 00 00 00 01",
+            "42",
+            "83",
+            name="three distances",
+        ),
+        stream(
+            0x70,
+            "51 09 10 00 00 00 10",
+            "E0 00 10 00 02 00 10 00 02 00 10 00 02",
+            "42",
+            "8C",
+            "70",
+            "8C",
+            name="stop after a stream",
+        ),
         stream(0xEE, mode, there, "EE 00 01 01 07 00", back, "42"),
         stream(0x7B, mode, there, "E2", "7B", "E2"),
         stream(0x7B, mode, there, back, "42", "7B", "E2", name="kill streaming buffer, during the stream", wait_s=0.05),
@@ -255,7 +281,8 @@ def _plugged(commands: dict[int, Opcode]) -> list[Case]:
                      f"{code:02X} {number} 00 00", name=f"{commands[code].name} {trigger}, {on}")
                 for code in (0x75, 0x76, 0x7D, 0x7E) for on in ("01 01", "01 00")[: 2 if trigger == 1 else 1]
             ),
-            case(0x7F, "53 03 10 00 00 00 00 00 64", low, f"7F {number} 01 01", "E3 01 00 05" + " 00" * 12, "E2", "0D 06",
+            case(0x7F, "53 03 10 00 00 00 00 00 64", low, f"7F {number} 01 01", "E3 01 00 05" + " 00" * 12, "E2",
+                 "0D 06",
                  "E2", f"7F {number} 00 00", "78", "50", name=f"{commands[0x7F].name} {trigger}"),
         ]  # fmt: skip
     return [*found, case(0x0D, "0D 06", "31 00 00 00 00 03 E8 00 00 27 10", name="outputs as before")]
@@ -275,7 +302,8 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
         case(0x12, "94", "12 01", "94", "33 00 00 00 05", "83", "12 00", "94", "33 00 00 00 05", "83", plug=True),
         case(0x13, "13 01", "0D 04", "94", "0D 06", "94", "13 00", "0D 04", "94", "0D 06", "94", plug=True),
         case(0x14, "14 00", "33 00 00 00 05", "94", "14 01", "33 00 00 00 05", "94", "14 00", plug=True),
-        case(0x39, "0D 06", "38 01 00 32 00", "31 00 00 00 00 01 F4 00 00 27 10", "39 00", "8C", "0D 02", "0D 06", "78", "8A",
+        case(0x39, "0D 06", "38 01 00 32 00", "31 00 00 00 00 01 F4 00 00 27 10", "39 00", "8C", "0D 02", "0D 06",
+             "78", "8A",
              plug=True, wait_s=0.6),
     ]  # fmt: skip
 

@@ -44,12 +44,12 @@ class End(ABC):
     has_line = True
     """True if the port has a baud rate and a frame."""
 
-    def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0) -> Answer:
+    def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0, patience_s: float = 0.0) -> Answer:
         """Send `data` and collect the answer.
 
         The answer is complete after `expected` bytes and a silence.  If bytes are missing, the answer ends after
-        `LONGEST_S`.  A request without an answer takes `wait_s` seconds.  No `data`: the answer is the user
-        bits of a board's status byte.
+        `LONGEST_S`, or `patience_s` later for a controller that holds back answers.  A request without an answer
+        takes `wait_s` seconds.  No `data`: the answer is the user bits of a board's status byte.
         """
         if not data:
             return Answer(bytes((self.user_bits,)), 0.0)
@@ -60,7 +60,7 @@ class End(ABC):
         while True:
             since = self.now - began
             silent = since if not received else self.now - last
-            complete = len(received) >= expected or since > wait_s + LONGEST_S
+            complete = len(received) >= expected or since > wait_s + LONGEST_S + patience_s
             if complete and silent >= (QUIET_S if received else max(wait_s, QUIET_S)):
                 return Answer(bytes(received), last - began)
             if more := self.receive():

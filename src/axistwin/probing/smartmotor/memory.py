@@ -191,7 +191,8 @@ def _eeprom(commands: Mapping[str, Instruction]) -> list[Case]:
 
     return [
         kept("two variables", "a=11 b=-22 VST(a,2)", "REPTR", f"a=0 b=0 EPTR={AT}", "VLD(a,2)", "Ra Rb REPTR RBs"),
-        kept("bytes, words and longs", "ab[0]=1 ab[1]=-2 ab[2]=3 VST(ab[0],3)", "REPTR", "aw[3]=-300 aw[4]=301 VST(aw[3],2)",
+        kept("bytes, words and longs", "ab[0]=1 ab[1]=-2 ab[2]=3 VST(ab[0],3)", "REPTR",
+             "aw[3]=-300 aw[4]=301 VST(aw[3],2)",
              "REPTR", "al[5]=70000 VST(al[5],1)", "REPTR", "al[0]=0 al[1]=0 al[2]=0 al[5]=0", f"EPTR={AT} VLD(ab[0],3)",
              "VLD(aw[3],2)", "VLD(al[5],1)", "Rab[0] Rab[1] Rab[2] Raw[3] Raw[4] Ral[5] REPTR",
              "al[0]=0 al[1]=0 al[2]=0 al[5]=0"),
@@ -261,14 +262,16 @@ def locking(commands: Mapping[str, Instruction]) -> list[Case]:
     """Return the cases that lock a program; loading another program ends the lock."""
     section = commands["LOCKP"].chapter
     return [
-        case("a locked program", section, *loading("RUN?\nEND\n"), "Zs LOCKP", "UPLOAD", "RBs", "Zs UP", "RBs", "RCKS Zs",
+        case("a locked program", section, *loading("RUN?\nEND\n"), "Zs LOCKP", "UPLOAD", "RBs", "Zs UP", "RBs",
+             "RCKS Zs",
              stores=True, bare=True),
-        case("a program after a lock", section, *loading("RUN?\nEND\n"), *sending("UPLOAD", 9), "RBs", stores=True, bare=True),
+        case("a program after a lock", section, *loading("RUN?\nEND\n"), *sending("UPLOAD", 9), "RBs", stores=True,
+             bare=True),
     ]  # fmt: skip
 
 
 def save(end: End, condition: Condition) -> None:
-    """Read the variables and bytes of the data EEPROM that the cases change.  Raises LinkError if one is not reported."""
+    """Read what the cases change in memory.  Raises LinkError if a value is not reported."""
     before = CONTENTS[condition.facts["checksum"].removesuffix(" P")]
     pointer = _number(end, b"PRINT(EPTR,#13)\r")
     values = {name: _number(end, b"R%s\r" % name.encode()) for name in SAVED}
@@ -299,6 +302,6 @@ def restore(end: End, condition: Condition) -> str:
     if now == condition.facts["checksum"]:
         return ""
     return (
-        f"RCKS reports {now or 'nothing'} instead of {condition.facts['checksum']}: switch the motor off and on, then load "
-        "the program END"
+        f"RCKS reports {now or 'nothing'} instead of {condition.facts['checksum']}: switch the motor off and on, "
+        "then load the program END"
     )
