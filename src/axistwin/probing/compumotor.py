@@ -222,16 +222,14 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
         stream(0xE3, mode, "E3 04 00 05 00 05 FF F6 00 00", "42", "83", wait_s=0.15),
         stream(0xEE, mode, "EE 7F FF 01 07 00", there, "E3 02 7F FF 00 00", back, "42", name="a marker in the stream"),
         stream(
-            0xE3, mode, "E3 07 00 01 00 02 00 03 00 02 00 01 FF FB FF FC", "E3 01 00 00", "42", "83", name="seven steps"
-        ),
-        stream(
-            0xE0,
-            "51 09 10 00 00 00 10",
-            "E0 00 10 00 02 80 10 00 02 00 10 00 03",
-            "E0 00 00 00 01 00 00 00 01 00 00 00 01",
+            0xE3,
+            mode,
+            "E3 07 00 01 00 02 00 03 00 02 00 01 FF FB FF FC",
+            "E3 01 00 00",
             "42",
             "83",
-            name="three distances",
+            name="seven steps",
+            wait_s=1.0,
         ),
         stream(
             0x70,
