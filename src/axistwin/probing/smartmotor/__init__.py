@@ -76,8 +76,8 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer with each number replaced by `0`, and each letter of a mode by `P`."""
-    return re.sub(rb"-?\d+", b"0", re.sub(rb"^[A-Z]\r", b"P\r", answer))
+    """Return an answer with each number and each sum of RCKS replaced by `0`, and each letter of a mode by `P`."""
+    return re.sub(rb"\b[0-9A-F]{6}\b|-?\d+", b"0", re.sub(rb"^[A-Z]\r", b"P\r", answer))
 
 
 DIALECT = Dialect(cases, examine, b"RSP\r", answer_form, equip=equip, save=save, restore=restore)
