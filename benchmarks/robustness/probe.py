@@ -29,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 from axistwin import Bench
 from axistwin.bench import product
 from axistwin.controllers.digiplan import interface
-from axistwin.controllers.digiplan.language import Accept, Message, parse
+from axistwin.controllers.digiplan.language import Accept
 from axistwin.controllers.product import Product
 from axistwin.controllers.smartmotor.language import language, program
 from axistwin.controllers.smartmotor.language.language import Statement
@@ -50,8 +50,8 @@ POWER_UP = "acts only at power-up, before a probe"
 UNSAFE = "not sent: the machine could move without limit, or lose the power of its drives"
 NOT_SHOWN: dict[str, dict[str, tuple[object, ...]]] = {
     "if1": {
-        ELSEWHERE: ("fault_output",), OUTSIDE: ("limits",), POWER_UP: ("U", "V", "(", "*", "self_test_s"),
-        "the data format of the twin decides which of them ends a message": ("\n", "\r"),
+        OUTSIDE: ("limits",), POWER_UP: ("V", "*", "self_test_s"),
+        "ends a message only in the data format V": ("\n",),
         "the host's end of the cable is the same": ("wiring",),
         "acts only within 5 ms of the data format message, or after a lock in another format": (
             "strict_format", "unlock",
@@ -60,8 +60,7 @@ NOT_SHOWN: dict[str, dict[str, tuple[object, ...]]] = {
     "1811": {
         ELSEWHERE: ("interrupts", "high_impedance", "test_switch"), NONE: (0x00, 0xFE),
         OUTSIDE: (
-            0x19, *range(0xA6, 0xAC), 0x35, 0x36, 0x37, "limit_us",
-            "trigger1_us", "trigger6_us", "trigger1_hold_us", "trigger6_hold_us", "home_ms", "invert_z",
+            0x19, *range(0xA6, 0xAA), 0x35, 0x36, 0x37, "trigger1_hold_us", "trigger6_hold_us", "invert_z",
             "invert_encoder",
         ),
         UNSAFE: (0x10, 0x11, 0x3A, 0xFF), POWER_UP: ("initialisation_s",),
@@ -192,11 +191,10 @@ def other_statement(code: object, change: str) -> Callable[[str], Statement]:
     return changed
 
 
-def other_grammar(code: str) -> Callable[[str], Message]:
-    """Return a parser of the IF1 to which one character is unknown."""
-    table = product("if1").commands
-
-    return lambda text: parse(text.replace(code, "~"), table)
+def other_character(code: bytes) -> Callable[[VirtualEnd, bytes], None]:
+    """Return a line to an IF1 that does not know one character."""
+    send = VirtualEnd.send
+    return lambda end, data: send(end, data.replace(code, b"~"))
 
 
 @contextmanager
@@ -210,8 +208,8 @@ def changed(made: Product, code: Any, change: str) -> Iterator[None]:
             stack.enter_context(patch.dict(made.commands._by_code, {code: replace(command, handler=handler)}))
         if made.model == "smartmotor" and code in COMPILED:
             stack.enter_context(patch.object(program, "read", other_statement(code, change)))
-        if made.model == "if1" and Accept.WRITTEN in command.accepted:  # type: ignore[attr-defined]
-            stack.enter_context(patch.object(interface, "read", other_grammar(str(code))))
+        if made.model == "if1" and (code == "#" or command.accepted & (Accept.WRITTEN | Accept.SETUP)):  # type: ignore[attr-defined]
+            stack.enter_context(patch.object(VirtualEnd, "send", other_character(str(code).encode())))
         yield
     clear_caches()
 

@@ -125,6 +125,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
 
     there, back = "33 00 00 00 C8", "33 FF FF FF 38"
     return [
+        Case("outputs low", commands[0x0D].chapter, (b"\x0d\0",), moves=True, writes=True, plug=True),
         case(0x31, "31 00 00 00 00 03 E8 00 00 27 10", "33 00 00 00 07", "30", "83", "9A"),
         case(0x2F, "2F 00 00 00 07", "9A", "30", "9A"),
         case(0x33, "33 00 00 00 32", "33 FF FF FF CE"),
@@ -139,7 +140,8 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         case(0xD9, "D9 0F", "33 00 00 00 0A", "29 00 00 07 D0", "33 FF FF FF F6", "D8", "92 0F", "41 0F"),
         case(0x79, "79", "DA 0F"),
         case(0x20, "D9 0F", "20 01 00 03", "33 00 00 00 05", "D8", "92 0F", "41 0F", "DA 0F", "92 0F"),
-        case(0x94, "94", "97", "0C 01", "97", "0B 01", "97", "0C 02", "97", "0B 02", "97", name="triggers and outputs"),
+        case(0x94, "94", "97", "0C 01", "97", "0B 01", "97", "0C 02", "97", "0B 02", "97", "0D 00",
+             name="triggers and outputs"),
         case(0xB0, "9C", "B0 00 02 00 01", "9C", "B0 00 01 00 01", "9C", name="ratio"),
         case(0xB1, "9D", "B1 00 00 03 E8", "9D", "B1 00 00 61 A8", "9D", name="motor resolution"),
         case(0xB2, "9E", "B2 00 00 00 05", "9E", "B2 00 00 00 00", "9E", name="backlash sigma"),
@@ -248,7 +250,7 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
 
 
 def _plugged(commands: dict[int, Opcode]) -> list[Case]:
-    """Return cases in which output 1 is connected to triggers 1 and 2, output 2 to trigger 6 and home."""
+    """Return cases in which output 1 is connected to triggers 1 and 2 and a limit, output 2 to trigger 6 and home."""
 
     def case(code: int, *texts: str, name: str = "", wait_s: float = 0.4) -> Case:
         command = commands[code]
@@ -283,7 +285,16 @@ def _plugged(commands: dict[int, Opcode]) -> list[Case]:
                  "0D 06",
                  "E2", f"7F {number} 00 00", "78", "50", name=f"{commands[0x7F].name} {trigger}"),
         ]  # fmt: skip
-    return [*found, case(0x0D, "0D 06", "31 00 00 00 00 03 E8 00 00 27 10", name="outputs as before")]
+    return [
+        *found,
+        *(
+            case(code, "0D 00", f"{code:02X} 01", "31 00 00 00 00 00 C8 00 00 27 10", "33 FF FF FE 70", "0D 02", "89",
+                 "88", "0D 00",
+                 "33 FF FF FF FB", f"{code:02X} 00", name=f"{commands[code].name}, and its time")
+            for code in (0xAA, 0xAB)
+        ),
+        case(0x0D, "0D 00", "31 00 00 00 00 03 E8 00 00 27 10", name="outputs low"),
+    ]  # fmt: skip
 
 
 def _bare(commands: dict[int, Opcode]) -> list[Case]:
@@ -299,17 +310,17 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
         case(0x10, "95", "11", "95", "33 00 00 00 05", "83", "10", "95", "33 00 00 00 05", "83"),
         case(0x12, "94", "12 01", "94", "33 00 00 00 05", "83", "12 00", "94", "33 00 00 00 05", "83", plug=True),
         case(0x13, "13 01", "0D 04", "94", "0D 06", "94", "13 00", "0D 04", "94", "0D 06", "94", plug=True),
-        case(0x14, "14 00", "33 00 00 00 05", "94", "14 01", "33 00 00 00 05", "94", "14 00", plug=True),
-        case(0x39, "0D 06", "38 01 00 32 00", "31 00 00 00 00 01 F4 00 00 27 10", "39 00", "8C", "0D 02", "0D 06",
-             "78", "8A",
-             plug=True, wait_s=0.6),
+        case(0x14, "0D 00", "14 00", "33 00 00 00 05", "94", "14 01", "33 00 00 00 05", "94", "14 00", plug=True),
+        case(0x39, "0D 04", "38 01 00 32 00", "31 00 00 00 00 01 F4 00 00 27 10", "A4 01", "39 00", "8C", "0D 00",
+             "0D 04",
+             "78", "8A", "0D 00", "A4 00", plug=True, wait_s=0.6),
     ]  # fmt: skip
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
     """Connect outputs of a twin to its inputs if the board has the test plug."""
     if facts.get("plug") == str(True):
-        connect(controller, "output1", "trigger1", "trigger2", "shutdown_in")
+        connect(controller, "output1", "trigger1", "trigger2", "shutdown_in", "ccw_limit")
         connect(controller, "output2", "trigger6", "home")
         connect(controller, "shutdown", "trigger3")
         connect(controller, "direction", "trigger4")
