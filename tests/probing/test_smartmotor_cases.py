@@ -20,8 +20,9 @@ from ..command import run
 
 MEMORY = Settings(memory=True, find_options=False)
 STARTS = (
-    "G", "S", "X", "MT", "MF1", "MF2", "MF4", "MS", "MC", "MP", "MV", "MD", "MTB", "OFF", "CI", "F", "F=2", "E=5", "O=5",
-    "AMPS=0", "TH=0", "THD=0", "D=5", "PID2", "SLE", "UCI", "UCP", "UDM", "UG", "UAO", "UAI", "UA=1", "BRKRLS", "BRKENG",
+    "G", "S", "X", "MT", "MF1", "MF2", "MF4", "MS", "MC", "MP", "MV", "MD", "MTB", "OFF", "CI", "F", "F=2", "E=5",
+    "O=5", "AMPS=0", "TH=0", "THD=0", "D=5", "PID2", "SLE", "UCI", "UCP", "UDM", "UG", "UAO", "UAI", "UA=1", "BRKRLS",
+    "BRKENG",
     "BRKSRV", "BRKTRJ", "BRKC", "RS4", "OCHN(RS4,0,N,9600,1,8,C)", "PRINTA(1)", "ZS", "Zr", "Z", "RI", "RETURNI",
 )  # fmt: skip
 """Commands that move something, switch something, or permit motion after a fault."""
@@ -88,7 +89,8 @@ def test_the_programs_without_motion_consist_of_whitelisted_statements_and_stop_
         ("a subroutine in a subroutine", b"123\r0\r"),
         # c=1: ELSE 100, c=2: IF 1, c=3: ELSEIF 10, c=4: ELSE 100 and BREAK
         ("WHILE, IF, BREAK", b"4\r211\r0\r"),
-        ("SWITCH with 1", b"11\r"), ("SWITCH with 2", b"10\r"), ("SWITCH with 3", b"1100\r"), ("SWITCH with 9", b"1000\r"),
+        ("SWITCH with 1", b"11\r"), ("SWITCH with 2", b"10\r"), ("SWITCH with 3", b"1100\r"),
+        ("SWITCH with 9", b"1000\r"),
         ("GOTO", b"11\r0\r"), ("GOTO of a host", b"5\r0\r"),
         # STACK forgets the caller, so RETURN sets Bs and ends the program before h=2
         ("STACK", b"1\r1\r"),
@@ -154,7 +156,8 @@ def test_a_memory_that_cannot_be_restored_is_named(monkeypatch):
     load(end, memory.CHANNEL)
     monkeypatch.setattr(Nonvolatile, "save", lambda memory, store: setattr(memory, "broken", True))
     assert family.restore(end, condition) == (
-        "RCKS reports 000000 000000 F instead of 000000 000000 P: switch the motor off and on, then load the program END"
+        "RCKS reports 000000 000000 F instead of 000000 000000 P: switch the motor off and on, then load the program "
+        "END"
     )
 
 

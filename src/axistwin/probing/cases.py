@@ -85,7 +85,7 @@ class Dialect:
     definitions: tuple[int, ...] = ()
     """First bytes of answers that exist only if a move or a sequence has been defined."""
     candidates: Callable[[Mapping[str, bytes]], dict[str, list[object]]] = lambda answers: {}
-    """Function that returns the values of options that the answers suggest."""
+    """Function that returns the values of options that the answers suggest; the answers of each case are joined."""
 
 
 def connect(controller: Controller, output: str, *inputs: str) -> None:

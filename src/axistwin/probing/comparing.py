@@ -271,7 +271,9 @@ def _fits(
 ) -> list[str]:
     """Return the options with which the twin differs less from the controller, the best first."""
     received = {result.case: result.received for result in found.results if result.received}
-    suggested = family.candidates({case.name: answers[0].data for case, answers in received.items()})
+    suggested = family.candidates(
+        {case.name: b"".join(answer.data for answer in answers) for case, answers in received.items()}
+    )
     fitting = []
     for name, value in other_values(made, suggested):
         try:

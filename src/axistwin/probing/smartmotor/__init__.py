@@ -21,6 +21,10 @@ FAULTS = ("RBr", "RBl", "RBe", "RBh")
 """Flags that forbid motion and the loading of programs."""
 LIMITS = ("RBp", "RBm")
 CLOSED, OPEN = "closed", "open"
+RI_AFTER = 3
+"""Place of the answer to RI among the answers of the case with the index mark, after RI, RBi, RBi."""
+STATEMENTS = 7
+"""Number of statements whose duration a case reports in samples."""
 
 
 def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
@@ -80,4 +84,18 @@ def answer_form(answer: bytes) -> bytes:
     return re.sub(rb"\b[0-9A-F]{6}\b|-?\d+", b"0", re.sub(rb"^[A-Z]\r", b"P\r", answer))
 
 
-DIALECT = Dialect(cases, examine, b"RSP\r", answer_form, equip=equip, save=save, restore=restore)
+def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
+    """Return the place of the index mark, and the statements per sample, from the answers of their cases."""
+    found: dict[str, list[object]] = {}
+    index = re.findall(rb"-?\d+", answers.get("the index", b""))
+    if len(index) > RI_AFTER and int(index[RI_AFTER]) > 0:
+        found["index_at"] = [int(index[RI_AFTER])]
+    samples = re.match(rb"\d+", answers.get("the duration of a statement", b""))
+    if samples and int(samples[0]):
+        found["statements_per_sample"] = [max(1, round(STATEMENTS / int(samples[0])))]
+    return found
+
+
+DIALECT = Dialect(
+    cases, examine, b"RSP\r", answer_form, equip=equip, save=save, restore=restore, candidates=candidates
+)  # fmt: skip
