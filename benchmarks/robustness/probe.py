@@ -1,6 +1,6 @@
 """Prove how many changes `axistwin probe` finds, and that no unchanged controller differs.
 
-    python benchmarks/robustness/probe.py [--seed 1] [--mutants 200] [--unchanged 50] [--model MODEL]
+    python benchmarks/robustness/probe.py [--seed 1] [--mutants 200] [--unchanged 50] [--model MODEL] [--part K N]
 
 Mutants: controllers of three families with one changed command, or with another value of an option.  A command is
 ignored, has another answer, or uses another parameter.  For a command that the compiler or the parser replaces (IF, a
@@ -306,12 +306,14 @@ def name(mutant: Mutant) -> str:
     return f"{model} {written} {product(model).commands._by_code[code].name}: {change}"
 
 
-def mutants(rng: random.Random, number: int, models: tuple[str, ...]) -> tuple[int, list[str], list[str]]:
-    """Probe mutants; return the number of found ones, the names of missed ones, and names that cannot be shown."""
+def mutants(
+    rng: random.Random, number: int, models: tuple[str, ...], part: int = 0, parts: int = 1
+) -> tuple[int, list[str], list[str]]:
+    """Probe one part of the mutants; return the number of found ones, the names of missed ones, and names that cannot be shown."""
     every = population(models)
     rng.shuffle(every)
     found, missed, invisible = 0, [], []
-    for mutant in every[: number or None]:
+    for mutant in every[: number or None][part::parts]:
         if found_by_probe(mutant):
             found += 1
         elif why := reason(*mutant[:2]):
@@ -326,13 +328,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     for option, default in (("seed", 1), ("mutants", 200), ("unchanged", 50)):
         parser.add_argument(f"--{option}", type=int, default=default)
+    parser.add_argument("--part", type=int, nargs=2, default=(0, 1), metavar=("K", "N"), help="every Nth mutant from K")
     parser.add_argument("--model", choices=MODELS, action="append")
     given = parser.parse_args()
     models = tuple(given.model or MODELS)
     wrong = [
         model for n in range(given.unchanged) if differs(probed(model := models[n % len(models)], to_the_end=True))
     ]
-    found, missed, invisible = mutants(random.Random(given.seed), given.mutants, models)
+    found, missed, invisible = mutants(random.Random(given.seed), given.mutants, models, *given.part)
     for title, names in (("not found", missed), ("cannot be shown", invisible)):
         print("\n".join(f"{title}: {name}" for name in sorted(names)), end="\n" if names else "")
     share = found / max(1, found + len(missed))
