@@ -309,7 +309,7 @@ def name(mutant: Mutant) -> str:
 def mutants(
     rng: random.Random, number: int, models: tuple[str, ...], part: int = 0, parts: int = 1
 ) -> tuple[int, list[str], list[str]]:
-    """Probe one part of the mutants; return the number of found ones, the names of missed ones, and names that cannot be shown."""
+    """Probe one part of the mutants; return the number of found ones, those missed, and those that cannot be shown."""
     every = population(models)
     rng.shuffle(every)
     found, missed, invisible = 0, [], []
