@@ -1,4 +1,4 @@
-"""Speed of SmartMotors with servo and motor physics, times real time, compiled and in plain Python."""
+"""Speed of a SmartMotor with servo and motor physics, times real time, compiled and in plain Python."""
 
 import os
 import sys
@@ -21,11 +21,10 @@ POLLING = b"A=100 V=400000 O=0 D=20000 C1 a=@P IF Bt==0 D=-D G ENDIF IF a>10000 
 
 def main() -> None:
     """Print the ratios."""
-    ratio(moving, 1, 30)  # the kernels are compiled before the measurement
-    one, polling, hundred = (best(*what) for what in ((moving, 1, 600), (running, 1, 300), (moving, 100, 20)))
+    ratio(moving, 30)  # the kernels are compiled before the measurement
+    one, polling = best(moving, 600), best(running, 300)
     print(f"one motor moving, servo and physics: {one:,.0f} times real (goal >= 2,000)")
     print(f"with a program that polls: {polling:,.0f} times real (goal >= 500)")
-    print(f"100 motors moving on one bench: {hundred:,.0f} times real (goal >= 20)")
     print(jit.note() or f"compiled against plain Python: {one / in_plain_python():,.0f} times (goal >= 50)")
 
 
@@ -38,14 +37,14 @@ def in_plain_python() -> float:
 Setting = Callable[[int], tuple[Bench, list[Controller]]]
 
 
-def best(setting: Setting, motors: int, seconds: float) -> float:
-    """Return the best of several runs."""
-    return max(ratio(setting, motors, seconds) for _ in range(RUNS))
+def best(setting: Setting, seconds: float) -> float:
+    """Return the best of several runs of one motor."""
+    return max(ratio(setting, seconds) for _ in range(RUNS))
 
 
-def ratio(setting: Setting, motors: int, seconds: float) -> float:
-    """Return the ratio of virtual to real seconds."""
-    bench, all_motors = setting(motors)
+def ratio(setting: Setting, seconds: float) -> float:
+    """Return the ratio of virtual to real seconds of one motor."""
+    bench, all_motors = setting(1)
     before = [motor.axes["shaft"].position for motor in all_motors]
     began = perf_counter()
     bench.run(seconds)
@@ -97,6 +96,6 @@ def load(bench: Bench, motor: Controller, program: bytes) -> None:
 
 if __name__ == "__main__":
     if "plain" in sys.argv:
-        print(best(moving, 1, 5))
+        print(best(moving, 5))
     else:
         main()

@@ -13,6 +13,7 @@ import click
 from axistwin.bench import product, show_controls
 from axistwin.cli.main import axistwin
 from axistwin.controllers.diagnostics import Rule
+from axistwin.controllers.front import Lamp
 from axistwin.diagnostics import codes
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -45,9 +46,24 @@ def write(folder: Path, *, with_playground: bool) -> None:
         (folder / name).write_text(text, encoding="utf-8")
     (folder / "families").mkdir(exist_ok=True)
     for model, title in MODELS.items():
-        text = "\n".join(chapters(model, title))
+        text = "\n".join((*status_bits(model), *chapters(model, title)))
         (folder / "families" / f"{PAGES[model]}.md").write_text(text, encoding="utf-8")
     copytree(EXAMPLES, folder / "examples", dirs_exist_ok=True)
+
+
+def status_bits(model: str) -> Iterator[str]:
+    """Return the bits of the status answers: value, name and meaning, as the front panel shows them."""
+    yield "**Its status answers.** An answer is the sum of the bits that are 1."
+    yield "`:explain NUMBER` in a terminal names the bits of a number.\n"
+    for group in product(model).front:
+        bits = [lamp for lamp in group.items if isinstance(lamp, Lamp) and lamp.bit is not None]
+        if bits:
+            yield f"{group.title}:\n\n| bit | name | meaning |\n| --- | --- | --- |"
+            for lamp in bits:
+                value = f"{1 << (lamp.bit or 0)}"
+                label = "" if lamp.label == value else f" `{lamp.label}`"
+                yield f"| {value}{label} | {lamp.name} | {_cell(lamp.doc)} |"
+            yield ""
 
 
 def chapters(model: str, title: str) -> Iterator[str]:

@@ -118,7 +118,7 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ),
         ({"model": "if1", "X": 5}, 'axis X=5: expected its options, e.g. X={"limits": (-100, 5000)}'),
         ({"model": "if1", "X": {"motor": 1}}, "axis X: "),
-        ({"model": "if1", "X": {"limits": "foo"}}, "axis X: limits='foo': expected two positions, e.g. (-100, 5000)"),
+        ({"model": "if1", "X": {"limits": "foo"}}, "axis X: limits='foo': expected two positions, e.g. [-100, 5000]"),
         ({"model": "if1", "X": {"limits": (5, -1)}}, "axis X: limits=(5, -1): expected two positions"),
         ({"model": "if1", "X": {"limits": (0, 1, 2)}}, "axis X: limits=(0, 1, 2): expected two positions"),
         ({"model": "if1", "history": 0}, "history=0: expected a number of moves, 2 or more"),

@@ -19,7 +19,7 @@ def test_a_lesson_is_resumed_after_the_last_one_that_is_done(tmp_path):
     assert "is done" not in first.out
     second = learn("IF1", *progress, typed=DONE)
     assert "done.  2. Choose 8 data bits" in second.out
-    assert second.out.endswith("axistwin: lesson 1 is done: axistwin learn if1 continues\n")
+    assert second.out.endswith("axistwin: lesson 1 is done: axistwin learn if1 begins lesson 2\n")
     assert learn("if1", *progress, typed="").out.startswith("axistwin: if1, lesson 2 of 6: A move\n")
     assert learn("if1", "--list", *progress).out.splitlines()[:2] == ["done  1  The first command", "      2  A move"]
 

@@ -208,6 +208,14 @@ def test_a_program_as_json(tmp_path):
     assert result["complete"]
 
 
+def test_a_move_ends_at_a_reversal(tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("UCI UDI ZS A=100 V=800000\nWHILE a<3 P=2000 G TWAIT P=0 G TWAIT a=a+1 LOOP\nEND\n")
+    result = json.loads(run("run", "smartmotor", program, "--json")[1])
+    assert [(move["from"], move["to"]) for move in result["moves"]] == [(0, 2000), (2000, 0)] * 3
+    assert "12000" in run("run", "smartmotor", program)[1].splitlines()[-1].split()
+
+
 def test_a_program_that_does_not_fit(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("a=1\n" * 100)
@@ -541,3 +549,17 @@ def test_a_motor_that_a_fault_keeps_from_moving_is_told_of(tmp_path):
     code, _, message = run("run", "smartmotor", tmp_path / "z.sms")
     assert code == 0
     assert "axistwin: smartmotor: in a limit fault, as pins C and D are not held low: give" in message
+
+
+def test_an_injected_fault_is_in_the_listing_and_in_json(tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        '[[controller]]\nmodel = "if1"\naxes.X = { limits = [-100, 9000] }\nhost = "feed.if1"\n'
+        '[[fault]]\nkind = "open_limit"\non = "if1"\nside = "plus"\nat = 5\n'
+    )
+    (tmp_path / "feed.if1").write_text("X8000@1000$\n")
+    listing = run("run", scene)[1].splitlines()
+    opened = next(n for n, line in enumerate(listing) if "! fault open_limit if1 side=plus" in line)
+    assert listing[opened].split()[0] == "5.000000" and any("= limit_plus low" in line for line in listing[opened:])
+    (fault,) = json.loads(run("run", scene, "--json")[1])["faults"]
+    assert (fault["time_ns"], fault["controller"], fault["act"]) == (5_000_000_000, "if1", "fault")

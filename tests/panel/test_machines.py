@@ -129,6 +129,9 @@ def test_axes_that_nobody_uses_are_not_drawn_until_they_move():
         go(visit.bench["if1"].axes["Z"], 5)
         visit.run(1)
         assert drawn(visit) == ["X", "Z"]
+        go(visit.bench["if1"].axes["Z"], -5)
+        visit.run(1)
+        assert drawn(visit) == ["X", "Z"]  # a switch below must not move under the pointer
 
     show(bench_of("if1", X=SLIDE), at("if1"), play)
 
@@ -137,6 +140,9 @@ def test_where_nobody_has_said_anything_all_are_drawn():
     def play(visit):
         for axis in "XYZ":
             assert written(visit, f"if1.{axis}", "position") == ["0"]
+        go(visit.bench["if1"].axes["X"], 5)
+        visit.run(1)
+        assert drawn(visit) == ["X", "Y", "Z"]
 
     show(bench_of("if1"), at("if1"), play)
 

@@ -130,6 +130,16 @@ def test_a_long_past_is_forgotten_and_that_is_told(clock):
         axis.pulse_times()
 
 
+def test_long_blocks_shorten_no_history(clock):
+    """Of 150 + 150 + 150 samples, 200 of which are to be stored, the last 300 are stored."""
+    axis = ServoAxis(clock, "shaft", history=20)  # 200 samples
+    for first in (1, 151, 301):
+        part = array("q", range(first, first + 150))
+        axis.publish(Samples(first * MS, MS, part, part))
+    clock.run_to(500 * MS)
+    assert axis.pulse_times(150 * MS + 1).tolist() == [n * MS for n in range(151, 451)]
+
+
 def test_rests_cost_no_history(clock):
     axis = ServoAxis(clock, "shaft", history=2)
     axis.publish(Samples(1 * MS, MS, [1, 2], [0, 0]))

@@ -73,3 +73,27 @@ def test_a_damaged_link_is_told_in_a_sentence(address, browser):
     page.goto(f"{address}#eJw")
     page.wait_for_selector("html[data-state=ready]", timeout=50_000)
     assert page.inner_text("#note").startswith("the link is")
+
+
+@pytest.mark.parametrize("missing", ["Worker", "WebAssembly"])
+def test_an_old_browser_is_told_in_a_sentence(address, browser, missing):
+    page = browser.new_page()
+    if missing == "WebAssembly":
+        page.route(
+            "**/worker.js", lambda route: route.fulfill(body=_without(missing, route), content_type="text/javascript")
+        )
+    page.add_init_script(f"delete window.{missing}")
+    page.goto(address)
+    page.wait_for_function("() => document.querySelector('#note').textContent.includes('current Firefox')")
+
+
+def _without(name, route):
+    return f"delete self.{name};\n" + route.fetch().text()
+
+
+def test_files_too_large_for_a_page_are_told_in_a_sentence(address, browser):
+    page = browser.new_page()
+    page.goto(address)
+    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    page.set_input_files("#files", {"name": "big.toml", "mimeType": "text/plain", "buffer": b"#" * 4_000_001})
+    page.wait_for_function("() => document.querySelector('#note').textContent.includes('4000001 bytes')")

@@ -134,15 +134,25 @@ def test_a_program_of_unknown_kind(tmp_path):
         load(tmp_path / "a.txt")
 
 
-BUSY = "line 2 and later lines were not sent: the previous line is not finished at"
+def test_requests_and_switches_after_a_pause_do_not_wait(tmp_path):
+    # The loop never ends by itself.  K has bit 1 in motion; without the input, step 1 of the next round waits.
+    lines = "! input1 high\n:H1X400@1000:X-400:=0,1:$\n+12\nE\nK\n! input1 low\n+6\nK\n"
+    record, _ = run(tmp_path, lines)
+    busy, moving, waiting = heard(record)[-3:]
+    assert busy == b"E\r" and int(moving) & 1 and not int(waiting) & 1
+    assert record.bench["if1"].axes["X"].position == 0
+
+
+BUSY = "line 2 and later lines were not sent: a line before is not finished at"
+SOONER = "write +SECONDS above line 2 to send it at a time"
 
 
 @pytest.mark.parametrize(
     ("text", "until_s", "end_s", "position", "note"),
     [
         (":X400:=0,1:$\nE\n", None, 3600, None,
-         f"{BUSY} 3600 s: stopped after 3600 s, set another time with --for SECONDS"),
-        ("X10$\n+100\nX10$\n", 20, 20, 10, f"{BUSY} 20 s"),
+         f"{BUSY} 3600 s: {SOONER}: stopped after 3600 s, set another time with --for SECONDS"),
+        ("X10$\n+100\nX10$\n", 20, 20, 10, f"{BUSY} 20 s: {SOONER}"),
         ("XYG$\n", None, None, None, "X and Y still running: run longer with --for SECONDS"),
         ("X1$\n", 1, None, 0, "no line was sent: the interface is not ready at 2.70667 s"),
     ],

@@ -1,7 +1,9 @@
 """`axistwin.serve`: hosts and their controllers in one test, in virtual time."""
 
 import socket
+import sys
 import threading
+import time
 
 import pytest
 import serial
@@ -10,8 +12,10 @@ import axistwin
 from axistwin import play
 from axistwin.conversations import load
 from axistwin.errors import LinkError, UsageError
+from axistwin.units import S
 
 HOST_TIMEOUT_S = 20
+SLEEP = time.sleep
 
 MOTORS = {
     "controller": [
@@ -323,3 +327,58 @@ def test_threads_advance_time_one_after_the_other(twin):
 def test_a_host_cannot_advance_time(twin):
     with pytest.raises(UsageError, match="a host cannot advance virtual time"):
         twin.call(twin.advance, 1)
+
+
+def test_a_sleep_of_a_host_takes_virtual_time(twin, host):
+    """A move of 4000 pulses at 2000/s with ramps is not over after 0.2 s; after 5 s it is."""
+
+    def drive():
+        time.sleep(1.5)
+        answers = [ask(host, b"("), host.write(b"U61\r")]
+        time.sleep(1.2)
+        host.write(b"X4000@2000$\r")
+        time.sleep(0.2)
+        answers.append(ask(host, b"E\r"))
+        time.sleep(5)
+        return [*answers, ask(host, b"E\r")]
+
+    assert twin.call(drive) == [b"U\r", 4, b"E\r", b"C\r"]
+    assert 7.9e9 < twin.clock.now < 8e9  # 1.5 + 1.2 + 0.2 + 5 s, and the characters
+    assert time.sleep is SLEEP
+
+
+def test_two_hosts_sleep_side_by_side(twin):
+    order = []
+
+    def nap(name, seconds):
+        for _ in range(2):
+            time.sleep(seconds)
+            order.append((name, twin.clock.now))
+
+    short, long = twin.start(nap, "short", 1), twin.start(nap, "long", 1.5)
+    twin.advance(1.25)
+    assert order == [("short", S)]
+    long.result()
+    assert short.result() is None
+    assert order == [("short", S), ("long", 1.5 * S), ("short", 2 * S), ("long", 3 * S)]
+
+
+def test_a_host_that_only_sleeps_is_told(twin):
+    def poll():
+        while True:
+            time.sleep(0.5)
+
+    with pytest.raises(LinkError, match="still waiting after 10 s"):
+        twin.call(poll)
+    assert twin.clock.now == 11 * S
+
+
+def test_one_long_sleep_is_not_silence(twin):
+    twin.call(lambda: time.sleep(100))
+    assert twin.clock.now == 100 * S
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reports where a thread waits")
+def test_a_sleep_by_the_wall_clock_is_told(twin):
+    with pytest.warns(UserWarning, match="sleeps by the wall clock, and virtual time has advanced by 10 s"):
+        twin.call(lambda: SLEEP(0.1))

@@ -16,8 +16,10 @@ def figure(controller: Controller, axis: str, press: Press) -> Figure:
 
 
 def used_axes(controller: Controller) -> list[str]:
-    """Return the axes that are configured, are moving, or are not at position 0; all axes if there are none."""
-    return [axis for axis in controller.axes if _used(controller, axis)] or list(controller.axes)
+    """Return the axes that are configured, are moving, or are not at position 0; all axes if none is configured."""
+    if not any(controller.given.get(axis) for axis in controller.axes):
+        return list(controller.axes)
+    return [axis for axis in controller.axes if _used(controller, axis)]
 
 
 def _used(controller: Controller, name: str) -> bool:

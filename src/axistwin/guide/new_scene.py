@@ -26,7 +26,7 @@ class Answers:
     axes: int
     """Number of axes of each IF1 and IF2; other models have one axis."""
     travel: int
-    """Distance between the limit switches, in motor pulses or encoder counts."""
+    """Position of the plus limit switch, in motor pulses or encoder counts; the minus limit switch is at -100."""
     host: str
     port: PortUrl
     """Port of the first serial controller; the ports of further controllers have the next numbers."""
@@ -113,6 +113,7 @@ def _axes(answers: Answers, model: str) -> Iterator[str]:
     for axis in axes:
         yield from ("", f"[controller.axes.{axis}]")
         yield f"limits = [-100, {answers.travel}]    # in {unit}: a limit switch opens beyond each"
+        yield '# units = { per = 80, of = "mm" }    # then limits = ["-1 mm", "250 mm"], and pictures in mm'
         if family == "smartmotor":
             yield 'motor = "frame23"          # a data sheet: frame17, frame23, frame34; without it the motor is ideal'
     if family != "smartmotor":

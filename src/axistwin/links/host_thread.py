@@ -2,14 +2,20 @@
 
 The operating system reports a thread that waits for characters, a lock or a timer as sleeping.  The state is polled
 several times, because a thread that waits for Python's interpreter lock also sleeps for a moment.
+
+`time.sleep` in the thread of a host takes virtual time: while hosts run, it is replaced by a function that calls the
+original in all other threads.
 """
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
+
+from axistwin.units import to_ns
 
 POLLS, POLL_S = 3, 0.0003
 """Number of polls in which a blocked thread must be sleeping, and seconds between two polls."""
@@ -22,9 +28,45 @@ class HostThread:
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> None:
         self._call = partial(function, *arguments, **keywords)
+        self._now: Callable[[], int] | None = None
+        self.wakes_ns: int | None = None
+        """Virtual time at which the present `time.sleep` of the host ends; None while the host does not sleep."""
+        self.slept_ns = 0
+        """Length of the latest sleep."""
+        self._due, self._awake = threading.Event(), threading.Event()
         self._outcome: Any = None
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="host", daemon=True)
+
+    def sleep_by(self, now: Callable[[], int]) -> None:
+        """Let `time.sleep` in this thread take virtual time; `now` returns the virtual time in ns."""
+        self._now = now
+
+    def sleep(self, seconds: float) -> None:
+        """Block the host for this virtual time.  Called by the host's own thread."""
+        assert self._now is not None, "`sleep_by` has been called"
+        if seconds < 0:
+            raise ValueError("sleep length must be non-negative")
+        self.slept_ns = to_ns(seconds)
+        self._due.clear()
+        self._awake.clear()
+        self.wakes_ns = self._now() + self.slept_ns
+        self._due.wait()
+        self._awake.set()
+
+    def wake(self) -> None:
+        """End the host's sleep, and wait until its thread runs."""
+        self.wakes_ns = None
+        self._due.set()
+        self._awake.wait()
+
+    def sleeps_by_the_wall_clock(self) -> bool:
+        """True if the system reports that the thread is in a sleep which does not take virtual time."""
+        try:
+            place = Path(f"/proc/self/task/{self._thread.native_id}/wchan").read_text(encoding="ascii")
+        except OSError:
+            return False
+        return "nanosleep" in place
 
     def start(self) -> None:
         """Start the thread."""
@@ -53,7 +95,7 @@ class HostThread:
 
     def blocked(self) -> bool:
         """True if the thread is blocked at this moment, or has ended."""
-        if self.done:
+        if self.done or self.wakes_ns is not None:
             return True
         if self._thread.native_id is None:  # the thread has not started completely
             return False
@@ -66,9 +108,42 @@ class HostThread:
 
     def _run(self) -> None:
         try:
-            self._outcome = self._call()
+            with _sleeping(self if self._now else None):
+                self._outcome = self._call()
         except BaseException as error:  # noqa: BLE001  # `outcome` raises the error again
             self._error = error
+
+
+_hosts: dict[int, HostThread] = {}
+"""The hosts whose sleeps take virtual time, by the identifiers of their threads."""
+_lock = threading.Lock()
+_real_sleep = time.sleep
+
+
+def _sleep(seconds: float | SupportsIndex, /) -> None:
+    host = _hosts.get(threading.get_ident())
+    if host is None:
+        _real_sleep(seconds)
+    else:
+        host.sleep(float(seconds))
+
+
+@contextmanager
+def _sleeping(host: HostThread | None) -> Iterator[None]:
+    """Within a `with` block in the host's thread, `time.sleep` takes virtual time."""
+    if host is None:
+        yield
+        return
+    with _lock:
+        _hosts[threading.get_ident()] = host
+        time.sleep = _sleep
+    try:
+        yield
+    finally:
+        with _lock:
+            del _hosts[threading.get_ident()]
+            if not _hosts:
+                time.sleep = _real_sleep
 
 
 def pause() -> None:

@@ -7,6 +7,7 @@ is the same on fast and slow computers.
 
 import math
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -21,6 +22,10 @@ from axistwin.units import to_ns, to_seconds
 IDLE_S = 10.0
 """Seconds of real time after which a silent host without pending data counts as blocked for ever."""
 POLL_S = 0.01
+SLEPT = (
+    "the host sleeps by the wall clock, and virtual time has advanced by {:g} s: "
+    "call `time.sleep` as an attribute of `time`, which takes virtual time in a host's thread, or use speed=1.0"
+)
 HOST_CANNOT_ADVANCE = "a host cannot advance virtual time: time passes while the host waits for an answer or sleeps"
 
 
@@ -79,7 +84,10 @@ class ServedClock:
         """
         host.join(timeout)
         if not host.done:
-            raise LinkError(f"the host has not finished within {timeout:g} s: give a longer timeout")
+            raise LinkError(
+                f"the host has not finished within {timeout:g} s: "
+                "give a longer timeout: start(function, …).result(timeout=SECONDS)"
+            )
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
@@ -105,7 +113,8 @@ class ManualClock(ServedClock):
         return self._manual_pacer.clock.now
 
     def add(self, host: HostThread) -> None:
-        """Register a host that must block before time passes."""
+        """Register a host that must block before time passes, and whose sleeps take virtual time."""
+        host.sleep_by(lambda: self.now)
         self._hosts.append(host)
 
     def advance(self, seconds: float) -> None:
@@ -139,15 +148,21 @@ class ManualClock(ServedClock):
         """Advance virtual time until a host has finished.  Return the result of the host's function, or raise its
         exception.
 
-        Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds.
+        Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds, not counting
+        the host's latest sleep.
         """
         with self._exclusive():
             self._run_hosts()
+            seen, silent_since = self._traffic, self.now
             while not host.done:
-                seen = self._traffic
-                if self._advance(self.now + to_ns(timeout)) and self._traffic == seen:
+                end_ns = max(self.now + to_ns(timeout), host.wakes_ns or 0)
+                if self._advance(end_ns) and self._traffic == seen:
                     self._wait_for_silent_host(host, timeout)
                 self._run_hosts()
+                if self._traffic != seen or host.done:
+                    seen, silent_since = self._traffic, self.now
+                elif self.now - silent_since > to_ns(timeout) + host.slept_ns:
+                    raise LinkError(_silent(timeout))
         return host.outcome()
 
     @contextmanager
@@ -167,7 +182,16 @@ class ManualClock(ServedClock):
         return self._manual_pacer.arrivals, self._manual_pacer.deliveries
 
     def _advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        return self._loop.do(lambda: self._manual_pacer.advance(end_ns, condition))
+        """Advance to `end_ns`, or until the condition is true; return False if hosts must run before that."""
+        sleepers = [host for host in self._hosts if host.wakes_ns is not None]
+        wake_ns = min((host.wakes_ns for host in sleepers if host.wakes_ns is not None), default=end_ns + 1)
+        over = self._loop.do(lambda: self._manual_pacer.advance(min(wake_ns, end_ns), condition))
+        if not over or self.now < wake_ns:
+            return over
+        for host in sleepers:
+            if host.wakes_ns == wake_ns:
+                host.wake()
+        return False
 
     def _run_hosts(self) -> None:
         """Receive the data of hosts until every host thread is blocked."""
@@ -183,12 +207,16 @@ class ManualClock(ServedClock):
 
     def _wait_for_silent_host(self, host: HostThread, timeout: float) -> None:
         """Wait in real time for a host that may be sleeping by the wall clock."""
+        if host.sleeps_by_the_wall_clock():
+            warnings.warn(SLEPT.format(timeout), stacklevel=2)
         seen = self._traffic
         for _ in range(round(IDLE_S / POLL_S)):
             host.join(POLL_S)
             self._loop.run(self._manual_pacer.receive_all())
             if host.done or self._traffic != seen:
                 return
-        raise LinkError(
-            f"the host is still waiting after {timeout:g} s of virtual time, and nothing was sent or received"
-        )
+        raise LinkError(_silent(timeout))
+
+
+def _silent(timeout: float) -> str:
+    return f"the host is still waiting after {timeout:g} s of virtual time, and nothing was sent or received"

@@ -83,9 +83,9 @@ def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tup
     except UsageError as error:
         raise UsageError(f"axis {name}: {option}={given!r}: {error}") from None
     if not (type(first) is int and type(last) is int and first <= last):
-        raise UsageError(f"axis {name}: {option}={given!r}: expected two positions, e.g. (-100, 5000)")
+        raise UsageError(f"axis {name}: {option}={given!r}: expected two positions, e.g. [-100, 5000]")
     if not -MOST_POSITION <= first <= last <= MOST_POSITION:
         raise UsageError(
-            f"axis {name}: {option} goes beyond ±{MOST_POSITION}: expected two positions, e.g. (-100, 5000)"
+            f"axis {name}: {option} goes beyond ±{MOST_POSITION}: expected two positions, e.g. [-100, 5000]"
         )
     return first, last

@@ -69,7 +69,7 @@ class _Stretch:
 
 
 class CountHistory:
-    """Times of an encoder's count changes, from the latest `samples` samples with motion."""
+    """Times of an encoder's count changes, from at least the latest `samples` samples with motion."""
 
     def __init__(self, samples: int) -> None:
         self.samples = samples
@@ -87,7 +87,7 @@ class CountHistory:
         self._stretches.append(_Stretch(samples.start_ns, samples.period_ns, self._last, positions))
         self._last = positions[-1]
         self._kept += len(positions)
-        while self._kept > self.samples and len(self._stretches) > 1:
+        while self._kept - len(self._stretches[0].positions) >= self.samples:
             oldest = self._stretches.popleft()
             self._kept -= len(oldest.positions)
             self.forgotten_ns = self._stretches[0].begin_ns

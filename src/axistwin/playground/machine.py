@@ -22,7 +22,7 @@ from axistwin.drawings import used_axes
 from axistwin.errors import PlacedError, UsageError
 from axistwin.guide.shipped import examples
 from axistwin.playground.curves import Curves
-from axistwin.playground.link import Shared, decode, encode
+from axistwin.playground.link import LONGEST_CONTENTS, Shared, decode, encode
 from axistwin.playground.pictures import Pictures
 from axistwin.scenes.scene import Scene
 from axistwin.sessions.saving import SCENE
@@ -52,12 +52,13 @@ class Playground:
     # Open
 
     def choices(self) -> dict[str, Any]:
-        """Return the models and the examples that can be opened, and axistwin's version."""
+        """Return axistwin's version, the models and examples, and the largest size of files that can be opened."""
         found = [one for one in examples().values() if one.scene and one.command == "axistwin run"]
         return {
             "version": VERSION,
             "models": list(FAMILIES),
             "examples": [{"name": one.name, "title": one.title} for one in found],
+            "largest": LONGEST_CONTENTS,
         }
 
     def open_model(self, model: str) -> dict[str, Any]:

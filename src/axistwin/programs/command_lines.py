@@ -2,8 +2,8 @@
 
 The initialisation is done first.  A line is sent when the move, the delay or the sequence of the previous line has
 ended, that is when no event is due.  A run (`G`) or a wait for an input causes no events and delays no line.  After a
-`+seconds` line the next line is sent when that time has passed, in any state.  Characters are sent only while the
-interface's DTR line is on.
+`+seconds` line the next line is sent when that time has passed, in any state; so are all status requests and `!` lines
+that follow without a gap.  Characters are sent only while the interface's DTR line is on.
 """
 
 import re
@@ -14,6 +14,7 @@ from functools import partial
 from axistwin.bench import FAMILIES, Bench, Controller, rules
 from axistwin.bench.actions import action
 from axistwin.bench.acts import Act, Do, Say, Wait
+from axistwin.controllers.digiplan.interface import is_request
 from axistwin.conversations import conversation
 from axistwin.errors import ProgramError, UsageError
 from axistwin.programs.keyboards import KEYBOARDS, NATIONAL, to_codes
@@ -96,13 +97,21 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
         pause = isinstance(act, Wait)
         if not (timed or pause or run_until_quiet(bench, deadline_ns)) or not do():
             return not_sent(act.line, bench)
-        timed = pause
+        timed = pause or (timed and _never_waits(act))
     return None
+
+
+def _never_waits(act: Act) -> bool:
+    """Return True for a `!` line and for a status request, which the interface answers in any state."""
+    return isinstance(act, Do) or (isinstance(act, Say) and is_request(act.data.decode()))
 
 
 def not_sent(line: int, bench: Bench) -> str:
     """Return a note that this line and all later lines were not sent in time."""
-    return f"line {line} and later lines were not sent: the previous line is not finished at {bench.seconds:g} s"
+    return (
+        f"line {line} and later lines were not sent: a line before is not finished at {bench.seconds:g} s: "
+        f"write +SECONDS above line {line} to send it at a time"
+    )
 
 
 class _LineSender:

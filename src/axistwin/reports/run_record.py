@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from axistwin.bench import Bench, endpoints
-from axistwin.bench.events import Event, LevelChanged, Received, Sent, VoltageChanged, observing
+from axistwin.bench.events import Event, FaultChanged, LevelChanged, Received, Sent, VoltageChanged, observing
 from axistwin.motion.train import Move as TrainMove
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo_axis import ServoAxis
@@ -91,7 +91,7 @@ AnyMove = Move | ServoMove
 
 @dataclass
 class RunRecord:
-    """Messages, moves and level changes of a run since `began_ns`."""
+    """Messages, moves, level changes and injected faults of a run since `began_ns`."""
 
     bench: Bench
     began_ns: int
@@ -99,6 +99,7 @@ class RunRecord:
     changes: deque[LevelChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
     turned: deque[VoltageChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
     """Voltages that an operator has applied to analog inputs."""
+    faults: deque[FaultChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
     servos: list[ServoMoves] = field(default_factory=list)
     _open: dict[tuple[str, bool], Message] = field(default_factory=dict)
 
@@ -106,6 +107,8 @@ class RunRecord:
         """Record an event."""
         if isinstance(event, LevelChanged):
             self.changes.append(event)
+        elif isinstance(event, FaultChanged):
+            self.faults.append(event)
         elif isinstance(event, VoltageChanged):
             # 0 V and the full voltage are recorded as level changes
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
@@ -123,7 +126,7 @@ class RunRecord:
     def complete(self) -> bool:
         """True if the record contains all events and moves of the run: none has been deleted."""
         lost = any(axis.train.forgotten for _, _, axis in self._steppers()) or any(s.forgotten for s in self.servos)
-        return max(len(self.said), len(self.changes), len(self.turned)) < LENGTH and not lost
+        return max(len(self.said), len(self.changes), len(self.turned), len(self.faults)) < LENGTH and not lost
 
     def moves(self) -> list[AnyMove]:
         """Return the moves of all axes in order of time."""

@@ -2,6 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from axistwin.plant.counts import Samples
@@ -10,6 +11,8 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.units import MS, S
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -25,7 +28,7 @@ MOVES = 10_000
 
 @dataclass
 class ServoMove:
-    """A move of a servo axis, from one rest to the next.  `end_ns`: None while the axis is moving."""
+    """A move of a servo axis: from a rest or a reversal to the next.  `end_ns`: None while the axis is moving."""
 
     controller: str
     axis: str
@@ -69,6 +72,8 @@ class ServoMoves:
         self._commanded: int | None = None
         # time of the next sample, and the last `WINDOW` positions
         self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
+        # sign of the commanded motion in the present move, 0 before the motion, and its farthest commanded position
+        self._direction, self._farthest = 0, 0
 
     def add_samples(self, samples: Samples) -> None:
         """Find the moves in the next block of samples."""
@@ -82,7 +87,7 @@ class ServoMoves:
         active = np.flatnonzero(trajectory_moved | (shaft_moved & (np.abs(commanded - positions) > JITTER)))
         if len(active):
             times = samples.start_ns + samples.period_ns * np.arange(len(positions), dtype=np.int64)
-            self._find_moves(samples, times, whole, trajectory_moved, active)
+            self._find_moves(samples, times, whole, commanded, active)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
             self.moves[-1].target = self._position  # the target changes while the servo settles after the move
@@ -107,29 +112,72 @@ class ServoMoves:
         samples: Samples,
         times: "NDArray[np.int64]",
         whole: "NDArray[np.int64]",
-        trajectory_moved: "NDArray[np.bool_]",
+        commanded: "NDArray[np.int64]",
         active: "NDArray[np.int64]",
     ) -> None:
         """Find the moves in a block; `whole`: result of `_with_window`, `active`: indices of samples with motion."""
         import numpy as np
 
         positions = whole[WINDOW:]
-        ends = np.flatnonzero(np.diff(times[active]) > REST_NS)
-        for first, last in zip((active[0], *active[ends + 1]), (*active[ends], active[-1]), strict=True):
-            before = int(positions[first - 1]) if first else self._position
-            move = self._move(int(times[first]) - samples.period_ns, before)
-            part = positions[first : last + 1]
+        # the commanded position before the block comes first, so sample i moves from trajectory[i] to trajectory[i + 1]
+        trajectory = np.concatenate(([commanded[0] if self._commanded is None else self._commanded], commanded))
+        for first, end, is_new in self._spans(samples, times, trajectory, active):
+            if is_new:
+                before = int(positions[first - 1]) if first else self._position
+                self._begin_move(int(times[first]) - samples.period_ns, before)
+            move = self.moves[-1]
+            part = positions[first:end]
             move.low, move.high = min(move.low, int(part.min())), max(move.high, int(part.max()))
-            move.target, move.last_ns = int(part[-1]), int(times[last])
-            move.commanded |= bool(trajectory_moved[first : last + 1].any())
+            move.target, move.last_ns = int(part[-1]), int(times[end - 1])
+            move.commanded |= bool(np.diff(trajectory[first : end + 1]).any())
             if samples.period_ns:
-                fastest = int(np.abs(part - whole[first : last + 1]).max())
+                fastest = int(np.abs(part - whole[first:end]).max())
                 move.top_rate = max(move.top_rate, fastest * S / (WINDOW * samples.period_ns))
 
-    def _move(self, start_ns: int, before: int) -> ServoMove:
-        """Return the present move, or a new move if the last move ended more than `REST_NS` ago."""
-        if self.moves and start_ns - self.moves[-1].last_ns <= REST_NS:
-            return self.moves[-1]
+    def _spans(
+        self,
+        samples: Samples,
+        times: "NDArray[np.int64]",
+        trajectory: "NDArray[np.int64]",
+        active: "NDArray[np.int64]",
+    ) -> "Iterator[tuple[int, int, bool]]":
+        """Yield the spans of samples with motion in one direction: first index, end, and True if a new move begins."""
+        import numpy as np
+
+        rests = np.flatnonzero(np.diff(times[active]) > REST_NS)
+        rested = not self.moves or int(times[active[0]]) - samples.period_ns - self.moves[-1].last_ns > REST_NS
+        for begin, last in zip((active[0], *active[rests + 1]), (*active[rests], active[-1]), strict=True):
+            if rested:
+                self._direction, self._farthest = 0, int(trajectory[begin])
+            starts = [int(begin) + turn for turn in self._turns(trajectory[begin : last + 2])]
+            if not starts or starts[0] > begin:
+                yield int(begin), starts[0] if starts else int(last) + 1, rested
+            yield from ((first, end, True) for first, end in pairwise((*starts, int(last) + 1)))
+            rested = True
+
+    def _turns(self, trajectory: "NDArray[np.int64]") -> list[int]:
+        """Return the indices at which the commanded motion reverses by more than `JITTER`."""
+        import numpy as np
+
+        steps = np.diff(trajectory)
+        moved = np.flatnonzero(steps)
+        signs = np.sign(steps[moved])
+        extremes = moved[1:][signs[1:] != signs[:-1]]
+        found, at = [], 0
+        for index in (*extremes, len(trajectory) - 1):
+            beyond = int(trajectory[index]) - self._farthest
+            if not self._direction or beyond * self._direction >= 0:
+                self._direction = self._direction or int(np.sign(beyond))
+            elif abs(beyond) > JITTER:
+                found.append(at)
+                self._direction = -self._direction
+            else:
+                continue
+            self._farthest, at = int(trajectory[index]), int(index)
+        return found
+
+    def _begin_move(self, start_ns: int, before: int) -> None:
+        """End the present move at the position `before`, and begin a new one."""
         if self.moves:
             self.moves[-1].target = before
         self._close()
@@ -138,7 +186,6 @@ class ServoMoves:
             ServoMove(self.controller, self.name, start_ns, before, before, start_ns, low=before, high=before)
         )
         self.moves[-1].units = self.axis.units
-        return self.moves[-1]
 
     def _close(self) -> None:
         """End the latest move; delete the move if its motion is only jitter."""

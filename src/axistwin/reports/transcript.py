@@ -7,7 +7,7 @@ from typing import Any
 from axistwin.bench import endpoints
 from axistwin.bench.actions import level_name, voltage
 from axistwin.bench.codec import Codec, unpadded
-from axistwin.bench.events import LevelChanged, VoltageChanged
+from axistwin.bench.events import FaultChanged, LevelChanged, VoltageChanged
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.refusals import Refusal
@@ -18,7 +18,7 @@ from axistwin.units import to_seconds
 HIDDEN_LEVELS = ("dtr", "rts", "host.dtr", "host.rts")
 """Terminals that the text leaves out, because their levels change with each message."""
 
-Item = Message | AnyMove | LevelChanged | VoltageChanged
+Item = Message | AnyMove | FaultChanged | LevelChanged | VoltageChanged
 
 
 def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
@@ -34,7 +34,7 @@ def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
     several = endpoints.several(run.bench)
     codecs = _codecs(run)
     levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
-    told: list[Item] = [*run.said, *levels, *run.turned, *run.moves()]
+    told: list[Item] = [*run.said, *run.faults, *levels, *run.turned, *run.moves()]
     for item in sorted(told, key=_time_ns):  # the sort is stable: an action stays before the move that it causes
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
@@ -82,6 +82,9 @@ def as_dict(run: RunRecord, refused: Sequence[Refusal] = ()) -> dict[str, Any]:
         ],
         "voltages": [
             {"time_ns": t.time_ns, "controller": t.controller, "pin": t.pin, "volts": t.volts} for t in run.turned
+        ],
+        "faults": [
+            {"time_ns": f.time_ns, "controller": f.controller, "act": f.act, "words": f.words} for f in run.faults
         ],
         "axes": [
             {"controller": c.name, "axis": name, "position": axis.position}
@@ -158,6 +161,8 @@ def _words(item: Item, codec: Codec) -> str:
             return f"{'>' if item.by_host else '<'} {_message(item, codec)}{errors}"
         case LevelChanged():
             return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
+        case FaultChanged():
+            return f"! {item.act} {item.words}"
         case VoltageChanged():
             return f"! {item.pin} {voltage(item.volts)}"
     # pulse rates are exact; count rates are averages of samples, so they are rounded

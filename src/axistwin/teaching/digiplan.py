@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator
 
 from axistwin.bench.acts import Act, Say, Wait
+from axistwin.controllers.digiplan.chapters.data_format import read_format
 from axistwin.controllers.digiplan.chapters.faults import INPUT_BITS, LineFault, MotionFault
 from axistwin.controllers.digiplan.chapters.terminals import TERMINALS
 from axistwin.controllers.digiplan.state import Stage
@@ -20,6 +21,14 @@ DRIVEN = {
     "y_fault": "the drive of Y reports a fault",
 }
 """Reason why no move begins, for each input that must be high during a move."""
+
+
+PARITIES = {"N": "no", "O": "odd", "E": "even"}
+
+
+def _input_names(value: int) -> str:
+    """Return the inputs whose bits are 1 in an answer to I."""
+    return ", ".join(f"{bit} {name}" for name, bit in INPUT_BITS.items() if value & bit)
 
 
 class DigiplanGuide(Guide):
@@ -63,7 +72,10 @@ class DigiplanGuide(Guide):
         if faults and not open_inputs:
             yield Reason(f"a fault has not been read ({self.bits('Q', faults)})", "type  K")
         if int(self.value("K")) & MotionFault.COMMUNICATION.value:
-            yield Reason(f"the last message was refused ({self.bits('F', int(self.value('F')))})", "type  F")
+            yield Reason(
+                f"a message was refused, and F has not been read since ({self.bits('F', int(self.value('F')))})",
+                "type  F",
+            )
         if int(self.value("F")) & LineFault.LOCKED.value:
             yield Reason("communication is locked by [", "type  ]")
         port = controller.serial
@@ -104,8 +116,8 @@ class DigiplanGuide(Guide):
 
     @staticmethod
     def _inputs(value: int) -> str:
-        without = [f"{bit} {name}" for name, bit in INPUT_BITS.items() if value & bit]
-        return f"no current flows in {', '.join(without)}" if without else "current flows in every input"
+        without = _input_names(value)
+        return f"no current flows in {without}" if without else "current flows in every input"
 
     def command(self, text: str) -> Iterator[str]:
         """Yield the meaning of each command in a message, with its numbers."""
@@ -115,6 +127,26 @@ class DigiplanGuide(Guide):
             if found is not None and piece[0] not in seen:
                 seen.add(piece[0])
                 yield described(found)
+                yield from self._values(piece)
+
+    def _values(self, piece: str) -> Iterator[str]:
+        """Yield the meaning of the answer to a request, or of the numbers of a data format or a repeat."""
+        match piece[0]:
+            case "K" | "Q":
+                yield f"answer: 0 at rest, no fault; or the sum of {self.bits('Q', 0xFF)}"
+            case "F":
+                yield f"answer: 0 no communication fault; or the sum of {self.bits('F', 0xFF)}"
+            case "I":
+                yield f"answer: the sum of the inputs without current: {_input_names(0xFF)}"
+            case "E":
+                yield "answer: C clear, a new command is performed at once; E busy"
+            case "=":
+                yield "times: how often the steps are repeated after the first time; 0: endlessly"
+            case "U" | "V" if (frame := read_format(piece, ord("\r" if piece[0] == "U" else "\n"))) is not None:
+                size, parity, stop_bits = frame.uart
+                echo = ", echo" * frame.echo + ", X-on/X-off" * frame.x_on_x_off
+                stops = f"{stop_bits} stop bit{'s' * (stop_bits > 1)}"
+                yield f"{piece}: {size} data bits, {PARITIES[parity]} parity, {stops}{echo}"
 
     def initialisation(self) -> Iterator[Act]:
         """Yield the actions of an initialisation: send `(` until the interface answers, then send the data format."""

@@ -53,6 +53,11 @@ def answered(pattern: str, to: str = "") -> Check:
     return lambda it: re.search(pattern, it.heard) is not None and to in it.said
 
 
+def is_clear(mask: int) -> Check:
+    """Return a check: the status word has been reported, and these bits of it are 0."""
+    return lambda it: "RW" in it.said and any(not int(word) & mask for word in re.findall(r"\d+", it.heard))
+
+
 def moved(axis: str, by: int) -> Check:
     """Return a check for an axis that has moved by this distance, in this step or in its last move, and has stopped."""
 
@@ -76,6 +81,11 @@ def stopped(axis: str) -> Check:
 def level(pin: str, high: bool) -> Check:
     """Return a check: the terminal has this level."""
     return lambda it: it.controller.pins[pin].level is high
+
+
+def both(first: Check, second: Check) -> Check:
+    """Return a check that holds if two checks hold."""
+    return lambda it: first(it) and second(it)
 
 
 def register(name: str, value: int | str) -> Check:
@@ -110,7 +120,7 @@ IF1 = (
         Step("Open the plus limit: type  :drive limit_plus low", (":drive limit_plus low", ":wait 1"),
              register("K", 64)),
         Step("Close it, and read the fault: type  :drive limit_plus high  and  K",
-             (":drive limit_plus high", "K", ":wait 1"), register("K", 0)),
+             (":drive limit_plus high", "K", ":wait 1"), both(level("limit_plus", True), register("K", 0))),
     )),
     Lesson("A repeating sequence", (
         Step("Move forth and back three times: type  :X400:X-400:=2,1:$", (":X400:X-400:=2,1:$", ":wait 15"),
@@ -157,8 +167,10 @@ BOARD = (
     )),
 )  # fmt: skip
 
+LIMITS = 0x606
+"""The four limit bits of a SmartMotor's status word."""
 CLEAR = Step("Make pins C and D inputs, and clear the limit fault: type  UCI UDI ZS", ("UCI UDI ZS", ":wait 1"),
-             lambda it: not int(it.controller.registers["RW"].read()) & 0x606)  # fmt: skip
+             lambda it: not int(it.controller.registers["RW"].read()) & LIMITS)  # fmt: skip
 START = Step("Give acceleration and velocity, and go to 4000: type  A=100 V=200000 P=4000 G",
              ("A=100 V=200000 P=4000 G", ":wait 5"), moved("shaft", 4000))  # fmt: skip
 MOTOR = (
@@ -168,7 +180,7 @@ MOTOR = (
     )),
     Lesson("Clear the limit fault", (
         CLEAR,
-        Step("Ask for the status word again: type  RW", ("RW",), answered("128", "RW")),
+        Step("Ask for the status word again: type  RW", ("RW",), is_clear(LIMITS)),
     )),
     Lesson("A move", (
         CLEAR,

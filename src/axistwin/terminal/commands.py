@@ -24,6 +24,8 @@ Enter sends a line to the controller.  Commands of the terminal:
   :why                 why nothing moves                         virtual
   :explain 1670        meaning of a number, command, code, pin   virtual
   :init                initialise the controller                 virtual
+  :task                what to do in a lesson
+  :show                lines that solve the task of a lesson
   :tutor off           asides about what is typed, on or off     virtual
   :load FILE           load a program and start it               virtual
   :store WAIT=9 END    the same for a SmartMotor's program text  virtual

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -27,8 +28,8 @@ def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) 
 
     A lesson opens a terminal to a virtual controller, as `axistwin term MODEL` does, and sets one task after another.
     Each step is checked by its effect on the controller.  `:task` repeats the task, `:show` shows a
-    solution, `:why` and `:explain` help, `:quit` leaves.  The next call continues with the lesson in which you
-    stopped.
+    solution, `:why` and `:explain` help, `:quit` leaves.  After a lesson the next one begins.  The next call begins
+    with the lesson in which you stopped.
 
     \b
     Examples:
@@ -44,15 +45,22 @@ def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) 
         for at, each in enumerate(lessons, start=1):
             click.echo(f"{'done' if at <= done.get(model, 0) else '    '}  {at}  {each.title}")
         return 0
-    chosen = lessons[number - 1]
-    click.echo(f"axistwin: {model}, lesson {number} of {len(lessons)}: {chosen.title}")
-    over, code = asyncio.run(converse_with(partial(_bench, model), ENDS["cr"], chosen))
-    if over:
+    while True:
+        chosen = lessons[number - 1]
+        click.echo(f"axistwin: {model}, lesson {number} of {len(lessons)}: {chosen.title}")
+        over, code = asyncio.run(converse_with(partial(_bench, model), ENDS["cr"], chosen))
+        if not over:
+            return code
         done[model] = max(done.get(model, 0), number)
         _save(file, done)
-        then = f"axistwin learn {model} continues" if number < len(lessons) else "this was the last lesson"
-        click.echo(f"axistwin: lesson {number} is done: {then}")
-    return code
+        if number == len(lessons):
+            click.echo(f"axistwin: lesson {number} is done: this was the last lesson")
+            return code
+        if not sys.stdin.isatty():
+            click.echo(f"axistwin: lesson {number} is done: axistwin learn {model} begins lesson {number + 1}")
+            return code
+        click.echo(f"axistwin: lesson {number} is done")
+        number += 1
 
 
 def _bench(model: str) -> Bench:

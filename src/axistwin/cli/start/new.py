@@ -17,7 +17,7 @@ from axistwin.storage import reason
 @click.argument("directory", type=click.Path(file_okay=False, path_type=Path), metavar="DIR")
 @click.option("--models", metavar="MODEL,…", help="Models of the controllers: if1, if2, 1810, 1811, smartmotor.")
 @click.option("--axes", metavar="N", help="Axes of each IF1 or IF2: 1 to 3.")
-@click.option("--travel", metavar="N", help="Distance between the limit switches, in pulses or counts.")
+@click.option("--travel", metavar="N", help="Position of the plus limit switch, in pulses or counts.")
 @click.option("--host", metavar="HOST", help="Host: scene (simulated), outside (your program at a port), or both.")
 @click.option("--port", metavar="URL", help="Port of the first controller, e.g. tcp://127.0.0.1:5001.")
 @click.option("--yes", "-y", is_flag=True, help="Ask no questions: use the default for each missing option.")
@@ -66,7 +66,12 @@ def _answers(given: dict[str, str | None], *, asking: bool) -> Answers:
     return Answers(
         models,
         answer("axes", "Axes of each IF1 or IF2, 1 to 3 (other models have one)", "2", _axes),
-        answer("travel", "Travel of each axis, in motor pulses or encoder counts", "20000", _travel),
+        answer(
+            "travel",
+            "Travel of each axis from 0 to the plus limit switch, in motor pulses or encoder counts",
+            "20000",
+            _travel,
+        ),
         answer("host", "Host: scene (simulated), outside (your own program), both", new_scene.BOTH, _host),
         answer("port", "Port of the first controller", "tcp://127.0.0.1:5001", new_scene.read_port),
     )

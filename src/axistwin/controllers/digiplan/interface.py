@@ -32,7 +32,7 @@ def read(text: str) -> Message:
     return parse(text, COMMANDS)
 
 
-def _is_request(text: str) -> bool:
+def is_request(text: str) -> bool:
     """True if the text is a single valid status request."""
     message = read(text)
     return message.alone is not None and not message.problems and Accept.REQUEST in message.alone.accepted
@@ -228,7 +228,7 @@ class Interface(State):
 
     def _answer_requests(self) -> Procedure:
         """Process the status requests in the buffer, and leave other messages in the buffer."""
-        while request := self.buffer.take_message(self.frame.ends_message, _is_request):
+        while request := self.buffer.take_message(self.frame.ends_message, is_request):
             for character in request:
                 yield from self._process(character) or ()
 

@@ -12,7 +12,11 @@ from axistwin.panel.views.table import table
 
 
 def machines(context: Context, name: str) -> Refresh:
-    """Draw all axes of a controller that have been used, or else all axes, and the controller's switches and lamps."""
+    """Draw the axes of a controller, and its switches and lamps.
+
+    If some axes are configured, the others appear when they first move.  No drawing disappears: a drawing that moved
+    under the pointer would let the user press the wrong switch.
+    """
     flow, controller = Flow(), context.bench[name]
 
     def press(pin: str, level: str) -> None:
@@ -31,7 +35,7 @@ def machines(context: Context, name: str) -> Refresh:
         top_view(smooth)
         used = used_axes(controller)
         for axis, (box, shown, picture) in frames.items():
-            box.visible = axis in used
+            box.visible = box.visible or axis in used
             if box.visible:
                 shown.show(controller, smooth=smooth)
                 picture.send()
@@ -43,6 +47,7 @@ def machines(context: Context, name: str) -> Refresh:
 
 def _frame(controller: Controller, axis: str, press: Press) -> tuple[ui.element, Figure, Picture]:
     with ui.element("section").classes("axis") as box:
+        box.visible = False
         ui.label(axis).classes("axis-name").props("role=heading aria-level=3")
         shown = figure(controller, axis, press)
         picture = Picture(shown.drawing)

@@ -16,7 +16,18 @@ const element = (tag, attributes = {}, ...children) => {
 
 // Worker
 
-const worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+const OLD_BROWSER = "this browser cannot run the playground: use a current Firefox, Chrome, Edge or Safari";
+
+function newWorker() {
+  try {
+    return new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+  } catch (error) {
+    note(OLD_BROWSER, true);
+    throw error;
+  }
+}
+
+const worker = newWorker();
 const waiting = new Map();
 let calls = 0;
 
@@ -26,7 +37,7 @@ worker.onmessage = ({ data: { id, result, error } }) => {
   if (error === undefined) resolve(result);
   else reject(new Error(error));
 };
-worker.onerror = () => note("this browser cannot run the playground: use a current Firefox, Chrome, Edge or Safari", true);
+worker.onerror = () => note(OLD_BROWSER, true);
 
 function call(method, ...args) {
   return new Promise((resolve, reject) => {
@@ -50,6 +61,7 @@ const guarded = (action) => async (...args) => {
 
 // State
 
+let largestBytes = Infinity; // of all files together that can be opened
 let opened = null; // the overview of the open scene
 let nowNs = 0;
 let windowNs = WINDOW_NS;
@@ -149,7 +161,10 @@ function buildMachine() {
       }));
       const title = axis ? `${controller.name}.${axis}` : name;
       const box = element("section", { class: "axis", "aria-label": title }, element("h2", { class: "axis-name" }, title), drawing);
-      if (axis) boxes[title] = box;
+      if (axis) {
+        boxes[title] = box;
+        box.hidden = true; // until the axis is used; no drawing disappears
+      }
       parts.push(box);
     }
   $("machine").replaceChildren(...parts);
@@ -184,7 +199,7 @@ function buildPins() {
 }
 
 function drawController(name, values) {
-  for (const axis of Object.keys(values.axes)) boxes[`${name}.${axis}`].hidden = !values.used.includes(axis);
+  for (const axis of Object.keys(values.axes)) boxes[`${name}.${axis}`].hidden &&= !values.used.includes(axis);
   const { power, inputs, outputs } = levels[name];
   power.setAttribute("aria-pressed", values.powered);
   for (const [pin, level] of Object.entries(values.pins)) {
@@ -294,6 +309,8 @@ $("table").onclick = guarded(async () => download("curves.csv", "text/csv", awai
 
 const openFiles = guarded(async (files) => {
   const texts = {};
+  const bytes = [...files].reduce((sum, file) => sum + file.size, 0);
+  if (bytes > largestBytes) throw new Error(`the files have ${bytes} bytes: expected at most ${largestBytes}: use the installed axistwin`);
   for (const file of files) texts[file.name] = await file.text();
   const scenes = Object.keys(texts).filter((name) => name.endsWith(".toml"));
   if (scenes.length > 1) throw new Error(`${scenes.length} scenes: expected one .toml file`);
@@ -334,7 +351,8 @@ $("theme").onclick = () => setTheme($("theme").getAttribute("aria-pressed") !== 
 // Start
 
 guarded(async () => {
-  const { version, models, examples } = await call("choices");
+  const { version, models, examples, largest } = await call("choices");
+  largestBytes = largest;
   $("version").textContent = `axistwin ${version}`;
   const option = (kind, name, title) => element("option", { value: `${kind} ${name}` }, title);
   $("choice").replaceChildren(

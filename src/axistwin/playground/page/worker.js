@@ -2,6 +2,7 @@
 
 import { loadPyodide } from "./engine/pyodide.mjs";
 
+const OLD_BROWSER = "this browser cannot run Python: use a current Firefox, Chrome, Edge or Safari";
 const engine = new URL("./engine/", import.meta.url).href;
 
 async function bytes(name) {
@@ -11,6 +12,7 @@ async function bytes(name) {
 }
 
 async function start() {
+  if (typeof WebAssembly === "undefined") throw new Error(OLD_BROWSER);
   const contents = await (await fetch(new URL("./contents.json", import.meta.url))).json();
   const [python, wheel, libraries] = await Promise.all([
     loadPyodide({ indexURL: engine }),

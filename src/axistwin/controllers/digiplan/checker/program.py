@@ -27,6 +27,7 @@ def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic
     checker = _Checker(battery)
     for session in sessions:
         checker.follow(session)
+    checker.end()
     return sorted(set(checker.found))
 
 
@@ -39,6 +40,14 @@ class _Checker:
         self.sequence: Message | None = None
         self.locked_in: int | None = None
         self.frame: Frame | None = None
+        self.not_started: Sequence[Sent] = ()
+        """The last message that gave a distance without `$`, if no move has been started since."""
+
+    def end(self) -> None:
+        """Report a distance that no message has started."""
+        if self.not_started:
+            note = "without $ this message starts no move, and no later message does"
+            self._say(rules.NO_START, self.not_started[-1:], note, fix=fixes.start(self.not_started))
 
     def follow(self, session: Session) -> None:
         """Check the characters from power-on to power-off."""
@@ -137,6 +146,10 @@ class _Checker:
         if not message.start and _needs_start(step):
             note = "without $ at its end this message starts nothing"
             self._say(rules.NO_START, text[-1:], note, fix=fixes.start(text))
+        if message.start:
+            self.not_started = ()
+        elif step.major and "distance" in step.settings:
+            self.not_started = text
         problem = self._refused(step, starts=message.start)
         if problem is not None:
             self._values(text, step, problem)
@@ -161,6 +174,7 @@ class _Checker:
             self.set_in["distance"] = self.set_in["minor_distance"] = text[0].line
 
     def _sequence(self, text: Sequence[Sent], message: Message) -> None:
+        self.not_started = ()
         for step in message.steps:
             problem = self._refused(step, starts=False)
             if problem is not None:

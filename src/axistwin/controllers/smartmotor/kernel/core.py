@@ -12,7 +12,7 @@ from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from itertools import pairwise
+from operator import sub
 from typing import Any, ClassVar
 
 from axistwin.controllers.smartmotor.kernel import jit, log
@@ -28,6 +28,8 @@ SAMPLE_NS = 245_760
 """Duration of a sample in ns; the command RSP reports it as 24576, in units of 10 ns."""
 SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 7
 """Numbers of samples in a block; computing a block takes less than 2 ms, the time slice of a served bench."""
+AT_ONCE = 4
+"""Number of blocks of the longest size that are computed as one while no host can wait for them."""
 PLAIN_SAMPLES = 1_000 if jit.IN_BROWSER else 20_000
 """Number of samples, of all motors, that plain Python computes before the compiler is loaded."""
 PLAIN_MOTORS = 8
@@ -213,7 +215,7 @@ class Core:
         shaft, first = self._engine.shaft, max(computed - PID_MOST, 0)
         before = shaft[first - 1] if first else self.i[s.SHAFT] + self.i[s.SLIPPED]
         places = [before, *shaft[first:computed]]
-        return [*self._moves, *(after - before for before, after in pairwise(places))][-PID_MOST:]
+        return [*self._moves, *map(sub, places[1:], places)][-PID_MOST:]
 
     def stop(self) -> None:
         """Stop computing samples, because the power is off."""
@@ -262,10 +264,20 @@ class Core:
         self._phase = Phase.BETWEEN
         self._report_changes()
         self._plan += 1
-        most = min(self._most, self._engine.longest)
+        most = self._length()
         if self.read_ahead is not None:
             most = self._read(self.read_ahead, most)
         self._schedule_end(self._compute_block(most))
+
+    def _length(self) -> int:
+        """Return the largest number of samples for the next block.
+
+        Blocks during a trajectory may be computed as one, because the end of the trajectory ends the block anyway.
+        This saves a fifth of the time of a hundred motors, which displace one another from the processor's cache.
+        """
+        most = min(self._most, self._engine.longest)
+        as_one = most == LONGEST and self.i[s.BT] and self.clock.patient and not jit.IN_BROWSER
+        return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
         """Read the external encoder's edges for at most `most` samples; return the number of samples."""
@@ -278,17 +290,26 @@ class Core:
         return min(most, self.i[s.PREDICTED])
 
     def _schedule_end(self, block: _Block) -> None:
-        plan = self._plan
+        """Schedule the end of the block.  Each of the blocks that were computed as one has its event, because a run
+        without a given length ends with the last event.
+        """
+        plan, end = self._plan, block.end
+        if self._phase is Phase.AHEAD:
+            end = min(end, block.first + LONGEST * (1 + (self.due - block.first) // LONGEST))
         background = self.i[s.PROGRAM] != s.RUNNING and not self.i[s.BT] and block.why == ALL_DONE
         self.clock.background += background
 
         def at_its_end() -> None:
             self.clock.background -= background
-            if plan == self._plan:
+            if plan != self._plan:
+                return
+            if end < block.end:
+                self._schedule_end(block)
+            else:
                 self._finish(block)
                 self._continue(block)
 
-        self.clock.call_later(self.time_ns(block.end) - self.clock.now, at_its_end)
+        self.clock.call_later(self.time_ns(end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
         """Compute the next block; after a block without events, let a motor at rest sleep."""
@@ -358,7 +379,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        self._most = min(max(samples + samples // 4, SHORTEST), LONGEST)  # a host polls at regular times
+        in_last = samples % LONGEST  # of the blocks that were computed as one
+        self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)  # a host polls at regular times
         if samples > 0:
             self._commit(self._compute(samples))
 

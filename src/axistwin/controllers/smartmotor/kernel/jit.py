@@ -34,9 +34,12 @@ COMPILING = "compiling for SmartMotors: this takes some seconds, once for each v
 IN_BROWSER = sys.platform == "emscripten"
 SEAL = "whole.json"
 FORGOTTEN_S = 30 * 24 * 3600
-OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+OPTIONS = {
+    "error_model": "numpy", "_nrt": False, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+}  # fmt: skip
 """No test for division by zero, so functions must not rely on it; no reference counts of arrays, which take ten times
-as long as all else; no entry from Python, except for functions that Python calls."""
+as long as all else; no calls within a sample, as a call passes seven numbers for each array, which takes as long as
+the arithmetic; no entry from Python, except for functions that Python calls."""
 _log = getLogger("axistwin.smartmotor")
 _sampled: dict[tuple[str, str], FunctionType] = {}
 
@@ -215,10 +218,10 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
-    """Return a hash of the code of each function, the values of its globals, and the versions of the compiler."""
+    """Return a hash of each function's code and globals, and of the versions and options of the compiler."""
     from importlib.metadata import version  # lazy import: takes much time
 
-    digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')}".encode())
+    digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')} {OPTIONS}".encode())
     for function in functions:
         digest.update(_ingredients(function).encode())
     return digest.hexdigest()[:16]
