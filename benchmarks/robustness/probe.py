@@ -60,7 +60,7 @@ NOT_SHOWN: dict[str, dict[str, tuple[object, ...]]] = {
     "1811": {
         ELSEWHERE: ("interrupts", "high_impedance", "test_switch"), NONE: (0x00, 0xFE),
         OUTSIDE: (
-            0x19, *range(0xA6, 0xAA), 0x35, 0x36, 0x37, "trigger1_hold_us", "trigger6_hold_us", "invert_z",
+            0x19, *range(0xA6, 0xAA), 0x37, "trigger1_hold_us", "trigger6_hold_us", "invert_z",
             "invert_encoder",
         ),
         UNSAFE: (0x10, 0x11, 0x3A, 0xFF), POWER_UP: ("initialisation_s",),
