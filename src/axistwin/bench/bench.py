@@ -1,9 +1,8 @@
 """A bench: controllers and machines on one clock.  Public functions use seconds, internal ones nanoseconds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from axistwin.bench.controller import Controller
 from axistwin.bench.fitting import fit_plug, fit_switches
@@ -23,8 +22,7 @@ if TYPE_CHECKING:
     from axistwin.fault_injection.injector import Faults
 
 
-@dataclass(frozen=True)
-class SharedLine:
+class SharedLine(NamedTuple):
     """A daisy chain or an RS-485 line: the host's port, and the motors in order."""
 
     port: SerialPort

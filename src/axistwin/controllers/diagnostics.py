@@ -19,8 +19,7 @@ class Severity(StrEnum):
     WARNING = "warning"  # the command is accepted or ignored, but its effect is probably not intended
 
 
-@dataclass(frozen=True)
-class Rule:
+class Rule(NamedTuple):
     """A kind of problem that a checker reports, with its code and explanation."""
 
     code: str
@@ -135,8 +134,7 @@ def fixing(title: str, edits: Iterable[Edit], sure: bool = True) -> Fix | None:
     return Fix(title, listed, sure) if listed else None
 
 
-@dataclass(frozen=True)
-class Session:
+class Session(NamedTuple):
     """Data that a host sends between power-on and power-off of the controller."""
 
     characters: tuple[Sent, ...]

@@ -11,6 +11,7 @@ import serial
 from axistwin.bench import Bench, Controller
 from axistwin.errors import LinkError, UsageError
 from axistwin.links import parse
+from axistwin.links.devices import error_text
 from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 
@@ -174,7 +175,9 @@ class SerialEnd(End):
                 url, **_settings(line), timeout=0.01,
             )  # fmt: skip
         except (serial.SerialException, ValueError, OSError) as error:
-            raise LinkError(f"cannot open {name}: {error}: check the name, and close other programs") from None
+            raise LinkError(
+                f"cannot open {name}: {error_text(error)}: check the name, and close other programs"
+            ) from None
 
     @property
     def now(self) -> float:
@@ -223,7 +226,7 @@ class BusEnd(End):
         try:
             self._socket = socket.create_connection((host, port), timeout=5)
         except OSError as error:
-            raise LinkError(f"cannot open {name}: {error}: check the address") from None
+            raise LinkError(f"cannot open {name}: {error_text(error)}: check the address") from None
         self._lines = self._socket.makefile("rw", encoding="ascii", newline="\n")
 
     @property

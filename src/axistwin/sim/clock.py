@@ -11,11 +11,11 @@ from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
 from axistwin.errors import UsageError
-from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interruption, Process
+from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interrupt, Interruption, Process
 from axistwin.sim.signal import Signal
 from axistwin.units import MOST_NS
 
-__all__ = ["Clock", "Event", "Procedure", "Process", "interrupt", "kill"]
+__all__ = ["Clock", "Event", "Interrupt", "Procedure", "Process", "interrupt", "kill"]
 
 Procedure = Generator[Event, Any, Any]
 """A device procedure: a generator that yields events and is resumed when the events have happened."""

@@ -12,6 +12,7 @@ messages to subscribers.
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
@@ -157,8 +158,7 @@ class ReadData:
     """Action of a host: read the output data buffer."""
 
 
-@dataclass(frozen=True, slots=True)
-class WriteRegister:
+class WriteRegister(NamedTuple):
     """Action of a host: write a register."""
 
     offset: int

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 
 from axistwin.bench import FAMILIES, Controller
-from axistwin.bench.actions import on_a_bus
 from axistwin.bench.acts import Act
+from axistwin.bench.controller import on_a_bus
 from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, Severity
 from axistwin.diagnostics.codes import tables
 from axistwin.errors import PlacedError

@@ -6,7 +6,7 @@ performs the commands in order.  A SINGULAR command, a sequence and a stream eac
 
 from collections.abc import Callable, Mapping
 
-import simpy
+from simpy.resources.store import Store
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.chapters import selftest, tracking
@@ -39,7 +39,7 @@ class Board(State):
         self.pulses.on_phase = self._phase_changed
         self.limits.on_hit = self._limit_hit
         self.joystick.on_move = self._joystick_moves
-        self._queue: simpy.Store = simpy.Store(clock, options.command_queue)
+        self._queue: Store = Store(clock, options.command_queue)
         self._closing = [
             *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown)),
             pins["remote_enable"].subscribe(lambda pin: self.refresh()),
