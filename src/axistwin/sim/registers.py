@@ -85,17 +85,19 @@ class RegisterPort:
 
     def read(self, offset: int) -> int:
         """Read a register, in no virtual time: 0 the output data buffer, 1 the status byte."""
-        check_byte("offset", offset, CONTROL)
+        if not (type(offset) is int and 0 <= offset <= CONTROL):
+            check_byte("offset", offset, CONTROL)
         if not self.powered:
             return NOBODY_DRIVES
         if offset == CONTROL:
-            return self.status
+            return self._status
         return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
         """Write a register, in no virtual time: 0 the input data buffer, 1 the control byte."""
-        check_byte("offset", offset, CONTROL)
-        check_byte("value", value)
+        if not (type(offset) is type(value) is int and 0 <= offset <= CONTROL and 0 <= value <= 0xFF):
+            check_byte("offset", offset, CONTROL)
+            check_byte("value", value)
         if not self.powered:
             return
         if offset == DATA:
