@@ -1,6 +1,5 @@
 """Hover, completion and symbols for every kind of text."""
 
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

@@ -142,6 +142,8 @@ class Session(NamedTuple):
     """True if the controller has been initialised before the first character."""
     stored: bool = False
     """True if the characters are a program stored in the controller, not data from a host."""
+    ended: bool = True
+    """False if the host may send more before power-off, as a user at a terminal may."""
 
 
 Checker = Callable[[Sequence[Session]], list[Diagnostic]]

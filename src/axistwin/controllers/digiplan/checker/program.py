@@ -26,7 +26,8 @@ def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic
     checker = _Checker(battery)
     for session in sessions:
         checker.follow(session)
-    checker.end()
+    if sessions and sessions[-1].ended:
+        checker.end()
     return sorted(set(checker.found))
 
 
