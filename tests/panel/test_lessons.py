@@ -40,7 +40,7 @@ def test_a_lesson_is_done_by_what_the_controller_has_done(model, number, written
         assert visit.context.session.running
         visit.context.session.pause()  # the test advances virtual time
         for step, task in enumerate(lesson.steps, start=1):
-            assert visit.found(f"task-{model}").text == f"{step}. {task.task}"
+            assert visit.found(f"task-{model}").text == on_the_page(f"{step}. {task.task}")
             assert f"step {step} of {len(lesson.steps)}" in visit.found(f"lesson-title-{model}").text
             visit.press(f"show-{model}")
             assert task.solution[0] in "".join(written)

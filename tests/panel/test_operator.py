@@ -115,8 +115,10 @@ def test_the_tutor_names_the_buttons_of_the_panel(context):
     context.bench.run(2)
     assert cell.registers["K"].read() == 0
     assert tutor.why() == [
-        "the plus limit is open: only moves in the minus direction begin (PL3 terminal 2): "
-        "click the switch limit_plus again"
+        (
+            "the plus limit is open: only moves in the minus direction begin (PL3 terminal 2): "
+            "click the switch limit_plus again"
+        )
     ]
     session.do("cell", "power", "off")
     assert tutor.why() == ["the power is off: switch the power on (button power)"]

@@ -132,9 +132,9 @@ class Slide:
         if part not in self._switches:
             return f'data-part="{part}"'
         title = {"minus": "minus limit", "plus": "plus limit", "home": "home"}[part]
-        shared = part != "home" and self._in_series
+        shared = SHARED if part != "home" and self._in_series else ""
         act = f'data-act="{self._switches[part]}" aria-pressed="false"'
-        return f'data-part="{part}" role="button" tabindex="0" {act} aria-label="{title} of {self.name}"{SHARED if shared else ""}'
+        return f'data-part="{part}" role="button" tabindex="0" {act} aria-label="{title} of {self.name}"{shared}'
 
 
 _BED = (
