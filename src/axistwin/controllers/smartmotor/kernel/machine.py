@@ -58,7 +58,7 @@ MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """Set up a machine with these data sheets, at rest and at 25 °C; without a motor's data sheet it is ideal."""
+    """Set up a machine with these data sheets, at rest and at 25 °C.  Without a data sheet the motor is ideal."""
     i[s.IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
     i[s.TEMP] = floor(AMBIENT_C)
@@ -81,7 +81,7 @@ def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
 
 
 def _fit_windings(f: Floats, motor: ServoMotor) -> None:
-    """Set the electrical constants; volts per rad/s and N·m per A are the same figure.
+    """Set the electrical constants.  The torque constant in N·m per A equals the back-EMF constant in V per rad/s.
 
     With inductance the current settles exponentially.  Without inductance the distance of a sample is its final
     speed, which compensates the back-EMF of the final speed.  Inductance delays back-EMF, so that less compensation
@@ -120,7 +120,8 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
 
 
 def set_torque(f: Floats, newton_metres: float) -> None:
-    """Set the torque on the shaft from outside, up to ±1000 N·m; a positive one turns it in the positive direction.
+    """Set the torque on the shaft from outside, up to ±1000 N·m; a positive torque turns the shaft in the positive
+    direction.
 
     An ideal motor ignores the torque.
     """
@@ -136,7 +137,7 @@ def set_jam(f: Floats, on: bool) -> None:
 
 
 def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
-    """Set magnetism and supply voltage as shares of the data sheet's values, at most 1."""
+    """Set the strength of the magnets and the supply voltage, as shares (at most 1) of the data sheet's values."""
     weak = replace(
         motor,
         torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,

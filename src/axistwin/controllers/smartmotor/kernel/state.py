@@ -6,7 +6,7 @@
 
 from itertools import count, islice
 
-# Integers: positions in encoder counts; trajectory positions and velocities in 1/65536 count (per sample)
+# Integers.  Positions are in encoder counts; trajectory positions in 1/65536 count, velocities in 1/65536 count/sample.
 _slots = count()
 
 # Time
@@ -48,7 +48,7 @@ EPTR, ADDR = next(_slots), next(_slots)
     BUFFERED_FACTOR,  # factor of the buffered mode, e.g. 4 for MF4 or MC4
 ) = islice(_slots, 3)
 
-# The tuning in force, which the command F copies from the buffered one; KS: number of samples between two errors
+# The gains in force, which the command F copies from the buffered gains; KS: number of samples between two errors
 TUNING, *_ = islice(_slots, 8)  # the gains in use, in the order KP KI KD KL KS KV KA KG
 PID_RATE = next(_slots)  # PID1, 2, 4, 8
 
@@ -97,7 +97,7 @@ HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # capacity of the ring buffer as a count of numbers
 HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD
 
-# Status word W, bit by bit (0 or 1), and the three flags outside W
+# The bits of the status word W, one slot each (0 or 1), and the three flags outside W
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
 BB, BC, BF = islice(_slots, 3)
 (
@@ -119,7 +119,7 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 # positions of the nearest index marks below and above the shaft
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
 
-# Pins: level bits 0 (A) to 6 (G), analog values 0 to 1023, and the range of shaft positions without a switch change
+# Pins: levels as bits 0 (A) to 6 (G), analog values 0 to 1023, range of shaft positions in which no switch changes
 PINS = next(_slots)
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # debounced level of pin G; number of samples with the other level
 (
