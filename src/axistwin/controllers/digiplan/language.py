@@ -42,7 +42,7 @@ class Order(IntEnum):
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A command character, with its place in the order of commands."""
+    """A command character, and its position in the prescribed order of commands."""
 
     order: Order = Order.ANY
     form: str = ""
@@ -154,7 +154,9 @@ class _Reader:
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
-        """Add a problem in the text from `at` (default: the next character) up to, but not including, `end`."""
+        """Add a problem of the text from index `at` (default: that of the next character) up to, but not including,
+        `end`.
+        """
         begin = min(self.at if at is None else at, len(self.places) - 1)
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
         behind = self.places[end - 1] + 1 if end > begin else 0

@@ -11,7 +11,7 @@ class EndOfWork(Exception):  # noqa: N818  # not a programming error
 
 
 class Fault(Enum):
-    """Kind of fault that a wrong message raises."""
+    """Kind of fault that an invalid message raises."""
 
     DATA = "data fault"
     RANGE = "out of range"
@@ -96,5 +96,5 @@ class Parameters:
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return the parameters after the step has begun; a run sets the index length to zero."""
+        """Return the parameters that are in force after the step has begun; a run sets the index length to zero."""
         return self.after(step).without_index() if step.run else self.after(step)

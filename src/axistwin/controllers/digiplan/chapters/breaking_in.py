@@ -19,7 +19,7 @@ class BreakIn:
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Start or stop detecting other formats; during detection errors are not flagged."""
+        """Start or stop the detection of other formats; during the detection, character errors set no fault bits."""
         self._state.buffer.checking = not on
         self._state.uart.second_look = self._offer if on else None
 
@@ -42,7 +42,7 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """True if a character was read in another format; a `(` sets the UART to that format."""
+        """True if a character was read in another format; if it is `(`, set the UART to that format."""
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:
             self._state.uart.format = self._detected = other

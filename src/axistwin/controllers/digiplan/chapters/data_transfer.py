@@ -1,7 +1,8 @@
 """Chapters Control of data transfer, Serial data format and Inter-character delay: characters in and out.
 
-In:  UART, then after about 1 ms the 64-character input buffer, whose filling level sets DTR (or sends X-off and X-on).
-Out: one character after the other, each after the programmed delay, and only while DSR and CTS are set.
+Input: a character stays in the UART for about 1 ms and then enters the 64-character input buffer, whose filling level
+sets DTR (or sends X-off and X-on).  Output: characters are sent one after the other, each after the programmed delay,
+and only while DSR and CTS are set.
 """
 
 from collections import deque
@@ -52,7 +53,7 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Start or stop accepting characters with errors, as needed before the data format is known."""
+        """Accept or refuse characters with errors; they are accepted only until the data format is known."""
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
@@ -77,7 +78,9 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the first message whose text fulfils `wanted`, with its terminator; "" if there is none."""
+        """Remove and return the characters of the first message for whose text `wanted` is True; empty if there is
+        none.
+        """
         begin = 0
         for end, character in enumerate(self.characters, 1):
             if character & 0x7F != ends_message:

@@ -17,9 +17,9 @@ ONLY_RANGE = 1
 def minor_axis(step: Step) -> str | None:
     """Command /: the next axes, one or two, are minor axes.
 
-    The minor axis runs its own distance at speed x minor / major.  Speed up to 10,000 steps/s, acceleration from 5000
-    steps/s², major distance up to 65,535 steps, speed range 1; otherwise out of range.
-    Chapter Linear interpolation mode.
+    The minor axis runs its own distance at speed x minor / major.  The speed must be at most 10,000 steps/s, the
+    acceleration at least 5000 steps/s², the major distance at most 65,535 steps, the speed range 1; otherwise the move
+    is out of range. Chapter Linear interpolation mode.
     """
     if step.interpolated:
         return "/ is repeated"

@@ -1,4 +1,4 @@
-"""Chapter Installation, appendix 2: the place of each line on the motherboard; appendix 3: cables."""
+"""Chapter Installation: the place of each line on the motherboard (appendix 2), and cables (appendix 3)."""
 
 from dataclasses import dataclass
 
@@ -33,7 +33,7 @@ TERMINALS = {
 
 @dataclass(frozen=True)
 class Cable:
-    """A cable: the lines that drive DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
+    """A cable, given by the sources of DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
 
     dsr: str
     cts: str
