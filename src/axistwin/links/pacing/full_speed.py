@@ -1,4 +1,5 @@
-"""Virtual time as fast as possible: in slices, between which sockets are served."""
+"""Virtual time as fast as possible.  The bench runs in slices of real time, and sockets are served between the slices.
+"""
 
 import asyncio
 
