@@ -71,7 +71,7 @@ class Clock(Environment):
             while end.callbacks is not None:  # `callbacks` is None after the end event
                 self.step()
         finally:
-            self._withdraw(end)  # has an effect only after an exception; otherwise the event has happened
+            self._withdraw(end)  # withdraws the end event after an exception; otherwise the event has already happened
 
     def later(self, duration_ns: int) -> int:
         """Return the time `duration_ns` after now.  Raises UsageError for a time after the end of virtual time."""
@@ -80,8 +80,9 @@ class Clock(Environment):
     def call_last(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
         """Do `action` once at `time_ns`, after all other events that are due by then.
 
-        The effect is the same as calling `run_to(time_ns)` and then `action`.  Of several such actions, those of a
-        lower `rank` (up to LAST) come first.  Return a function that cancels the action.
+        The effect is the same as calling `run_to(time_ns)` and then `action`.  Several actions at the same time are
+        done in the order of their `rank`, the lowest first; the highest rank is LAST.  Return a function that cancels
+        the action.
         """
         event = self._last_at(time_ns, rank)
         assert event.callbacks is not None
@@ -142,8 +143,8 @@ class Clock(Environment):
 def interrupt(process: Process) -> None:
     """Interrupt a procedure at its `yield`: it is resumed there with `simpy.Interrupt`, in the same nanosecond.
 
-    Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Use this function
-    only; do not interrupt a procedure in another way.
+    Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Procedures must
+    not be interrupted in any other way.
     """
     clock = process.env
     assert isinstance(clock, Clock), "procedures belong to a clock"
@@ -163,7 +164,7 @@ def _possible(time_ns: int) -> int:
 
 
 def kill(process: Process) -> None:
-    """End a procedure at once, as a power cut does: it is not resumed; only its `finally` clauses run.
+    """End a procedure at once, as a power cut does.  The procedure is not resumed; only its `finally` clauses run.
 
     A pending interrupt is lost.  A procedure that ends itself ends at its next `yield`.
     """

@@ -1,6 +1,6 @@
 """SimPy, imported without `importlib.metadata`, which would take a sixth of the time to start a server.
 
-SimPy reads only its own version there.  `simpy.__version__` is read on first use instead.
+SimPy needs that module only to read its own version.  Here `simpy.__version__` is read on first use instead.
 """
 
 import importlib
