@@ -192,7 +192,7 @@ class SmartMotors(Core):
         return text.removeprefix(shaft.prefix + b"UPLOAD\r").rstrip(b"\xff").decode("ascii", "replace")
 
     def stream(self, points: Iterable[tuple[int, int]], axis: str | None = None) -> Procedure[None]:
-        """Send (clock, position) pairs in host mode, and begin; clocks are samples, at most 16 pairs."""
+        """Send at most 16 (clock, position) pairs in host mode, and begin the motion.  Clock values count samples."""
         shaft = self.shaft(axis)
         yield from self.send(shaft.prefix, "MD")
         for clock, position in points:
@@ -261,7 +261,7 @@ class Shaft(AxisCore):
             raise RefusedError(f"{self.name} does not move: {'; '.join(map(str, faults))}")
 
     def _set_profile(self) -> Procedure[None]:
-        """Set a new acceleration.  An acceleration of 0 before it shows that the power was cut."""
+        """Set a new acceleration.  If the present acceleration is 0, the power was cut."""
         units = self._units()
         if units == self._set_acceleration:
             return
@@ -356,7 +356,7 @@ class Shaft(AxisCore):
         self.setpoint, self._lost = position, ""
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause has gone, and acknowledge a limit."""
+        """Clear the faults whose cause no longer exists, and acknowledge a limit."""
         yield from self._line.send(self.prefix, "ZS")
         yield Pause(0.005)
 
