@@ -183,7 +183,7 @@ class Profile:
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Set out[k] = (start + period * k) // b + offset_ns, in blocks small enough to avoid overflow of 63 bits."""
+        """Set out[k] = (start + period * k) // b + offset_ns, in blocks so short that no number exceeds 63 bits."""
         import numpy as np
 
         whole, fraction = divmod(period, b)
