@@ -86,7 +86,7 @@ class _Conversations:
         self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """Append actions that have the same time; each is performed after all other events of this time."""
+        """Append actions that have the same time.  A replay performs them after all other events of this time."""
         moments = list(moments)
         name = self._endpoint_of(act for moment in moments for act in moment.acts)
         acts = self._acts.setdefault(name, [])
