@@ -43,7 +43,7 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """Return the place of a path in the file, or of the smallest part around it that has a place."""
+    """Return the place of a path in the file, or else of the smallest part that contains the path."""
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
