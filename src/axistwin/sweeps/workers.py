@@ -200,7 +200,7 @@ class _Worker:
 
     def _write(self, task: Task) -> None:
         assert self.process is not None, "the worker has been started"
-        with suppress(OSError):  # a process that has ended: `receive` reports it
+        with suppress(OSError):  # the process has ended, which `receive` will report
             pickle.dump(task, self._pipe(self.process.stdin))
             self._pipe(self.process.stdin).flush()
 
