@@ -233,7 +233,7 @@ class ComPort:
             return None
         event: Event | None = None
         match control := Control(value[0]):
-            case Control.ASK_FLOW | Control.FLOW_DCD:  # the port has no DCD line
+            case Control.ASK_FLOW | Control.FLOW_DCD:  # DCD: no such line
                 control = self.outbound
             case Control.FLOW_NONE | Control.FLOW_X_ON_X_OFF | Control.FLOW_HARDWARE | Control.FLOW_DSR:
                 self.outbound, self.inbound = control, INBOUND.get(control, self.inbound)

@@ -70,8 +70,7 @@ class Stream(Protocol):
 
 
 def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> Stream:
-    """Return the stream of a device.  The event loop serves a device with a file descriptor, threads serve all others.
-    """
+    """Return the stream of a device.  The event loop serves devices with a file descriptor, threads all others."""
     try:
         descriptor: int = device.fileno()
     except OSError:  # Windows

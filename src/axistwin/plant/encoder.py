@@ -27,8 +27,7 @@ class EncoderData:
 
 
 class Encoder:
-    """An encoder that counts the load's motion.  After a reversal the load follows the shaft only beyond the backlash.
-    """
+    """An encoder that counts the load's motion.  After a reversal, the load first rests within the backlash."""
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
@@ -61,8 +60,7 @@ class Encoder:
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 
     def index_edges(self) -> tuple[int, ...]:
-        """Return the nearest edges of the index mark below and above the motor; edge n is between positions n-1 and n.
-        """
+        """Return the index mark's nearest edges below and above the motor; edge n is between positions n-1 and n."""
         rev, width = abs(self.data.counts_per_rev), self.data.index_counts
         shift = self._displaced + self._turned - self.data.index
         into = (self._load + shift) % rev

@@ -48,8 +48,7 @@ class Followed(Protocol):
         """Return the positions at these times, in order, predicted for a motion that does not change."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the positions now and at the first of these later times; they are certain until the next `on_replan`.
-        """
+        """Return the positions now and at the first of these times; all are certain until `on_replan`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,8 +135,7 @@ class Master:
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def read_ahead(self, times_ns: range, offset: int) -> list[int]:
-        """Return the counts plus `offset`, now and at the first of these times, up to the last count that is certain.
-        """
+        """Return the counts plus `offset`, now and at the first of these times, up to the last certain one."""
         if self.followed is None:
             return [self.count + offset]
         numerator, denominator, base = self._ratio.numerator, self._ratio.denominator, self.run.base + offset

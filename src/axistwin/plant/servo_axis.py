@@ -302,8 +302,7 @@ class ServoAxis:
         raise AssertionError(f"a servo's position cannot be predicted: {times_ns}")
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the positions now and at the first of these times; they are certain until the next `on_replan`.
-        """
+        """Return the positions now and at the first of these times; all are certain until `on_replan`."""
         return self._source.positions_ahead(times_ns)
 
     def next_sample_ns(self) -> int | None:

@@ -73,8 +73,7 @@ class StepperMotor:
 
 @dataclass
 class Slip:
-    """A loss of steps: the rotor stops at pulse `first`, and falls into step at pulse `last` (None: not in this move).
-    """
+    """A loss of steps: the rotor stops at pulse `first`, and is in step again from pulse `last` (None: never)."""
 
     first: int
     last: int | None = None

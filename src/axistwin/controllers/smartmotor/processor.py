@@ -113,8 +113,7 @@ class Processor(Dispatcher, ABC):
         """Handle the events at which the kernel has stopped."""
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state to the last sample at or before now.  `changing`: the caller will change it.
-        """
+        """Advance the state to the last sample at or before now.  `changing`: the caller will change it."""
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:

@@ -1,5 +1,4 @@
-"""Virtual time as fast as possible.  The bench runs in slices of real time, and sockets are served between the slices.
-"""
+"""Virtual time as fast as possible.  The bench runs in slices of real time; between them, sockets are served."""
 
 import asyncio
 

@@ -61,8 +61,7 @@ def index(state: State, step: Step) -> Procedure:
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """True if the index is corrected, because its length is not 0 and its direction is against the backlash direction.
-    """
+    """True if the index is corrected: its length is not 0, and its direction is against the backlash direction."""
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0
 

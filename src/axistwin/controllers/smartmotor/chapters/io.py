@@ -104,5 +104,4 @@ def analog_out(_motor: Processor, _port: str, _value: int) -> None:
 
 
 def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: digital output of AniLink device p, A to H, channel c, 0 to 63.  No device is emulated.
-    """
+    """DOUTpc,value: digital output of AniLink device p, A to H, channel c, 0 to 63.  No device is emulated."""

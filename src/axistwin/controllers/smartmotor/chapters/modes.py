@@ -231,8 +231,7 @@ def off(motor: Processor) -> None:
 
 
 def follow(motor: Processor, factor: int) -> None:
-    """MF1, MF2, MF4: follow the external encoder, with 1, 2 or 4 edges per period.  CTR begins at 0.
-    """
+    """MF1, MF2, MF4: follow the external encoder, with 1, 2 or 4 edges per period.  CTR begins at 0."""
     _follow(motor, s.M_FOLLOW, factor)
 
 

@@ -63,8 +63,7 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class _Block:
-    """A block of samples computed ahead, or a time of rest.  `why`: the event that ends it.
-    """
+    """A block of samples computed ahead, or a time of rest.  `why`: the event that ends it."""
 
     first: int
     samples: int
@@ -197,8 +196,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the committed state is that of the last sample; the block then stays valid.
-        """
+        """True if the committed state is that of the last sample; the block then stays valid."""
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
             self._rest(missing)
@@ -214,8 +212,7 @@ class Core:
             self.on_replan.emit()
 
     def speed(self) -> float:
-        """Return the shaft's mean speed in the last sample (PIDn: the last n samples), in counts/sample.
-        """
+        """Return the shaft's mean speed in the last sample (PIDn: the last n samples), in counts/sample."""
         rate = self.i[s.PID_RATE]
         return sum(self._moves_by(self._past())[-rate:]) / rate
 

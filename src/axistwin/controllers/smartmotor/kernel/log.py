@@ -90,8 +90,7 @@ def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
 
 
 class Snapshot:
-    """The last values of all followed numbers.  The effect is that of `note`, but fast in plain Python.
-    """
+    """The last values of all followed numbers.  The effect is that of `note`, but fast in plain Python."""
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))

@@ -149,8 +149,7 @@ def _words(text: str) -> Iterator[tuple[int, str, int]]:
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
-    """Yield the place and the target of each word that jumps, such as LOOP, unless its counterpart is missing.
-    """
+    """Yield the place and the target of each word that jumps, such as LOOP, unless its counterpart is missing."""
     blocks: list[_Block] = []
     left: list[_Block] = []  # by BREAK
     for place, word, behind in _words(text):

@@ -45,8 +45,7 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the range that begins with this variable or element; None if this one does not exist.
-        """
+        """Return the range that begins with this variable or element; None if this one does not exist."""
         if "[" not in self.name:
             group = values(self.name)
             return None if group is None else Run(ops.VARIABLE, group.start, len(group))

@@ -93,8 +93,7 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the number of code words that announce the statement at `head`; 0 without an announcement.
-        """
+        """Return the number of code words that announce the statement at `head`; 0 without an announcement."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 

@@ -52,8 +52,7 @@ def talk(motor: Processor, channel: int = 0) -> None:
 
 
 def address(motor: Processor, number: int) -> None:
-    """SADDRn: set the motor's address, 0 to 120; other values set Bs.  The motor stays addressed.
-    """
+    """SADDRn: set the motor's address, 0 to 120; other values set Bs.  The motor stays addressed."""
     if 0 <= number <= LAST_ADDRESS - GLOBAL:
         motor.i[s.ADDR] = number
     else:

@@ -153,8 +153,7 @@ class Expressions:
         self._convert(own, kind)
 
     def _address(self, node: ast.Subscript) -> int:
-        """Push an address for a number in an array; return the constant offset of the number from this address.
-        """
+        """Push an address for a number in an array; return the number's constant offset from this address."""
         assert isinstance(node.value, ast.Name), "an array is a parameter"
         array, index = w.local_get(self._places[node.value.id]), node.slice
         if isinstance(index, ast.Constant | ast.Attribute) or (
