@@ -89,7 +89,7 @@ def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], obje
 
 
 def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs `! fault lose 3` or `! mend lose`; `here`: the default controller of the fault."""
+    """Return a function that performs `! fault lose 3` or `! mend lose`; `here`: the controller meant by default."""
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
