@@ -89,7 +89,7 @@ def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) ->
 
 
 def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
-    """Split moves into batches of about SEGMENTS segments."""
+    """Split the moves into batches; a batch has about SEGMENTS segments."""
     batch, segments = [], 0
     for move in moves:
         batch.append(move)

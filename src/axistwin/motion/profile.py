@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-BLOCK = 1 << 12  # smallest number of pulses that are calculated one by one before the pattern is repeated
-MOST_BLOCK = 1 << 16  # largest number of pulses that are calculated one by one
+BLOCK = 1 << 12  # Smallest number of pulses that are calculated one by one before the pattern is repeated.
+MOST_BLOCK = 1 << 16  # Largest number of pulses that are calculated one by one.
 
 
 class Segment(NamedTuple):

@@ -1,4 +1,4 @@
-"""Encoder positions of an axis whose motion is computed in samples; only the latest samples are stored."""
+"""Encoder positions of an axis whose motion is computed in samples; only the most recent samples are stored."""
 
 from array import array
 from collections import deque

@@ -131,9 +131,9 @@ class StepperAxis:
         self._jams = Override(False, self._replan)
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
-        self._lost = 0  # net number of steps that were lost in finished moves
-        self._unmade = 0  # net number of pulses that earlier holds have suppressed
-        self._made: int | None = None  # net number of pulses of a held output; None if the output is not held
+        self._lost = 0  # Net number of steps that were lost in finished moves.
+        self._unmade = 0  # Net number of pulses that earlier holds have suppressed.
+        self._made: int | None = None  # Net number of pulses of a held output; None if the output is not held.
         self._was_held = False
 
     # Functions for the controller

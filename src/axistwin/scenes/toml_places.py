@@ -56,7 +56,7 @@ class _Scanner:
         self.tables: dict[Path, int] = {}  # number of [[name]] headers that have been read, by name
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
-        """Yield the places of headers and of the pairs after them."""
+        """Yield the place of each header, and of each key and value after a header."""
         table: Path = ()
         while found := _TOKENS.match(self.text, self.at):
             begin, self.at = self.at, found.end()

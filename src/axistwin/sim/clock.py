@@ -98,7 +98,7 @@ class Clock(Environment):
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """Return an event that happens after all other events that are due by then."""
         event = Event(self)
-        event._ok, event._value = True, None  # makes the event one that is scheduled for a time, like simpy.Timeout
+        event._ok, event._value = True, None  # As in simpy.Timeout: marks it as scheduled.
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 

@@ -25,13 +25,13 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 class Accept(Flag):
     """Kinds of messages and states of the interface in which a command is allowed."""
 
-    DIRECT = auto()  # allowed in a message that is executed at once
-    STEP = auto()  # allowed in a step of a sequence
-    ALONE = auto()  # allowed as a message of its own
-    LOCKED = auto()  # obeyed even while the interface is locked
-    REQUEST = auto()  # a status request: answered even while a message is held
-    SETUP = auto()  # allowed during initialisation only
-    WRITTEN = auto()  # part of another command, e.g. the sign of a distance
+    DIRECT = auto()  # Allowed in a message that is executed at once.
+    STEP = auto()  # Allowed in a step of a sequence.
+    ALONE = auto()  # Allowed as a message of its own.
+    LOCKED = auto()  # Obeyed even while the interface is locked.
+    REQUEST = auto()  # A status request: answered even while a message is held.
+    SETUP = auto()  # Allowed during initialisation only.
+    WRITTEN = auto()  # Part of another command, e.g. the sign of a distance.
 
 
 class Order(IntEnum):

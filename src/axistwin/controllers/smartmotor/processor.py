@@ -121,11 +121,13 @@ class Processor(Dispatcher, ABC):
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self) -> None:
-        """Set the flags for invalid text or an impossible command: Bs, and RCHN of the host's channel."""
+        """Set the flag Bs for invalid text or an impossible command, and the error that RCHN reports for the host's
+        channel.
+        """
         self._flag(s.BS, ChannelError.SCAN)
 
     def overflow(self) -> None:
-        """Set the flags for data that does not fit: Bc, and RCHN of the host's channel."""
+        """Set the flag Bc for data that does not fit, and the error that RCHN reports for the host's channel."""
         self._flag(s.BC, ChannelError.OVERFLOW)
 
     def _flag(self, slot: int, error: ChannelError) -> None:

@@ -14,8 +14,8 @@ class BreakIn:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._offered: UartFormat | None = None  # format in which the present character is read
-        self._detected: UartFormat | None = None  # data bits, parity and stop bits of the received `(`
+        self._offered: UartFormat | None = None  # Format in which the present character is read.
+        self._detected: UartFormat | None = None  # Data bits, parity and stop bits of the received `(`.
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:

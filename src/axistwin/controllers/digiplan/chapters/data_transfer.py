@@ -18,9 +18,9 @@ from axistwin.sim.frames import LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-NEARLY_FULL = 52  # number of buffered characters (80 %) at which DTR or X-off stops the host
-NEARLY_EMPTY = 12  # number of buffered characters (20 %) at which the host may continue
-OVERFLOW = 61  # number of buffered characters (95 %) at which a data fault occurs and the whole buffer is lost
+NEARLY_FULL = 52  # Number of buffered characters (80 %) at which DTR or X-off stops the host.
+NEARLY_EMPTY = 12  # Number of buffered characters (20 %) at which the host may continue.
+OVERFLOW = 61  # Number of buffered characters (95 %) at which a data fault occurs and the whole buffer is lost.
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 

@@ -9,16 +9,16 @@ from axistwin.sim.clock import Procedure
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
-LOW_BITS = 4  # "(" begins with four low bits: the start bit and three zeros
-TOLERANCE = 10  # a baud rate is recognised within ±10 %
+LOW_BITS = 4  # "(" begins with four low bits: the start bit and three zeros.
+TOLERANCE = 10  # A baud rate is recognised within ±10 %.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
 ECHOED = "U"  # answer of the interface, which sample program 4 of the manual sends back to the interface
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
-FLASH_NS = 250 * MS  # the lamp "flashes twice per second"
-REINITIALISE_NS = 5 * MS  # time to set up the UART after the data format message
+FLASH_NS = 250 * MS  # The lamp "flashes twice per second".
+REINITIALISE_NS = 5 * MS  # Time to set up the UART after the data format message.
 
 
 def baud_rate(low_ns: Fraction) -> int | None:

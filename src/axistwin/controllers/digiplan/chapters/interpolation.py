@@ -8,9 +8,9 @@ from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.sim.clock import Procedure
 
-MOST_SPEED = 10_000  # steps/s
-LEAST_ACCELERATION = 5  # x 1000 steps/s²
-MOST_DISTANCE = 65_535  # largest number of steps of the major axis
+MOST_SPEED = 10_000  # In steps/s.
+LEAST_ACCELERATION = 5  # In units of 1000 steps/s².
+MOST_DISTANCE = 65_535  # Largest number of steps of the major axis.
 ONLY_RANGE = 1
 
 

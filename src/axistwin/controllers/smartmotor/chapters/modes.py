@@ -66,8 +66,8 @@ def tune(motor: Processor) -> None:
 
 
 def pid(motor: Processor, rate: int) -> None:
-    """PIDn: update trajectory and servo law every n = 1, 2, 4 or 8 samples.  V, A and WAIT then count in n samples.
-    Other values set Bs.
+    """PIDn: update trajectory and servo law every n = 1, 2, 4 or 8 samples.  The time unit of V, A and WAIT is then n
+    samples. Other values set Bs.
     """
     if rate in PID_RATES:
         motor.i[s.PID_RATE] = rate

@@ -386,8 +386,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # number of samples in the last of the blocks that were computed as one
-        self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)  # a host polls at regular times
+        in_last = samples % LONGEST  # Number of samples in the last of the blocks that were computed as one.
+        self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)  # A host polls at regular times.
         if samples > 0:
             self._commit(self._compute(samples))
 

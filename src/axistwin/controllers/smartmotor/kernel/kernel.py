@@ -29,15 +29,15 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 
 # Reasons for the kernel to stop.  For the first three the kernel stops before a sample, for the others after a sample.
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # a statement that Python must execute
-VALUE_WAITS = 2  # an external value that Python must fetch
-CALL_WAITS = 4  # Python must call C1 or C2
-TRAJECTORY = 8  # the flag Bt has changed
-PLUS, MINUS = 16, 32  # a limit
-ERROR, HEAT = 64, 128  # a position error, or overheating
-GO_EDGE = 256  # pin G has gone low
-SWITCH = 512  # the shaft has reached a switch
-INDEX_MARK = 1024  # the flag Bx has changed
+STATEMENT_WAITS = 1  # A statement that Python must execute.
+VALUE_WAITS = 2  # An external value that Python must fetch.
+CALL_WAITS = 4  # Python must call C1 or C2.
+TRAJECTORY = 8  # The flag Bt has changed.
+PLUS, MINUS = 16, 32  # A limit is asserted.
+ERROR, HEAT = 64, 128  # A position error, or overheating.
+GO_EDGE = 256  # Pin G has gone low.
+SWITCH = 512  # The shaft has reached a switch.
+INDEX_MARK = 1024  # The flag Bx has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
 PIN_TAKEN = 16384  # an assignment has read the pin with the brake's signal
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS

@@ -48,7 +48,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
     if speed > max_velocity:
         wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
-        return wanted * way  # the motor is moving away from the target, or is at rest
+        return wanted * way  # The motor is moving away from the target, or is at rest.
     # a fast test first: stopping_distance(w) is at most w²/2A + w/2 + A/8
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):

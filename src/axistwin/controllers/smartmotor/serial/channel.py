@@ -233,7 +233,7 @@ class Channel:
         self.motor.update_outputs()
 
     def flag(self, error: ChannelError) -> None:
-        """Set the flag of an error, and store the error for RCHN of this channel."""
+        """Set the flag of an error, and store the error, which RCHN reports for this channel."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
             # errors that were noted before the flag was cleared are no longer valid
