@@ -1,7 +1,5 @@
 """Hover, completion and symbols for every kind of text."""
 
-from dataclasses import replace
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -117,7 +115,7 @@ def test_completion_reads_only_modal_commands_of_a_long_program():
         def read(self, text):
             return bytes(each.byte for each in self.placed(text))
 
-    made = replace(BOARD.made, language=Counted())
+    made = BOARD.made._replace(language=Counted())
     Commands(made).complete(["33 00 00 00 05", "go_relative 5"] * 1000 + ["D9 01", ""], 2002, 0)
     assert set(read) == {"D9 01"}
 

@@ -18,7 +18,7 @@ from axistwin.panel import layout
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful
 from axistwin.panel.memory import Memory, release
-from axistwin.panel.outbound import Outbound
+from axistwin.panel.outbound import Outbound, execute
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
 from axistwin.panel.views.driving import driving
@@ -43,6 +43,8 @@ KEPT = 3
 SCRIPTS = "keys.js", "scope.js", "state.js"
 """Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
+LOAD = 'import("nicegui-echart"); import("nicegui-xterm")'
+"""JavaScript that loads the large libraries while the server builds the views."""
 BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
 """JavaScript that shows the page after it has been built."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
@@ -64,6 +66,7 @@ async def page(enter: Callable[[], Context]) -> None:
     await client.connected()  # this call also returns if the browser does not connect
     if client.is_deleted:
         return
+    execute(client, LOAD)
     context = enter()
     visits = context.common(Visits)
     visits.begin(client, context.person)

@@ -134,7 +134,7 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # State of the drive, which the physical model uses
 (
-    DRIVE,  # State of the amplifier, a constant of DRIVE.
+    DRIVE,  # State of the amplifier, DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
     PWM,  # Output of the servo law, -1023 to 1023, in the machine's direction.
     BRAKE,  # 1 if the static brake is engaged.
     TEMP,  # Motor temperature in whole °C, reported as TEMP.

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
@@ -39,8 +39,7 @@ OPERATIONS = {token: (level, code) for level, listed in enumerate(LEVELS) for to
 _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<>()\[\]]", re.ASCII)
 
 
-@dataclass(frozen=True)
-class Problem:
+class Problem(NamedTuple):
     """An error in a statement: its place in the text, and the manual's chapter."""
 
     position: int
@@ -61,8 +60,7 @@ class Malformed(Exception):  # noqa: N818  # internal: `read` catches this error
         self.problem = Problem(position, message, chapter, rule, end)
 
 
-@dataclass(frozen=True)
-class Index:
+class Index(NamedTuple):
     """A constant array index, which the checker compares with the array's size."""
 
     position: int
