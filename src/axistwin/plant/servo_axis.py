@@ -224,7 +224,7 @@ class ServoAxis:
     # Functions for the motor's processor
 
     def connect(self, source: Source) -> None:
-        """Connect a source, which continues from the present state in `shaft` and `f`."""
+        """Connect a source of the motion (the motor's processor), which continues from the axis's present state."""
         self._source = source
 
     def disconnect(self) -> None:

@@ -78,14 +78,14 @@ class Parameters:
     """Values that are kept until they are overwritten (chapter Default values)."""
 
     speed_range: int = 1
-    speed: int = 400  # In steps/s.
-    start_stop: int = 4  # In units of 100 steps/s.
-    acceleration: int = 10  # In units of 1000 steps/s².
-    distance: int = 0  # Number of steps; in linear interpolation, of the major axis.
+    speed: int = 400  # Speed in steps/s.
+    start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
+    acceleration: int = 10  # Acceleration in units of 1000 steps/s².
+    distance: int = 0  # Length of an index in steps; in linear interpolation, of the major axis.
     minor_distance: int = 0
-    backlash: int = 0  # Signed number of steps.
-    pulse_length: int = 10  # In units of 10 ms.
-    character_delay: int = 0  # In units of 10 ms.
+    backlash: int = 0  # Backlash distance in steps, with its sign.
+    pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
+    character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
         """Return these parameters with the settings of the step."""

@@ -8,8 +8,8 @@ from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.sim.clock import Procedure
 
-MOST_SPEED = 10_000  # In steps/s.
-LEAST_ACCELERATION = 5  # In units of 1000 steps/s².
+MOST_SPEED = 10_000  # Highest speed in steps/s.
+LEAST_ACCELERATION = 5  # Lowest acceleration in units of 1000 steps/s².
 MOST_DISTANCE = 65_535  # Largest number of steps of the major axis.
 ONLY_RANGE = 1
 
