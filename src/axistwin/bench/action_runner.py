@@ -1,7 +1,8 @@
 """Perform the actions of a conversation on a bench: data from a host, and manual actions (`!`).
 
 On a bus, `>` sends whole commands through an attendant: a host that does the handshakes and takes the messages.  The
-attendant stops when the registers are accessed directly (`! write 0 33 00`), as a board has one host at a time.
+attendant stops when an action accesses the registers directly (`! write 0 33 00`), because a board can have only one
+host at a time.
 """
 
 from collections.abc import Callable
@@ -59,7 +60,7 @@ class ActionRunner:
             return
         if name not in self.bench.attendants:
             self.bench.attendants[name] = attend(self.bench[name].bus)
-            # discards messages, so that the board can send the next one
+            # takes and discards each message, so that the board can send the next one
             self.bench.attendants[name].subscribe_received(lambda _: None)
         self.bench.attendants[name].write(data)
 

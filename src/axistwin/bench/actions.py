@@ -1,6 +1,6 @@
-"""Actions on a controller, and queries of its values, by the names of conversations.  Actions apply to pins, axes and
-the host's end of a serial line.  A SmartMotor also has voltages,
-an ambient temperature and an external encoder (`master`).
+"""Actions on a controller, and queries of its values, by the names that conversations use.  Actions apply to pins, axes
+and the host's end of a serial line.  A SmartMotor also has voltages, an ambient temperature and an external encoder
+(`master`).
 """
 
 import re
@@ -89,7 +89,7 @@ def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], obje
 
 
 def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs `! fault lose 3` or `! mend lose`; `here`: the default controller."""
+    """Return a function that performs `! fault lose 3` or `! mend lose`; `here`: the controller meant by default."""
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
@@ -336,7 +336,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # more digits than any real value has
+    with localcontext(prec=3 * MOST_CHARACTERS):  # the expected number has more digits than any real value
         return round(Decimal(value), _decimals(number)) == number
 
 

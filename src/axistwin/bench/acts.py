@@ -34,7 +34,9 @@ class Say(Act):
 
 @dataclass(frozen=True)
 class Hear(Act):
-    """A line of a conversation: the host receives these data, or nothing since the line before if there are none."""
+    """A line of a conversation: the host receives these data; empty data mean that it has received nothing since the
+    last line.
+    """
 
     data: bytes
 

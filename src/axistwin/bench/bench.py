@@ -153,9 +153,9 @@ class Bench:
         """Add a controller to the bench; its power has just been switched on.
 
         `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
-        format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of stored moves per axis
-        (for a servo, ten samples with motion per move).  An axis name takes that axis's options (`units`, `limits`,
-        `home`, `encoder`, `motor`, `load`); all other keywords are options of the model.
+        format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of stored moves per
+        axis; for a servo, ten samples with motion count as one move.  An axis name takes that axis's options (`units`,
+        `limits`, `home`, `encoder`, `motor`, `load`); all other keywords are options of the model.
         """
         made = product(model)
         name = name or self._free_name(made.model)
@@ -181,8 +181,8 @@ class Bench:
     def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:
         """Connect motors to an RS232 daisy chain, and return the host's end of the chain.
 
-        A motor's output goes to the next motor, so each motor must echo data for the others (`ECHO`).  The chain
-        replaces the motors' own `serial` ports, in the format of the first motor.
+        A motor's output goes to the next motor, so each motor must echo (`ECHO`) the data for the motors after it.  The
+        chain replaces the motors' own `serial` ports, in the format of the first motor.
         """
         return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
 

@@ -37,7 +37,7 @@ class Codec(Protocol):
         """Yield the column (from 0) and the width of each byte in a text that the host sends."""
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Return the meaning of a message in words; "" if its text needs no explanation."""
+        """Return the meaning of a message in words; "" if the message needs no explanation."""
 
 
 class Characters:

@@ -46,7 +46,7 @@ class Controller:
         self._abilities = device.abilities
         self._second = fit_second_port(self._abilities, plug)
         self._asked_for_second = False
-        self._lines: dict[str, str] = {}  # name of the shared line, by channel (serial or rs485)
+        self._lines: dict[str, str] = {}  # name of the shared line to which each channel (serial or rs485) is connected
         self.alarms = self._abilities.alarms
         """Subscriptions to the fault flags of the device; None for a device without fault flags."""
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
@@ -157,8 +157,9 @@ class Controller:
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher(program, index)` at the exact time at which a line of a stored program begins.
 
-        `index` is from 0.  `only`: this program and index only, which may cost much less.  The callback may read the
-        bench but must not change it.  Return an unsubscribe function.  A controller without programs never calls it.
+        `index` is from 0.  `only`: report this program and index only, which may take much less computing time.  The
+        callback may read the bench but must not change it.  Return an unsubscribe function.  A controller without
+        programs never calls it.
         """
         return self._abilities.subscribe_lines(watcher, only)
 

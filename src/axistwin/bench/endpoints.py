@@ -18,7 +18,7 @@ def names(bench: Bench) -> list[str]:
 
 
 def at_a_bus(bench: Bench, name: str) -> bool:
-    """True if the endpoint is a board on a bus, which transfers whole commands and messages instead of characters."""
+    """True if the endpoint is a board on a bus.  A bus transfers whole commands and messages instead of characters."""
     return name in bench.controllers and on_a_bus(bench[name])
 
 

@@ -248,7 +248,7 @@ class AsyncAxis(ScaledAxis):
         await self.controller.run(self.core.set_position(self.scale.counts(position)))
 
     async def clear_faults(self) -> None:
-        """Clear the faults whose cause has gone."""
+        """Clear the faults whose cause no longer exists."""
         await self.controller.run(self.core.clear_faults())
 
     def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:

@@ -93,7 +93,7 @@ class Axis(Protocol):
         """Begin a move to a position."""
 
     def move_by(self, distance: float) -> None:
-        """Begin a move relative to the last target, or after a stop to the present position."""
+        """Begin a move relative to the last target, or after a stop relative to the present position."""
 
     def move_at(self, velocity: float) -> None:
         """Run at a signed velocity until `stop`."""
@@ -117,7 +117,7 @@ class Axis(Protocol):
         """Define the present position, at rest."""
 
     def clear_faults(self) -> None:
-        """Clear the faults whose cause has gone."""
+        """Clear the faults whose cause no longer exists."""
 
     def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
         """Set the velocity and acceleration of the next moves."""

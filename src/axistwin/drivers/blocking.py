@@ -18,8 +18,8 @@ def connect(url: str, model: str, *, baud: int | None = None, **options: Any) ->
     """Open a port, find the controller, and return it.
 
     `url`: a URL of pyserial (`socket://`, `rfc2217://`), `COM3`, a device, or the `tcp://` and `bus://` that
-    `axistwin serve` prints.  `baud`: the baud rate, if not the model's.  `options`: options of the
-    model's core, e.g. `timeout`.  Raises DriverError.
+    `axistwin serve` prints.  `baud`: the baud rate; None: the model's factory setting.  `options`: options of the
+    model, e.g. `timeout`.  Raises DriverError.
     """
     controller = Controller(url, make(model, options), baud)
     try:
@@ -179,7 +179,7 @@ class BlockingAxis(ScaledAxis):
         self._controller.run(self.core.set_position(self.scale.counts(position)))
 
     def clear_faults(self) -> None:
-        """Clear the faults whose cause has gone."""
+        """Clear the faults whose cause no longer exists."""
         self._controller.run(self.core.clear_faults())
 
     def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
@@ -210,5 +210,5 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Do nothing; used to synchronise with the controller only."""
+    """Do nothing; running this procedure only synchronises with the controller."""
     yield from ()

@@ -125,7 +125,7 @@ class Board(Core):
     def synchronise(self) -> Procedure[None]:
         """Find the board; discard a message that has not been read yet."""
         yield from self._discard(0.0)
-        yield Write(b"\n")  # ends an incomplete request
+        yield Write(b"\n")  # discards the rest of an incomplete request
         yield from self._discard(0.02)
         if self.interrupts:
             yield from self._ask("s 1")
@@ -223,7 +223,7 @@ class Board(Core):
         return {number: bool(bits >> number & 1) for number in range(2, 6)}
 
     def define_sequence(self, number: int, commands: Iterable[bytes]) -> Procedure[None]:
-        """Store a sequence, 1 to 15, of command strings; `command(0x41, number)` performs it."""
+        """Store command strings as sequence `number`, 1 to 15; `command(0x41, number)` performs the sequence."""
         yield from self.command(0xDA, number)
         yield from self.command(0xD9, number)
         for one in commands:
@@ -231,7 +231,9 @@ class Board(Core):
         yield from self.command(0xD8)
 
     def closed_loop(self, ratio: tuple[int, int], resolution: int, sigma: int, teeth: int = 50) -> Procedure[None]:
-        """Set the fraction of motor pulses per encoder pulse, the resolution, the backlash and the rotor teeth."""
+        """Set the ratio (a fraction of motor pulses per encoder pulse), the resolution, the backlash and the rotor
+        teeth.
+        """
         yield from self.command(0xB0, *ratio[0].to_bytes(2, "big"), *ratio[1].to_bytes(2, "big"))
         yield from self.command(0xB1, *four(resolution))
         yield from self.command(0xB2, *four(sigma))
@@ -264,7 +266,7 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            if begun and (free == size or (not count and free == before)):  # empty, or no longer performed
+            if begun and (free == size or (not count and free == before)):  # buffer empty, or stalled
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
                 raise RefusedError("the stream was interrupted: use a longer update_ms, or fewer velocities")
@@ -439,6 +441,6 @@ class Motor(AxisCore):
         self.setpoint = position
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear a failed search for HOME.  Limits of a board need no clearing; a failed board needs `reset`."""
+        """Clear a failed search for HOME.  A limit needs no clearing; a board that reports FAIL needs `reset`."""
         self._home_failed = False
         yield from ()

@@ -55,7 +55,7 @@ class Core(ABC):
 
     @abstractmethod
     def synchronise(self) -> Procedure[None]:
-        """Find the controller and prepare it; earlier bytes do not matter."""
+        """Find the controller and prepare it, whatever bytes have been sent before."""
 
     def statuses(self) -> Procedure[dict[str, Status]]:
         """Return the state of each axis, in counts."""
@@ -92,7 +92,7 @@ class Core(ABC):
             raise WrongAnswerError(f"no end in the answer to {what}: {shown(self._received)}: is it the right port?")
 
     def _discard(self, first: float) -> Procedure[bytes]:
-        """Wait up to `first` seconds for bytes, receive until a gap of 0.1 s, and return all received bytes."""
+        """Wait up to `first` seconds for bytes, receive until no byte arrives for 0.1 s, and return all bytes."""
         found = bytes(self._received)
         self._received.clear()
         wait = first
@@ -149,7 +149,7 @@ class AxisCore(ABC):
 
     @abstractmethod
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause has gone."""
+        """Clear the faults whose cause no longer exists."""
 
 
 def shown(data: bytes | bytearray) -> str:
@@ -159,7 +159,7 @@ def shown(data: bytes | bytearray) -> str:
 
 
 class ScaledAxis:
-    """An axis of a protocol core for users, in the unit of the axis."""
+    """An axis as users see it, with positions and velocities in the unit of the axis."""
 
     def __init__(self, core: AxisCore) -> None:
         self.core, self.name = core, core.name

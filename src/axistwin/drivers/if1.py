@@ -74,10 +74,10 @@ class _State:
 class IF1(Core):
     """An IF1 or IF2 with its three axes.
 
-    `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: the controller echoes each
-    character, and the core checks it before a command acts; always for 4800 and 9600 baud.  `speed_range`: 1 to 4, sets
-    the highest speed.  `start_stop`: start/stop speed in steps/s.  `home_input`: number of the input with the home
-    switch, 1 to 3.
+    `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: True if the controller echoes
+    each character; the core then checks the echo before the command takes effect.  At 4800 and 9600 baud the echo is
+    always on.  `speed_range`: 1 to 4, sets the highest speed.  `start_stop`: start/stop speed in steps/s.
+    `home_input`: number of the input with the home switch, 1 to 3.
     """
 
     line = Line(9600, stop_bits=2)
@@ -178,7 +178,7 @@ class IF1(Core):
     # Messages
 
     def message(self, text: str) -> Procedure[None]:
-        """Send a message.  With echo the message takes effect after its echo has been checked."""
+        """Send a message.  With echo, the terminator is sent only after the echo of the message has been checked."""
         data = text.encode("ascii")
         for begin in range(0, len(data), CHUNK):
             part = data[begin : begin + CHUNK]
@@ -341,7 +341,7 @@ class IF1(Core):
         return [fault for bit, fault in COMMUNICATION_FAULTS.items() if self._state.communication & bit]
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause has gone."""
+        """Clear the faults whose cause no longer exists."""
         yield from self._poll()
         self._state.latched, self._state.communication = 0, 0
         yield from self._poll()
@@ -399,7 +399,9 @@ class IF1(Core):
             yield from self.message(f"{text}$")
 
     def sequence(self, steps: Iterable[str]) -> Procedure[None]:
-        """Store and start a sequence, e.g. ["H1", "X400@100", "S1"].  Positions of its axes are then not known."""
+        """Store and start a sequence, e.g. ["H1", "X400@100", "S1"].  After that, the positions of its axes are not
+        known.
+        """
         listed = list(steps)
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait, or stop it")
@@ -488,5 +490,5 @@ class IF1Axis(AxisCore):
         yield from self._if1.set_position(self.name, position)
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause has gone."""
+        """Clear the faults whose cause no longer exists."""
         yield from self._if1.clear_faults()

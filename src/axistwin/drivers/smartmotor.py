@@ -193,7 +193,7 @@ class SmartMotors(Core):
         return text.removeprefix(shaft.prefix + b"UPLOAD\r").rstrip(b"\xff").decode("ascii", "replace")
 
     def stream(self, points: Iterable[tuple[int, int]], axis: str | None = None) -> Procedure[None]:
-        """Send (clock, position) pairs in host mode, and begin; clocks are samples, at most 16 pairs."""
+        """Send at most 16 (clock, position) pairs in host mode, and begin the motion.  Clock values count samples."""
         shaft = self.shaft(axis)
         yield from self.send(shaft.prefix, "MD")
         for clock, position in points:
@@ -270,8 +270,8 @@ class Shaft(AxisCore):
     def _set_profile(self) -> Procedure[None]:
         """Change the acceleration.
 
-        The change is relative: a motor whose power was cut has neither the old nor the new acceleration afterwards,
-        even if it received a part of the message only.
+        The message changes the acceleration by a difference.  A motor whose power was cut has neither the old nor the
+        new acceleration afterwards, even if the motor has received only a part of the message.
         """
         before, units = self._set_acceleration, self._units()
         if units == before:
@@ -369,7 +369,7 @@ class Shaft(AxisCore):
         self.setpoint, self._lost = position, ""
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause has gone, and acknowledge a limit."""
+        """Clear the faults whose cause no longer exists, and acknowledge a limit."""
         yield from self._line.send(self.prefix, "ZS")
         yield Pause(0.005)
 

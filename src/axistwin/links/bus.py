@@ -8,11 +8,11 @@ i               0               read the interrupt line: 1 while the board inter
 s 1             ok              report each change of the interrupt line as `! 1` or `! 0`; s 0 ends the reports
 init            ok              pulse the reset line of the bus
 
-An invalid request has no effect and is answered by one line, `error: …`.  An access takes no virtual time; the effects
-of a write follow after the answer.  A bus has one master: only one client can be connected.
+An invalid request has no effect and is answered by one line, `error: …`.  An access takes no virtual time.  The effects
+of a write occur after its answer.  A bus has one master: only one client can be connected.
 
-No requests are read from a client that does not read its answers.  Changes of the interrupt line are not queued
-meanwhile: the client then receives the last level.  See `docs/bus.md`.
+No requests are read from a client that does not read its answers.  During that time changes of the interrupt line are
+not queued; afterwards the client receives the last level.  See `docs/bus.md`.
 """
 
 from collections.abc import Callable
@@ -173,7 +173,7 @@ class Master(Connection):
         self._last_reported = level
         self._write(f"! {level:d}")
 
-    # Clients that are slow or have disconnected
+    # Functions for clients that are slow or have disconnected
 
     def resume_writing(self) -> None:
         """Continue after the client has read its answers."""

@@ -1,4 +1,4 @@
-"""RFC 2217, access server side of one connection: bytes from the client in, events out.  No sockets, no clock.
+"""The server side of one RFC 2217 connection: converts bytes from the client to events, without sockets or clock.
 
 The client negotiates the Com Port Control option and then sends commands: line format, control lines, break, flow
 control, purge.  Every command is answered with the present setting.  The server reports changes of the client's
@@ -206,7 +206,7 @@ class ComPort:
     # Commands: an invalid value changes nothing, and the answer gives the actual setting
 
     def _report_signature(self, value: bytes) -> None:
-        if not value:  # a value would be the client's own signature
+        if not value:  # a signature with text would be the client's own
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:
@@ -233,7 +233,7 @@ class ComPort:
             return None
         event: Event | None = None
         match control := Control(value[0]):
-            case Control.ASK_FLOW | Control.FLOW_DCD:  # the port has no DCD line
+            case Control.ASK_FLOW | Control.FLOW_DCD:  # DCD: no such line
                 control = self.outbound
             case Control.FLOW_NONE | Control.FLOW_X_ON_X_OFF | Control.FLOW_HARDWARE | Control.FLOW_DSR:
                 self.outbound, self.inbound = control, INBOUND.get(control, self.inbound)
@@ -278,7 +278,9 @@ class ComPort:
     # Notifications
 
     def set_modem_state(self, *, dsr: bool, cts: bool, moved: ModemState = ModemState.NONE) -> None:
-        """Report the client's input lines; `moved`: lines that have changed, even if they have changed back."""
+        """Report the levels of the client's input lines; `moved`: lines that have changed, even if they have changed
+        back.
+        """
         now = (ModemState.DSR if dsr else ModemState.NONE) | (ModemState.CTS if cts else ModemState.NONE)
         changed = self._modem_state ^ now
         moved |= ModemState.DSR_CHANGED if changed & ModemState.DSR else ModemState.NONE

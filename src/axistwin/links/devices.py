@@ -70,7 +70,7 @@ class Stream(Protocol):
 
 
 def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> Stream:
-    """Return the stream of a device: by the event loop if the device has a file descriptor, otherwise by threads."""
+    """Return the stream of a device.  The event loop serves devices with a file descriptor, threads all others."""
     try:
         descriptor: int = device.fileno()
     except OSError:  # Windows
@@ -133,7 +133,7 @@ class ThreadStream:
         self._thread.start()
 
     def write(self, data: bytes) -> None:
-        """Send characters, now or later; the newest are lost if too many are waiting."""
+        """Send characters, now or later.  If too many characters are waiting, the newest are lost."""
         room = STALLED - self._queued
         self._dropped += len(data[room:])
         if kept := data[:room]:
@@ -176,7 +176,7 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # the reading thread detects a lost device; a slow device only loses characters
+        except DEVICE_ERRORS:  # a slow device only loses characters; the reading thread detects a lost device
             lost = len(data)
         self._call(self._count, len(data), lost)
 

@@ -51,8 +51,8 @@ class LoopThread:
 
     def stop(self) -> None:
         """End the thread after its present callbacks."""
-        self.do(lambda: None)  # runs the loop once more, in which asyncio closes connections
-        self.run(self._loop.shutdown_default_executor())  # ends the threads that resolve addresses
+        self.do(lambda: None)  # Runs the loop once more, in which asyncio closes connections.
+        self.run(self._loop.shutdown_default_executor())  # Ends the threads that resolve addresses.
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

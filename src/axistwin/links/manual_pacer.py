@@ -51,7 +51,7 @@ class ManualPacer(Pacer):
         return self.arrivals
 
     def advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        """Advance to `end_ns`, until `condition()` is true, or until hosts must run.
+        """Advance to `end_ns`, but stop when `condition()` is true or when hosts must run.
 
         Returns False if the advance was interrupted for hosts.
         """

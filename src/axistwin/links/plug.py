@@ -1,7 +1,7 @@
 """The serial connector of one controller: one client at a time, over any transport.
 
-A new client finds empty buffers, the default line format, and DTR and RTS on.  Characters of the last client are still
-transmitted until the next client connects.
+A new client finds empty buffers, the default line format, and DTR and RTS on.  Queued characters of the previous client
+are transmitted until the next client connects.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ FEW = 64
 
 
 class HostEnd(Protocol):
-    """Settings of the host's end of a line that a client can change."""
+    """The host's end of a line, with the settings that a client can change."""
 
     format: UartFormat
     dtr: bool
@@ -168,8 +168,9 @@ class Plug(SingleClient[SerialClient]):
     def set_break(self, on: bool) -> None:
         """Begin or end a break.
 
-        The length of a break is known at its end only.  The line therefore goes to space at the end, for the same
-        length, but at least for two characters.  Between begin and end nothing is transmitted.
+        The length of a break is known only at its end.  The line therefore goes to space when the client ends the
+        break, for the same length, but at least for the time of two characters.  Between begin and end nothing is
+        transmitted.
         """
         now_ns, began_ns = self.pacer.clock.now, self._break_from_ns
         if on and began_ns is None:

@@ -5,8 +5,9 @@ no control lines and no break.  Settings that are not passed on are those of `--
 RTS off.  Use RFC
 2217 for all settings.
 
-A client is connected from its first act (a setting, a character) until the client closes the device.  This end holds
-the device open only while no client is connected: reading then fails as soon as the last client closes the device.
+A client is connected from its first setting or character until the client closes the device.  This end holds
+the device open only while no client is connected.  While a client is connected, reading fails as soon as the last
+client closes the device, which shows that the client has disconnected.
 """
 
 import asyncio

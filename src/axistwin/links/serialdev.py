@@ -1,8 +1,9 @@
 """A real serial device, such as /dev/ttyUSB0: axistwin is the *controller* at the end of a real cable.
 
 The real UART uses the baud rate of the URL (`?baud=9600`) or of `--line`.  The host must use the same rate, because a
-UART cannot measure a baud rate; automatic baud rate detection finds this rate.  Data bits, parity and stop bits follow
-the controller's UART as the host configures it.  A character with a line error arrives as the real UART delivers it.
+UART cannot measure a baud rate; a controller with automatic baud rate detection detects this rate.  Data bits, parity
+and stop bits follow the controller's UART as the host configures it.  A character with a line error arrives as the real
+UART delivers it.
 
 The adapter's outputs DTR and RTS carry the controller's lines; its inputs DSR and CTS are read as the host's lines (a
 crossed cable, as between two computers).  With `--flow none`, or on a device without these lines (a pty), the host's

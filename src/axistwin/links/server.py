@@ -35,7 +35,7 @@ class OpenPort(Protocol):
 
 
 class Ports(Protocol):
-    """Interface that provides the ports for clients, by endpoint.  Raises UsageError for an unknown name."""
+    """Interface that returns the port of a named endpoint for clients.  Raises UsageError for an unknown name."""
 
     def serial(self, name: str) -> HostPort:
         """Return the serial port of an endpoint."""
@@ -47,10 +47,10 @@ class Ports(Protocol):
 class Server:
     """Paces a bench and opens ports to its controllers.  Use within a running event loop.
 
-    `speed`: times real time; None: as fast as possible.  `flow`: the host's flow control, on transports without one.
-    `reset`: True power-cycles the controller for each new client; a function is called with its name instead.  `pacer`:
-    replaces the default pacer.  `access`: returns the ports for clients; None: the ports of the bench itself.
-    `share`: a TCP port has several clients.
+    `speed`: multiple of real time; None: as fast as possible.  `flow`: the host's flow control, for transports that do
+    not transmit it.  `reset`: True power-cycles the controller for each new client; a function is called with the
+    controller's name instead.  `pacer`: replaces the default pacer.  `access`: returns the ports for clients; None: the
+    ports of the bench itself.  `share`: True if a TCP port may have several clients.
     """
 
     def __init__(

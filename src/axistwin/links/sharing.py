@@ -1,4 +1,5 @@
-"""A serial connector for several TCP clients: requests one after the other, and every client receives every answer.
+"""A serial connector for several TCP clients.  Requests are sent one after the other; every client receives every
+answer.
 
 A request of a client ends with the terminator, or after 50 ms without a character in either direction.  While a request
 and its answer are in progress, requests of other clients wait; among waiting clients the one that has waited longest is
@@ -105,7 +106,7 @@ class Hub:
         if seat in self._queue:
             self._queue.remove(seat)
         if self._turn is seat:
-            self._complete = True  # half a request ends by silence
+            self._complete = True  # an incomplete request ends by silence
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)
@@ -114,7 +115,7 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send the waiting characters of a seat, as far as it is its turn."""
+        """Send the waiting characters of a seat if the seat has the turn."""
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)
@@ -158,7 +159,7 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Return False: seats leave by themselves."""
+        """Return False, because the hub stays connected until its last seat leaves."""
         return False
 
     def drop(self) -> None:

@@ -1,7 +1,7 @@
 """An endpoint for one client at a time: the base of a serial plug and a bus slot.
 
-The first client is connected.  A later client is refused, unless the present client has hung up.  While nothing is read
-from a client that has sent too much, its disconnection is not noticed; a later client then replaces this client.
+The first client is connected.  A later client is refused, unless the present client has hung up.  While a client that
+has sent too much is not read, its disconnection is not noticed.  A later client then replaces it.
 
 While the gate of an endpoint is closed, nothing is read from its client, and new clients are refused.
 """
@@ -50,7 +50,7 @@ class Gate:
         return self.reason != ""
 
     def close(self, reason: str) -> None:
-        """Flush pending output, stop reading from clients, and refuse new clients; "": `open`."""
+        """Flush pending output, stop reading from clients, and refuse new clients.  An empty reason opens the gate."""
         if reason != self.reason:
             self.reason = reason
             self.changes.emit()

@@ -84,7 +84,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that asyncio calls
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Connect a client, or refuse it."""
+        """Connect the client, or refuse the client."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=STALLED)
         peer = self._transport.get_extra_info("peername")
@@ -104,11 +104,11 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._has_sent = False
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
-        if not self._has_sent:  # otherwise the answer has acknowledged the characters
+        if not self._has_sent:  # without an answer in this call, the received characters are not acknowledged yet
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
-        """Keep the connection for late answers after the client has closed its side."""
+        """Keep the connection open for late answers after the client has closed its side."""
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)

@@ -1,4 +1,4 @@
-"""The part of Telnet that RFC 2217 needs: separates data from commands.  Bytes in, items out; no sockets."""
+"""The part of Telnet that RFC 2217 needs: splits bytes into data and commands, without sockets."""
 
 from dataclasses import dataclass
 from enum import IntEnum

@@ -3,7 +3,7 @@
 tcp://127.0.0.1:5001        raw TCP; port 0: any free port
 rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217); ?cts=dtr: the client's CTS is the
                             device's DTR, as on the 5-wire cable for hosts that do not use DSR
-pty:/tmp/if1                a pseudo terminal with a symbolic link at this path; `pty:` alone: without a link
+pty:/tmp/if1                a pseudo terminal with a symbolic link at this path; `pty:` alone creates no link
 bus://127.0.0.1:1811        the registers of a board on a bus, one text line per access (`links/bus.py`)
 serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is the controller
 """

@@ -48,5 +48,5 @@ class Writer:
             return os.write(self.descriptor, data)
         except BlockingIOError:
             return 0
-        except OSError:  # the other end is closed, which the read callback handles
+        except OSError:  # the other end is closed; the read callback handles the closed connection
             return len(data)

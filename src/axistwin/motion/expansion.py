@@ -1,7 +1,7 @@
-"""Pulse times of many complete moves at once, for a history of moves with short segments, such as ramps.
+"""Calculate the pulse times of many complete moves at once.  Most segments of these moves are short, as in ramps.
 
 Pulse k of a segment, from 0, happens at floor(first + k * period) nanoseconds.  With period = p/b, the exact time is a
-multiple of 1/b: a float with an error below 1/(2b), plus 1/(2b), has the same floor.
+multiple of 1/b: therefore the floor does not change if a float, whose error is below 1/(2b), is increased by 1/(2b).
 """
 
 from collections import Counter
@@ -89,7 +89,7 @@ def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) ->
 
 
 def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
-    """Split moves into batches of about SEGMENTS segments."""
+    """Split the moves into batches; a batch has about SEGMENTS segments."""
     batch, segments = [], 0
     for move in moves:
         batch.append(move)
@@ -135,7 +135,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     ends = np.cumsum(lengths) - 1
     durations = np.diff(starts, append=0)
     durations[ends] = 1
-    rates = np.maximum(np.diff(phases, append=0) // durations, 1)  # a rate of 0 has no pulses, as the end of a move
+    rates = np.maximum(np.diff(phases, append=0) // durations, 1)  # a segment of rate 0 has no pulses, nor has the end
     done = phases // parts
     pulses = np.diff(done, append=0)
     pulses[ends] = 0

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-BLOCK = 1 << 12  # smallest number of pulses that are calculated one by one before the pattern is repeated
-MOST_BLOCK = 1 << 16  # largest number of pulses that are calculated one by one
+BLOCK = 1 << 12  # Smallest number of pulses that are calculated one by one before the pattern is repeated.
+MOST_BLOCK = 1 << 16  # Largest number of pulses that are calculated one by one.
 
 
 class Segment(NamedTuple):
@@ -190,7 +190,7 @@ class Profile:
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Set out[k] = (start + period * k) // b + offset_ns, in blocks small enough to avoid overflow of 63 bits."""
+        """Set out[k] = (start + period * k) // b + offset_ns, in blocks so short that no number exceeds 63 bits."""
         import numpy as np
 
         whole, fraction = divmod(period, b)

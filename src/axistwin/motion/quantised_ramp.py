@@ -20,9 +20,9 @@ from axistwin.motion.profile import Segment
 def quantised_levels(
     start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction
 ) -> list[Segment]:
-    """Return the levels between the rates `start` and `end`, without both ends and without levels of rate 0.
+    """Return the levels between the rates `start` and `end`, excluding `start`, `end` and levels of rate 0.
 
-    There are at most as many levels as units, or as increments, between the two rates.
+    The number of levels is at most the number of units, and at most the number of increments, between the two rates.
     """
     rising = end > start
     steps = -(-abs(end - start) // increment) - 1
@@ -84,8 +84,8 @@ class QuantisedRamp:
     def trapezoid(self, distance: int) -> Trapezoid:
         """Return a profile of exactly `distance` pulses (at least 1).
 
-        If the whole acceleration does not fit twice, it ends after the last interval that fits.  The remaining pulses
-        run at the rate reached there.
+        If the distance is too short for the whole acceleration and deceleration, the acceleration ends after the last
+        interval for which both fit.  The remaining pulses run at the rate reached by then.
         """
         if 2 * self._pulses[-1] <= distance:
             left_over = distance - 2 * self._pulses[-1]

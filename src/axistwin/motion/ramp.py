@@ -36,8 +36,8 @@ class Ramp:
     def _index(self, distance: int) -> Profile:
         """Return the profile of exactly `distance` pulses: acceleration, constant rate, deceleration.
 
-        A distance too short for the whole ramp uses as many levels as fit twice.  The remaining pulses run at the next
-        level, a short plateau.
+        If the distance is too short for the whole ramp, as many levels are used as fit into both acceleration and
+        deceleration.  The remaining pulses form a short plateau at the next level.
         """
         if distance == 0:
             return Profile(())

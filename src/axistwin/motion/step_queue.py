@@ -1,7 +1,8 @@
 """Conversion of pulse times into step commands, which a motion board executes in ticks of its own clock.
 
-A command outputs `count` pulses.  The first pulse comes `interval` ticks after the pulse before the command; each
-further interval is longer by `add` ticks.  Pulse k happens at `last + k * interval + add * k * (k - 1) / 2`, k from 1.
+A command outputs `count` pulses.  The first pulse comes `interval` ticks after the last pulse before the command, which
+is at tick `last`.  Each further interval is longer by `add` ticks.  Pulse k (from 1) comes at tick `last + k * interval
++ add * k * (k - 1) / 2`.
 """
 
 from collections.abc import Iterator

@@ -113,7 +113,7 @@ class Train:
         """Yield direction and pulse times of each move with pulses at start_ns <= time < stop_ns, in order."""
         import numpy as np
 
-        # includes an earlier move whose last pulse is at start_ns
+        # `start_ns - 1` includes an earlier move whose last pulse is at start_ns
         earliest = self.move_at(max(start_ns - 1, 0)).start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:

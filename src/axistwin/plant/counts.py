@@ -1,4 +1,4 @@
-"""Positions of a sampled axis; only the latest samples are stored."""
+"""Encoder positions of an axis whose motion is computed in samples; only the most recent samples are stored."""
 
 from array import array
 from collections import deque
@@ -21,8 +21,8 @@ class Samples(NamedTuple):
     """Positions of an axis at `start_ns`, `start_ns + period_ns`, …; they are final.
 
     `positions`: encoder counts from 0 when the bench was made.  `commanded`: the setpoints for the same samples in the
-    same coordinates (`commanded - position` is the following error).  `period_ns` 0: a person has moved the axis, in no
-    time.
+    same coordinates (`commanded - position` is the following error).  A `period_ns` of 0 means that a person has moved
+    the axis, in no time.
     """
 
     start_ns: int
@@ -68,7 +68,7 @@ class _Stretch:
 
 
 class CountHistory:
-    """Times of an encoder's count changes, from at least the latest `samples` samples with motion."""
+    """Times of an encoder's count changes, for at least the latest `samples` samples in which the axis moved."""
 
     def __init__(self, samples: int) -> None:
         self.samples = samples

@@ -1,4 +1,4 @@
-"""An incremental encoder on the motor's shaft or, behind backlash, on the load."""
+"""An incremental encoder on the motor's shaft, or on the load, which backlash separates from the shaft."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class EncoderData:
 
 
 class Encoder:
-    """An encoder that counts the load's motion: the shaft's position in counts, less the backlash after a reversal."""
+    """An encoder that counts the load's motion.  After a reversal, the load first rests within the backlash."""
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
@@ -69,7 +69,7 @@ class Encoder:
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 
     def index_edges(self) -> tuple[int, ...]:
-        """Return two motor positions n, below and above: the index mark begins or ends between positions n-1 and n."""
+        """Return the index mark's nearest edges below and above the motor; edge n is between positions n-1 and n."""
         rev, width = abs(self.data.counts_per_rev), self.data.index_counts
         shift = self._displaced + self._turned - self.data.index
         into = (self._load + shift) % rev
@@ -78,7 +78,7 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Return the motor position n for which this count is reached between positions n-1 and n."""
+        """Return the motor position n such that the encoder reaches this count between positions n-1 and n."""
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:
             return -(-counts * pulses // per_rev)
@@ -97,7 +97,7 @@ class Encoder:
         return count + (counted if since * self._of > 0 else -counted)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Count wrongly from now on: `of` counts for each `out_of` counts, e.g. 9 of 10, -1 of 1, 0 of 1.
+        """From now on count `of` instead of each `out_of` true counts, e.g. 9 of 10, -1 of 1 (reversed), 0 of 1 (dead).
 
         After 1 of 1 the encoder counts correctly again, from its present count.
         """

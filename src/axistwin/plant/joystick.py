@@ -1,8 +1,8 @@
 """One axis of a joystick with pulse output, such as a Compumotor 852 at an 1810 or 1811.
 
 A spring centres the stick: at rest the joystick outputs AT ZERO.  A deflected joystick outputs pulses at a rate, and
-their direction.  The direction changes only while AT ZERO is active, `settle_ns` after it becomes active and before it
-ends.
+their direction.  The direction changes only while AT ZERO is active: at least `settle_ns` after AT ZERO becomes active,
+and at least `settle_ns` before AT ZERO ends.
 """
 
 from collections.abc import Mapping

@@ -44,12 +44,10 @@ class Followed(Protocol):
         """Call `callback()` when the axis crosses an edge; edge n lies between position n-1 and n."""
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
-        """Return the predicted positions at these times, in order, without further changes."""
+        """Return the positions at these times, in order, predicted for a motion that does not change."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the positions now and at the first of these later times, as far as they are certain up to the next
-        `on_replan`.
-        """
+        """Return the positions now and at the first of these times; all are certain until `on_replan`."""
 
 
 class Run(NamedTuple):
@@ -70,7 +68,7 @@ class Run(NamedTuple):
     def at(self, time_ns: int) -> int:
         """Return the count at a time not before the start.
 
-        The n-th edge comes `n * duration_ns / |counts|` after the start, or in the first nanosecond after that.  The
+        The n-th edge occurs `n * duration_ns / |counts|` after the start, rounded up to a whole nanosecond.  The
         count is therefore rounded towards `base`, in either direction.
         """
         if time_ns >= self.end_ns:
@@ -111,7 +109,7 @@ class Master:
 
     @property
     def ratio(self) -> Fraction:
-        """Edges per unit of the axis that the encoder is mounted on."""
+        """Number of edges per count (or pulse) of the axis on which the encoder is mounted."""
         return self._ratio
 
     @property
@@ -125,7 +123,7 @@ class Master:
         return self.followed is not None and self.followed.predictable
 
     def predict(self, first_ns: int, period_ns: int, number: int) -> list[int]:
-        """Return `number` counts from `first_ns` on at this period, predicted without further changes.
+        """Return `number` counts, the first at `first_ns`, one per period, predicted for a motion that does not change.
 
         The encoder must be mounted on an axis that is `predictable`.
         """
@@ -135,7 +133,7 @@ class Master:
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def read_ahead(self, times_ns: range, offset: int) -> list[int]:
-        """Return the counts plus `offset` now and at the first of these times, as far as they are certain."""
+        """Return the counts plus `offset`, now and at the first of these times, up to the last certain one."""
         if self.followed is None:
             return [self.count + offset]
         numerator, denominator, base = self._ratio.numerator, self._ratio.denominator, self.run.base + offset
@@ -165,8 +163,8 @@ class Master:
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
         """Mount the encoder on the shaft of `axis`; it counts `ratio` for each unit of the axis.
 
-        Raises UsageError if `axis` is the motor's own, or follows the motor: the two would depend on each other; and
-        for a ratio beyond a million.
+        Raises UsageError for a ratio beyond a million, and for an axis that is the motor's own or follows the motor,
+        because the two would depend on each other.
         """
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
             raise UsageError(f"invalid ratio {shortened(str(ratio))}: expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2")

@@ -13,7 +13,7 @@ class _Value(Generic[T]):
 
 
 class Override(Generic[T]):
-    """`values`: first the setting, then the values of the present defects, the latest at the end.
+    """`values` holds the setting, followed by the values of the active defects, the latest at the end.
 
     `before_change` is called before each change, `on_change` after it.
     """

@@ -29,17 +29,17 @@ class ServoMotor:
     winding_resistance_ohm: float
     rotor_inertia_kg_m2: float
     coulomb_friction_nm: float
-    viscous_friction_nm_s: float  # per rad/s
+    viscous_friction_nm_s: float  # Friction torque in N·m per rad/s.
     counts_per_rev: int  # after quadrature
     supply_voltage_v: float
-    peak_current_a: float  # amplifier limit
+    peak_current_a: float  # Amplifier limit.
     continuous_current_a: float  # RMS
     winding_to_housing_k_per_w: float
     housing_to_ambient_k_per_w: float
     winding_time_constant_s: float
     housing_time_constant_s: float
-    brake_torque_nm: float  # torque of the static brake
-    winding_inductance_h: float = 0.0  # with 0, the current follows the voltage at once
+    brake_torque_nm: float  # Torque of the static brake.
+    winding_inductance_h: float = 0.0  # With 0, the current follows the voltage at once.
     kp: int = 42
     ki: int = 28
     kd: int = 550

@@ -53,7 +53,7 @@ class Source(Protocol):
         """Position of the controller's trajectory, in the controller's coordinates, in counts."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the positions now and at these times, up to the first time at which an input could matter."""
+        """Return the positions now and at these times, up to the first time at which an input could change them."""
 
     def setpoint(self) -> int:
         """Commanded position of the shaft in counts, in the machine's own direction."""
@@ -98,7 +98,7 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return the position now: a change of a shaft at rest is not announced."""
+        """Return only the present position, because a shaft at rest can be turned at any time."""
         return [self._axis.shaft]
 
     def commanded(self) -> int:
@@ -152,7 +152,7 @@ class EncoderView:
         self._axis.push(counts)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
+        """Let the encoder report `of` counts for each `out_of` true counts; 1 for 1 is correct."""
         self._axis.miscount(of, out_of)
 
     def slip(self, counts: int) -> None:
@@ -224,7 +224,7 @@ class ServoAxis:
     # Functions for the motor's processor
 
     def connect(self, source: Source) -> None:
-        """Connect a source, which continues from the present state in `shaft` and `f`."""
+        """Connect a source of the motion (the motor's processor), which continues from the axis's present state."""
         self._source = source
 
     def disconnect(self) -> None:
@@ -241,7 +241,9 @@ class ServoAxis:
         self._published.emit(samples)
 
     def left_window(self) -> None:
-        """Update the switches and set a new window, after the shaft has left the window in the present sample."""
+        """Update the switches after the shaft has left its window (the positions without a switch change); set a new
+        window.
+        """
         self._find_window()
         self._left_window.emit()
 
@@ -282,7 +284,7 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """Always False, because a shaft can be turned by hand at any time, without `on_motion`."""
+        """Always False, because a person can turn the shaft at any time, without a call of `on_motion`."""
         return False
 
     @property
@@ -300,9 +302,7 @@ class ServoAxis:
         raise AssertionError(f"a servo's position cannot be predicted: {times_ns}")
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the positions now and at the first of these times, as far as they are certain up to the next
-        `on_replan`.
-        """
+        """Return the positions now and at the first of these times; all are certain until `on_replan`."""
         return self._source.positions_ahead(times_ns)
 
     def next_sample_ns(self) -> int | None:
@@ -401,7 +401,7 @@ class ServoAxis:
         self.on_supply.emit()
 
     def miscount(self, of: int, out_of: int) -> None:
-        """From now on count `of` for each `out_of` counts.  The motor uses the wrong count."""
+        """From now on count `of` instead of each `out_of` true counts.  The motor uses the wrong count."""
         self._source.catch_up()
         self.counts_of, self.counts_out_of = of, out_of
         self._source.replan()

@@ -88,8 +88,8 @@ class EncoderView:
         return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
-        _ = self.count  # reading the count updates the encoder to the present position
+        """Let the encoder report `of` counts for each `out_of` true counts; 1 for 1 is correct."""
+        _ = self.count  # reading the count first updates the encoder to the present position
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -136,9 +136,9 @@ class StepperAxis:
         self._jams = Override(False, self._replan)
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
-        self._lost = 0  # net number of steps that were lost in finished moves
-        self._unmade = 0  # net number of pulses that earlier holds have suppressed
-        self._made: int | None = None  # net number of pulses of a held output; None if the output is not held
+        self._lost = 0  # Net number of steps that were lost in finished moves.
+        self._unmade = 0  # Net number of pulses that earlier holds have suppressed.
+        self._made: int | None = None  # Net number of pulses of a held output; None if the output is not held.
         self._was_held = False
 
     # Functions for the controller
@@ -211,7 +211,7 @@ class StepperAxis:
 
     @property
     def predictable(self) -> bool:
-        """True if positions are predictable up to the next move; lost steps make positions unpredictable."""
+        """True if positions up to the next move can be predicted; lost steps make a prediction impossible."""
         return not self._slips and self._made is None
 
     @property
@@ -305,7 +305,7 @@ class StepperAxis:
     def hold(self, made: int) -> None:
         """Hold the step output: it has made pulses only up to this net number, and makes no more until `let_go`.
 
-        Called by the stand-in when a motion board has stopped a real motor.
+        The stand-in, which replaces a real controller, calls this when a motion board has stopped the real motor.
         """
         self._lost += self.train.move.direction * self._lost_in_move()
         self._slips, self._made = [], made
@@ -405,7 +405,9 @@ class StepperAxis:
         return self._behind((over or not self.moving) and not self._held) if self._slips else 0
 
     def _behind(self, settled: bool) -> int:
-        """Return the lost steps of this move; `settled`: the rotor is at rest in a tooth, not between two teeth."""
+        """Return the number of steps lost in this move; `settled`: True if the rotor is in a tooth, not between two
+        teeth.
+        """
         if not self._slips or self._made is not None:
             return 0
         move = self.train.move

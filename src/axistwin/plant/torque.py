@@ -1,8 +1,8 @@
-"""The torque-speed curve of a stepper motor, and the lost steps beyond the curve.
+"""The torque-speed curve of a stepper motor, and the steps that the motor loses beyond the curve.
 
 If the required torque exceeds the curve at the present rate, the rotor falls out of step and stops.  It falls into step
-again when the rate is back within `pull_in` and the torque suffices.  Its equilibria are one rotor tooth apart, so the
-lost position is a whole number of teeth.
+again when the rate is back within `pull_in` and the torque suffices.  The rotor's equilibria are one tooth apart, so it
+loses a whole number of teeth.
 """
 
 from bisect import bisect_left
@@ -73,7 +73,7 @@ class StepperMotor:
 
 @dataclass
 class Slip:
-    """A loss of steps: the rotor stops at pulse `first` and falls into step at pulse `last`; None: not in this move."""
+    """A loss of steps: the rotor stops at pulse `first`, and is in step again from pulse `last` (None: never)."""
 
     first: int
     last: int | None = None

@@ -1,4 +1,4 @@
-"""Check the ports of a scene: each has a valid kind, and none is used twice."""
+"""Check that each port of a scene is of a valid kind, and that no port is used twice."""
 
 from collections.abc import Iterator
 

@@ -1,7 +1,7 @@
 """Build a bench from a scene file.
 
-The order is that of a real machine: controllers with their axes and stored programs; encoders on shafts; wires; shared
-lines; faults; the script; hosts.  Errors have their place in the scene file.
+The parts are built in the order of a real machine: controllers with their axes and stored programs; encoders on shafts;
+wires; shared lines; faults; the script; hosts.  Each error message has the place of the error in the scene file.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -60,9 +60,9 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
 class Builder:
     """Builds a bench from the contents of a scene.
 
-    `served`: controllers with ports have outside hosts.  `texts`: texts of programs that have been read, by path; all
-    benches of a scene use the same texts.  `errors`: a list for the errors in masters, wires, faults, the script and
-    hosts; without a list, the first error is raised.
+    `served`: True if hosts outside this process use the controllers that have ports.  `texts`: texts of programs that
+    have been read, by path; all benches of a scene use the same texts.  `errors`: a list for the errors in masters,
+    wires, faults, the script and hosts; without a list, the first error is raised.
     """
 
     def __init__(

@@ -1,6 +1,7 @@
 """Copy a scene with its files, and add the recorded actions of hosts and operators.
 
-Comments are kept.  The keys `host`, `program` and `state` of controllers may change.  The script gets more entries.
+The copy keeps the comments.  The keys `host`, `program` and `state` of controllers may change, and the script gets more
+entries.
 """
 
 import re
@@ -107,7 +108,7 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # removes the text before the change
+                del self.files.texts[name]  # the changed text replaces this one
             text = moved
         return self.files.add(name, text)
 

@@ -82,8 +82,8 @@ def _kind(bench: Bench, name: str, file: str) -> str:
 def loader(bench: Bench, read: Callable[[str], str]) -> Load:
     """Return a function that loads a program into a controller of this bench and switches it off and on.
 
-    A SmartMotor's source (.sms) is stored and run.  For another program a new host replaces the controller's old host.
-    `read` returns the text of a file.
+    A SmartMotor's source (.sms) is stored and run.  Command lines are sent by a new host, which replaces the
+    controller's previous host. `read` returns the text of a file.
     """
 
     def load(name: str, file: str) -> Callable[[], object]:
@@ -147,7 +147,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    if target in FAULT_ACTS:  # the action may name a fault that does not exist yet
+                    if target in FAULT_ACTS:  # prepared late: the action may name a future fault
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
                 case Hear():

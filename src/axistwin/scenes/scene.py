@@ -82,7 +82,7 @@ class Scene:
 
     @property
     def ports(self) -> list[tuple[str, str]]:
-        """Names and URLs of the ports: the name of a controller, a second channel or a shared line."""
+        """Name and URL of each port; the name is that of a controller, a second channel or a shared line."""
         found = [(table.called, url) for table in self._contents.controller for url in table.ports]
         found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
         return found + [(name, url) for _, name, table, _ in shared_lines(self._contents) for url in table.ports]
@@ -94,7 +94,7 @@ class Scene:
 
     @property
     def waits(self) -> bool:
-        """True if virtual time is to start when the first browser or host connects."""
+        """True if virtual time starts only when the first browser or host connects."""
         return self._contents.panel.wait
 
     @property
@@ -148,7 +148,8 @@ class Scene:
     def build(self, *, served: bool = False) -> Bench:
         """Return a new bench; every call returns an equal bench.  The controllers have just been switched on.
 
-        `served`: controllers with ports have outside hosts, and their `host` files are not sent.
+        `served`: True if hosts outside this process use the controllers with ports; their `host` files are then not
+        sent.
         """
         return Builder(self._contents, self._source, served, self._texts).build()
 

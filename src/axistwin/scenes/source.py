@@ -185,7 +185,7 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Yield each path whose keys are all named in an error message."""
+    """Yield the path of each key whose name, with the names of all tables around it, is in an error message."""
     for key, value in table.items():
         if re.search(rf"\b{re.escape(key)}\b", message):
             yield (key,)

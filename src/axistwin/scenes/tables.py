@@ -214,7 +214,7 @@ class ControllerTable(Table):
     @field_validator("axes", mode="wrap")
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        """Validate the axes as stepper or servo axes, as the model has them."""
+        """Validate the axes as stepper axes or servo axes, depending on the model."""
         adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
@@ -460,7 +460,7 @@ class OperatorTable(Table):
 
     @property
     def items(self) -> bool:
-        """True if the panel has an item."""
+        """True if the operator panel has a button, a lamp or a selector."""
         return bool(self.button or self.lamp or self.selector)
 
 

@@ -43,7 +43,7 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """Return the place of a path in the file, or of the smallest part around it that has a place."""
+    """Return the place of a path in the file, or else of the smallest part that contains the path."""
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
@@ -56,7 +56,7 @@ class _Scanner:
         self.tables: dict[Path, int] = {}  # number of [[name]] headers that have been read, by name
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
-        """Yield the places of headers and of the pairs after them."""
+        """Yield the place of each header, and of each key and value after a header."""
         table: Path = ()
         while found := _TOKENS.match(self.text, self.at):
             begin, self.at = self.at, found.end()

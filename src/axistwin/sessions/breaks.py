@@ -1,4 +1,6 @@
-"""Breakpoints: sentences (see `fault_injection/triggers.py`) that stop the bench when the described event happens."""
+"""Breakpoints, which stop the bench when an event happens.  A sentence describes the event, as for the triggers of
+faults.
+"""
 
 from collections.abc import Callable
 from logging import getLogger

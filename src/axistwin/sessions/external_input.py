@@ -86,7 +86,7 @@ class ExternalInput:
         self._mute(True)
 
     def unmute(self) -> None:
-        """End the block of hosts, and report the changes of lines during the block to them."""
+        """Unblock all hosts, and report to them the line changes that occurred while they were blocked."""
         self.pacer.sync()
         self._mute(False)
         if self._server is not None:
@@ -116,12 +116,12 @@ class ExternalInput:
             do()
         except AxistwinError:
             if isinstance(act, Do) and act.target == LOAD:
-                self._record(act)  # recorded first, so that a load that fails also fails in a replay
+                self._record(act)  # recorded before it is performed, so that a failing load also fails in a replay
             raise
         else:
             self._record(act)
         finally:
-            self.pacer.work()  # needed even after an error, because the action may already have scheduled events
+            self.pacer.work()  # plan again even after an error: the action may already have scheduled events
 
     def replay(self, act: Act) -> None:
         """Perform a recorded action again; log an error."""
@@ -160,7 +160,7 @@ class ExternalInput:
 class Replay:
     """Replays the recorded actions of a journal on a bench, each after all other events of its time.
 
-    `on_end` is called at `end_ns`, after the last moment.
+    `on_end` is called at `end_ns`, after the last recorded action.
     """
 
     def __init__(

@@ -1,8 +1,8 @@
 """The journal: all external input of a run with its time, from which the run can be replayed exactly.
 
 A moment contains the actions between two advances of the clock, which have the same time.  An action is a `Say` or a
-`Do` of a conversation.  Equal actions are stored once; a moment stores the time since the last moment and the numbers
-of its actions.  A poll of a host takes about 5 bytes.
+`Do` of a conversation.  Equal actions are stored once, with a number.  A moment stores the time since the previous
+moment and the numbers of its actions, so a repeated request of a host takes about 5 bytes.
 """
 
 from collections.abc import Iterator
@@ -69,7 +69,7 @@ class Journal:
         return len(self._data) + self._texts
 
     def add(self, time_ns: int, clock_pass: int, act: Act) -> bool:
-        """Append an action at this time and this count of clock advances; return False if the journal is full."""
+        """Append an action at this time, after `clock_pass` clock advances; return False if the journal is full."""
         if self.full_ns is None and self.bytes > self._max_bytes:
             self.full_ns = time_ns
         if self.full_ns is not None:

@@ -118,12 +118,14 @@ class RecordedPort:
         self.rts_line.attach(port.rts_line)
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting; at the end, repeat the settings that were made after the present virtual time."""
+        """Begin or end muting.  At the end, repeat the host's settings that this bench, at an earlier virtual time,
+        lacks.
+        """
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # this bench does not have the setting yet
+                if set_ns > now_ns:  # the bench that has been replayed does not have this setting yet
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
@@ -159,7 +161,7 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # a replayed character, which the host has already received
+            self.present.read()  # the replay repeats a character that the host has already received
         else:
             self._receives.emit(byte, errors)
 

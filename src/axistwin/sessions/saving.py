@@ -86,7 +86,7 @@ class _Conversations:
         self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """Append actions that have the same time; each is performed after all other events of this time."""
+        """Append actions that have the same time.  A replay performs them after all other events of this time."""
         moments = list(moments)
         name = self._endpoint_of(act for moment in moments for act in moment.acts)
         acts = self._acts.setdefault(name, [])
@@ -107,7 +107,7 @@ class _Conversations:
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return the action without the name of its controller if this name is `name`."""
+        """Return the action; leave out the name of its controller if it equals `name`."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

@@ -40,7 +40,7 @@ DRAIN_EVERY = 1 << 12
 
 
 class State(Enum):
-    """State of a session.  In this class, a move is a `step` or a `go_to`."""
+    """State of a session.  Here, *moving* means that a `step` or a `go_to` is in progress."""
 
     IDLE = auto()
     """Paused at the beginning, or after a completed move."""
@@ -74,8 +74,8 @@ class Forgotten:
 class Session:
     """Controls one bench at a time, created by `build`.
 
-    `speed`: times real time; None: as fast as possible.  `scene`: the scene of `build`, for `save`.  `served`: the
-    scene was built without hosts for controllers with ports.  `run` needs a running event loop.
+    `speed`: multiple of real time; None: as fast as possible.  `scene`: the scene that `build` builds; needed for
+    `save`.  `served`: the scene was built without hosts for controllers with ports.  `run` needs a running event loop.
     """
 
     def __init__(
@@ -125,8 +125,8 @@ class Session:
 
     @property
     def seconds(self) -> float:
-        """Virtual time of the last advance, in seconds.  While no event is due, the bench is not advanced; see
-        `pacer.work`.
+        """Virtual time of the last advance, in seconds.  While no event is due, the bench is not advanced, so this time
+        can be in the past.
         """
         return to_seconds(self.bench.now)
 
@@ -218,7 +218,7 @@ class Session:
 
     @property
     def speed(self) -> float | None:
-        """Times real time; None: as fast as possible.  Raises UsageError for an invalid speed."""
+        """Speed as a multiple of real time; None: as fast as possible.  Raises UsageError for an invalid speed."""
         return self.pacer.speed
 
     @speed.setter
@@ -310,7 +310,7 @@ class Session:
             self._halt(which.sentence if which.once else f"break: {which.sentence}")
 
     def _on_failure(self, error: AxistwinError) -> None:
-        """Stop after a planned action has failed; during `go_to`, only log the error."""
+        """Pause after an action that was planned earlier has failed; during `go_to`, only log the error."""
         log.warning("%s", error)
         if self.progress is None:
             self.pacer.stop()
@@ -465,7 +465,7 @@ class Session:
 
     @property
     def _replayed(self) -> bool:
-        """True if the replay has reached its end, but has not been ended yet."""
+        """True if all recorded input has been replayed, but `_end_replay` has not been called yet."""
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:

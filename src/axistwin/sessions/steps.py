@@ -20,7 +20,7 @@ MAX_S = 60
 
 
 class StepObserver:
-    """Detects the end of a step within a `with` block; `kind`: the kind of step."""
+    """A context manager that detects the end of a step; `kind`: the kind of step."""
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:

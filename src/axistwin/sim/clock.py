@@ -79,13 +79,13 @@ class Clock(Environment):
 
     @property
     def free_ns(self) -> int:
-        """Time from now to the next event, in which nothing else happens; 0 if the clock is observed event by event."""
+        """Time from now to the next event; nothing happens in this time.  0 if the clock is observed event by event."""
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
         """Advance time without an event, if nothing else happens until `duration_ns` from now.  Return True if so.
 
-        A procedure that is resumed by a timeout of its own may skip its next timeout: the effect is the same.
+        A procedure that waits for its own timeout may skip the time instead of waiting; the effect is the same.
         """
         end_ns = self._now + duration_ns
         if self._unobserved and self._queue[0][0] > end_ns:
@@ -100,8 +100,9 @@ class Clock(Environment):
     def call_last(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
         """Do `action` once at `time_ns`, after all other events that are due by then.
 
-        The effect is the same as calling `run_to(time_ns)` and then `action`.  Of several such actions, those of a
-        lower `rank` (up to LAST) come first.  Return a function that cancels the action.
+        The effect is the same as calling `run_to(time_ns)` and then `action`.  Several actions at the same time are
+        done in the order of their `rank`, the lowest first; the highest rank is LAST.  Return a function that cancels
+        the action.
         """
         event = self._last_at(time_ns, rank)
         assert event.callbacks is not None
@@ -117,7 +118,7 @@ class Clock(Environment):
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """Return an event that happens after all other events that are due by then."""
         event = Event(self)
-        event._ok, event._value = True, None  # makes the event one that is scheduled for a time, like simpy.Timeout
+        event._ok, event._value = True, None  # As in simpy.Timeout: marks it as scheduled.
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 
@@ -163,8 +164,8 @@ class Clock(Environment):
 def interrupt(process: Process) -> None:
     """Interrupt a procedure at its `yield`: it is resumed there with `simpy.Interrupt`, in the same nanosecond.
 
-    Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Use this function
-    only; do not interrupt a procedure in another way.
+    Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Procedures must
+    not be interrupted in any other way.
     """
     clock = process.env
     assert isinstance(clock, Clock), "procedures belong to a clock"
@@ -184,7 +185,7 @@ def _possible(time_ns: int) -> int:
 
 
 def kill(process: Process) -> None:
-    """End a procedure at once, as a power cut does: it is not resumed; only its `finally` clauses run.
+    """End a procedure at once, as a power cut does.  The procedure is not resumed; only its `finally` clauses run.
 
     A pending interrupt is lost.  A procedure that ends itself ends at its next `yield`.
     """

@@ -1,8 +1,8 @@
 """The parts of SimPy that the clock uses, imported without the rest of SimPy.
 
-SimPy's `__init__` imports `importlib.metadata`, only to read SimPy's own version, and all kinds of resources: together
-more than half the time that a bare asyncio server needs to start.  It is executed when an attribute of `simpy` is first
-used.
+SimPy's `__init__` imports `importlib.metadata`, only to read SimPy's own version, and all kinds of resources.  These
+imports take more than half the time that a bare asyncio server needs to start.  Here `__init__` is executed when an
+attribute of `simpy` is first used.
 """
 
 import sys

@@ -41,7 +41,8 @@ SOUND = LineError.NONE
 class UartFormat:
     """The format of a character on the wire.  Parity as a letter: N(one), E(ven), O(dd), M(ark), S(pace).
 
-    Raises UsageError for an invalid format.  Valid are 1 to 12,000,000 baud, 5 to 8 data bits, 1, 1.5 or 2 stop bits.
+    Raises UsageError for an invalid format.  A format has 1 to 12,000,000 baud, 5 to 8 data bits, and 1, 1.5 or 2 stop
+    bits.
     """
 
     baudrate: int = 9600
@@ -92,7 +93,9 @@ class UartFormat:
         return odd if self.parity == "E" else not odd
 
     def frame(self, byte: int, flipped: int = 0) -> tuple[bool, ...]:
-        """Return the levels of start, data and parity bits; data bits in `flipped` are inverted, the parity is not."""
+        """Return the levels of start, data and parity bits.  The data bits in `flipped` are inverted; the parity bit is
+        not.
+        """
         byte &= (1 << self.bytesize) - 1
         data = tuple(bool((byte ^ flipped) >> bit & 1) for bit in range(self.bytesize))
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
@@ -146,7 +149,9 @@ def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tup
 
 @dataclass(slots=True)
 class Frame:
-    """A signal on a wire from `start_ns` on: spaces between bits of `bit/per` ns; otherwise the wire is at mark."""
+    """A signal on a wire from `start_ns` on, as runs of space, counted in bits of `bit/per` ns.  Otherwise the wire is
+    at mark.
+    """
 
     start_ns: int
     spaces: tuple[tuple[int, int], ...]

@@ -7,7 +7,8 @@ mark  ──┐     ┌──┐        ┌──
 space   └─────┘  └────────┘
         begin end                   half open: at `begin` the wire is at space, at `end` at mark
 
-Each space is stored once and removed once, and only the first space is read.  The cost per character is constant.
+Each space is stored once and removed once, and only the earliest stored space is read.  The computing time per
+character is therefore constant.
 """
 
 from collections import deque
@@ -74,7 +75,7 @@ class Levels:
             first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
-            # limits the number, because a break may last for hours
+            # `min` limits the number of samples, because a break may last for hours
             last = min(count, (space.end * per - since + width - 1) // width)
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
@@ -88,7 +89,7 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Discard all spaces that end by `at/per` ns."""
+        """Discard all spaces that end at or before `at/per` ns."""
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()

@@ -1,6 +1,6 @@
 """Reports of manual actions at a machine, for recordings: power on or off, a pushed shaft, a moved joystick.
 
-Actions of the bench itself (a scene's script, a fault) are not reported: every run repeats them.
+Actions of the bench itself (by a scene's script or a fault) are not reported, because every run repeats them.
 """
 
 from collections.abc import Callable, Iterator

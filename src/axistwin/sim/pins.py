@@ -60,7 +60,7 @@ class Pin:
 
     @property
     def level(self) -> bool:
-        """True if the level is high; for the opto-isolated inputs of the IF1/IF2, if current flows."""
+        """True if the level is high.  An opto-isolated input of the IF1/IF2 is high if current flows."""
         if self._holds:
             return self._holds[-1].level
         if self._driven is not None:
@@ -412,7 +412,7 @@ def _volts(level: bool | float) -> float:
 
 
 def connect(source: Pin, target: Pin, *, invert: bool = False, delay_ns: int = 0) -> None:
-    """Wire `source` to `target`: the target follows the source's level, optionally inverted and delayed."""
+    """Wire `source` to `target`.  The target then follows the source's level, optionally inverted or delayed."""
 
     def follow(pin: Pin) -> None:
         level = pin.level is not invert

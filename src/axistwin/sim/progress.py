@@ -11,7 +11,7 @@ Line = tuple[str, int]
 
 
 class Progress:
-    """Subscribers to program lines.  `attend()` is called whenever lines are added to or removed from `wanted`."""
+    """Subscribers to program lines.  `attend()` is called whenever `wanted`, the set of subscribed lines, changes."""
 
     def __init__(self, attend: Callable[[], None] = lambda: None) -> None:
         self._attend = attend
@@ -24,7 +24,7 @@ class Progress:
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Report to the subscribers that this line begins now."""
+        """Report to the subscribers that the line with this index begins now."""
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:

@@ -21,7 +21,7 @@ class Whole:
 class Reading:
     """A character that is being received in format `fmt`: the levels sampled in the middle of each bit so far.
 
-    Instants are whole numbers of 1/`per` ns.  `edge/edge_per` ns: the falling edge of its start bit.
+    Instants are whole numbers of 1/`per` ns.  The falling edge of the start bit is at `edge/edge_per` ns.
     """
 
     __slots__ = ("edge_ns", "end_ns", "fmt", "idle", "left", "levels", "next", "per", "space", "step", "taken")

@@ -136,7 +136,7 @@ class RegisterPort:
         return self._messages.subscribe(callback)
 
     def report_command(self, command: bytes) -> None:
-        """Report that the host has handed over this command (called by the device)."""
+        """Report that the host has transferred this command (called by the device)."""
         self._commands.emit(command)
 
     def report_message(self, message: bytes) -> None:

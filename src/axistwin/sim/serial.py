@@ -245,7 +245,9 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Discard a start bit in the future, because the new signal may bring an earlier one."""
+        """Discard a predicted start bit that is still in the future, because a new signal may contain an earlier start
+        bit.
+        """
         reading = self._reading
         if reading is not None and reading.space is not None and reading.edge_ns >= self.clock.now:
             reading.space.unread, self._reading = True, None
@@ -287,7 +289,7 @@ class Line:
     def _end_character(self, reading: Reading) -> None:
         """Deliver the character at the end of its first stop bit."""
         self._read_on(self.clock.now)
-        if reading is not self._reading:  # the start bit was false
+        if reading is not self._reading:  # after a false start bit, no character is delivered
             return
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
@@ -297,7 +299,7 @@ class Line:
         self._find_start_bit()
 
     def _receive_at_once(self, frame: Frame) -> None:
-        """Deliver a frame on a line without delays: each character is sampled by itself."""
+        """Deliver a frame on a line on which characters take no time; each character is sampled separately."""
         levels = Levels()
         levels.put(frame)
         [first, *_] = levels.falls(0, 1)
@@ -352,7 +354,7 @@ class Uart:
         self.received.emit(byte, errors)
 
     def understands(self, sent: UartFormat) -> bool:
-        """Return True if characters sent in this format are received correctly."""
+        """Return True if this receiver reads characters sent in this format correctly."""
         return self.format is sent or (self.format is not None and self.format.shape == sent.shape)
 
     def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:

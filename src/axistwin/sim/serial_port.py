@@ -18,7 +18,7 @@ X_ON, X_OFF = 0x11, 0x13
 
 
 class Flow(Enum):
-    """The host's flow control: none, by the device's DTR, or by X_ON and X_OFF from the device."""
+    """Kinds of flow control of the host: none, by the device's DTR, or by X_ON and X_OFF from the device."""
 
     NONE = "none"
     DTR = "dtr"
@@ -71,7 +71,7 @@ class DropPending:
 
 
 class SetInstant(NamedTuple):
-    """Action: characters take no time from now on, or their real time again."""
+    """Action of a user: from now on characters take no time, or their real time again."""
 
     on: bool
 
@@ -190,7 +190,9 @@ class SerialPort:
 
     @property
     def held(self) -> bool:
-        """True if the host's transmission is stopped, in any flow control; a character on the wire is completed."""
+        """True if the host's transmission is stopped, with any kind of flow control.  A character on the wire is
+        completed.
+        """
         return self._held
 
     @held.setter

@@ -1,4 +1,4 @@
-"""Connections of serial ends: two ends, several ends in a ring, or several ends on one pair of wires.
+"""Connections between the ends of serial lines: two ends, several ends in a ring, or several ends on one pair of wires.
 
 A `Wiring` connects the host's end to devices: `direct`, as a `daisy_chain` or as a `shared_pair`.
 """

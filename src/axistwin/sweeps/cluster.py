@@ -148,7 +148,7 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends first
+        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends data before it receives any
             raise OSError("another program listens there")
 
 

@@ -38,7 +38,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions of a value for its comparison with a number: the truth and the robustness (margin)."""
+    """Return two functions for a comparison with a number: for any value, they return the truth and the margin."""
     try:
         limit = real(number)
     except NumberError as error:
@@ -48,7 +48,7 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions of a level for the condition "level high" (or low): the truth and the robustness."""
+    """Return two functions for the condition "high" (or "low"): for any level, they return the truth and the margin."""
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
 

@@ -72,7 +72,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Complete the points by random values for the paths with distributions; each path has its own random sequence."""
+    """Add random values for the paths with distributions to each combination; each path has its own random sequence."""
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
         if path not in listed:

@@ -158,7 +158,7 @@ class Runner:
 
 
 def _without_ports(value: Any) -> Any:
-    """Return the tables of a scene without its ports; the panel then uses the simulated hosts of the scene."""
+    """Return the tables of a scene without ports, so that the panel runs the scene with its simulated hosts."""
     if not isinstance(value, list):
         return value
     return [{key: each for key, each in table.items() if key not in ("ports", "rs485_ports")} for table in value]

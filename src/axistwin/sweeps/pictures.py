@@ -1,8 +1,8 @@
 """Plot the results of a sweep: one row of plots for each measure and for each claim's robustness.
 
-A row has a histogram, a scatter plot over each path, and a heat map if exactly two numeric paths vary or,
-for the design `saltelli`, the Sobol indices as bars.  Runs that fail
-a claim are red; the worst runs of a claim are labelled with their run numbers.
+A row has a histogram and a scatter plot over each path.  If exactly two numeric paths vary, the row also has a heat
+map; for the design `saltelli`, it has the Sobol indices as bars instead.  Runs that fail a claim are red; the worst
+runs of a claim are labelled with their run numbers.
 """
 
 from collections.abc import Mapping, Sequence

@@ -36,7 +36,9 @@ STEPPER: dict[str, tuple[str, ...]] = {"position": ("pulses",), "lost": ()}
 
 @dataclass(frozen=True)
 class _LostSteps:
-    """Number of lost steps from the time `since_ns`; `losing` (or None) returns the number after n more pulses."""
+    """Lost steps from the time `since_ns` on.  `losing(n)` is their number after n more pulses; None: the number is
+    constant.
+    """
 
     since_ns: int
     lost: int

@@ -1,7 +1,8 @@
 """Search for the worst run with the evolution strategy CMA-ES.
 
-The search varies one fraction, 0 to 1, for each path.  The result depends on the seed, not on the number of workers.
-The search restarts at a random point if it has converged, or if all runs of a generation have the same robustness.
+The search varies one fraction, 0 to 1, for each path; the fraction selects a value from the path's range.  The result
+depends on the seed, not on the number of workers.  The search restarts at a random point if it has converged, or if all
+runs of a generation have the same robustness.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -93,7 +93,7 @@ def _final(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _masked(series: Series, where: Series | None) -> tuple[Any, Any]:
-    """Return the values of a signal and their durations for all times at which the condition `where` is true."""
+    """Return the values that a signal has while the condition `where` is true, and their durations."""
     if where is None:
         return series.values, series.seconds
     both = combined(lambda values, holds: np.stack((values, holds), axis=1), series, where)
@@ -242,7 +242,7 @@ def _position(text: str) -> float:
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
-    """Return the result of "never AXIS passes POSITION"; its robustness is the distance that remained."""
+    """Return the result of "never AXIS passes POSITION"; its robustness is the distance left, or -(distance beyond)."""
     name, position, way = passing
     series, times = record.series(name), record.times(event)
     where = during.truth(record) if during else series.map(np.ones_like)
@@ -260,7 +260,7 @@ def _not_passing(record: Recording, event: str, passing: tuple[str, float, int],
 
 
 def _not_happening(record: Recording, event: str, during: Condition | None) -> Finding:
-    """Return the result of "never EVENT while CONDITION"; its robustness is the time between them in s."""
+    """Return the result of "never EVENT while CONDITION"; its robustness is the time between the two, in s."""
     times = record.times(event)
     if during is None:
         return _verdict(not len(times), -np.inf if len(times) else np.inf, int(times[0]) if len(times) else None)

@@ -1,7 +1,7 @@
 """A study: the trials of a tuning, kept in an SQLite file of Optuna, which `optuna-dashboard` can show.
 
-Optuna proposes the trials in batches.  A batch depends only on the seed and on earlier trials.  So an interrupted study
-proposes the same trials again, and the number of workers has no effect.
+Optuna proposes the trials in batches.  A batch depends only on the seed and on earlier trials.  Therefore a resumed
+study proposes the same trials, and the number of workers has no effect.
 """
 
 import json

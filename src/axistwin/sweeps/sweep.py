@@ -131,8 +131,8 @@ class Sweep:
 
         `out`: Parquet file for the table; an interrupted sweep is resumed.  `seconds`: virtual time of each run.
         `workers`: number of processes; 0: run in this process; None: one process per core.  `limit`: longest real time
-        of a run in seconds.  `scheduler`: address of a Dask cluster, which runs
-        instead of processes of this computer.  Raises UsageError before the first run.
+        of a run in seconds.  `scheduler`: address of a Dask cluster, which performs the runs instead of this computer.
+        Raises UsageError before the first run.
         """
         if out is None:
             with TemporaryDirectory() as directory:
@@ -212,7 +212,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return the values to check before the first run: of drawn values the least and the greatest."""
+    """Return the values to check before the first run; of random numbers, only the least and greatest."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

@@ -1,4 +1,4 @@
-"""Tuning: find the values of a scene that give the best worst case over scattering values, with Optuna.
+"""Tuning, with Optuna: find the values of a scene with the best result in the worst case, while other values scatter.
 
 from axistwin.sweeps.tuning import Tuning
 
@@ -98,7 +98,7 @@ class Tuning:
         """Run up to `trials` trials; return the study, which is stored in the SQLite file `out`.
 
         A study in `out` is continued.  `design`: the combinations of varied values.  `scheduler`: address of a Dask
-        cluster, which runs instead of processes of this computer.  Raises UsageError.
+        cluster, which performs the runs instead of this computer.  Raises UsageError.
         """
         delivered, runner, scatter = self.check(design or Design(), seconds)
         check_scheduler(runner, scheduler)

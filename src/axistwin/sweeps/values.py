@@ -1,6 +1,6 @@
 """Parse the values of a varied path: `1..5`, `0.05..0.4:8`, `1..1000:4:log`, `[a, b]`, `normal(m, s)`, `uniform(a, b)`.
 
-A grid runs the listed values.  A random design draws from the same range: `a..b` is then the whole interval.
+A grid runs the listed values.  A random design draws values from the whole interval between `a` and `b`.
 """
 
 import re

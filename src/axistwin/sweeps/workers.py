@@ -184,7 +184,7 @@ class _Worker:
         self.process = subprocess.Popen(
             [sys.executable, "-c", "from axistwin.sweeps.workers import work; work()", self.name],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
-            start_new_session=True,  # Ctrl-C must interrupt only the parent process
+            start_new_session=True,  # Ctrl-C must interrupt only the parent process.
         )  # fmt: skip
         with suppress(OSError):
             self._pipe(self.process.stdin).write(self._setup)
@@ -200,7 +200,7 @@ class _Worker:
 
     def _write(self, task: Task) -> None:
         assert self.process is not None, "the worker has been started"
-        with suppress(OSError):  # a process that has ended: `receive` reports it
+        with suppress(OSError):  # the process has ended, which `receive` will report
             pickle.dump(task, self._pipe(self.process.stdin))
             self._pipe(self.process.stdin).flush()
 
@@ -254,11 +254,11 @@ def work() -> None:
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # the output of the user's host must not mix with the rows
+    os.dup2(2, 1)  # The output of the user's host must not mix with the rows.
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     prepare(runner)
-    with suppress(EOFError, BrokenPipeError):  # the parent has ended
+    with suppress(EOFError, BrokenPipeError):  # The parent has ended.
         pickle.dump(True, rows)  # ready
         rows.flush()
         while True:

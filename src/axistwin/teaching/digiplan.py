@@ -7,7 +7,6 @@ from axistwin.bench.acts import Act, Say, Wait
 from axistwin.controllers.digiplan.chapters.data_format import read_format
 from axistwin.controllers.digiplan.chapters.faults import INPUT_BITS, LIMITS, LineFault, MotionFault
 from axistwin.controllers.digiplan.chapters.terminals import TERMINALS
-from axistwin.controllers.digiplan.rules import NO_START
 from axistwin.controllers.digiplan.state import Stage
 from axistwin.programs.command_lines import ATTEMPTS, PATIENCE_S, READY_S, SELF_TEST_S, greeting
 from axistwin.teaching.guide import Guide, Reason, described
@@ -39,7 +38,6 @@ class DigiplanGuide(Guide):
     """Explains an IF1 or IF2."""
 
     single_characters = True
-    noted = frozenset({NO_START.code})
     suggestions = (
         ("X1000$", "index X by 1000 steps"),
         ("X-1000@800$", "index X back, at 800 steps/s"),

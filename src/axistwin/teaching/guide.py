@@ -74,8 +74,6 @@ class Guide(ABC):
 
     suggestions: tuple[tuple[str, str], ...] = ()
     """Examples of lines to type when moves are possible, with their meanings."""
-    noted: frozenset[str] = frozenset()
-    """Codes of diagnostics of complete programs, which `notes` replaces for a line that the user types."""
     single_characters = False
     """True if each command is one character, and commands follow each other without blanks."""
 

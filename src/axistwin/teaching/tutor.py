@@ -49,8 +49,7 @@ class Tutor:
             return in_the_way if text and text[:1] not in (b"(", b"U", b"V") else []
         characters = self._placed(line)
         notes = list(self.guide.notes(line))
-        replaced = self.guide.noted if notes else frozenset()
-        found = [each for each in self._check([*self._lines, characters]) if each.code not in replaced]
+        found = self._check([*self._lines, characters])
         self._lines = [*self._lines, characters][-LONGEST:]
         refused = any(each.severity is Severity.ERROR for each in found)
         comments = [words for each in found for words in self._comment(each)]

@@ -1,4 +1,4 @@
-"""Collect changes of signals, and sort them by time; changes in the same nanosecond, by signal."""
+"""Collect changes of signals, and sort them by time.  Changes in the same nanosecond are sorted by signal."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -38,7 +38,9 @@ class Batch:
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:
-        """Return the index near the middle at which a new time begins; the number of changes if there is no such."""
+        """Return the index nearest to the middle at which a new time begins; without such an index, the number of
+        changes.
+        """
         import numpy as np
 
         half_ns = self.times[len(self) // 2]

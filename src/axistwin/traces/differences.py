@@ -103,7 +103,8 @@ def _at(track: Track, time_ns: int) -> Value:
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
     """Return the first time at which the value of `this` does not occur in `that` within the tolerated time.
 
-    It is sufficient to check the times of changes of `this`, and of changes of `that` shifted by the tolerance.
+    It is sufficient to check the times at which `this` changes, and the times at which `that` changes, shifted by the
+    tolerance.
     """
     import numpy as np
 
@@ -123,7 +124,10 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Return True for each value of `this` (index `here`) that is not among values `first` to `last` of `that`."""
+    """Return an array with True for each value of `this` (at an index in `here`) that no value of `that` matches.
+
+    `first` and `last`: for each value, the range of indices in `that`.  `most`: largest difference that is a match.
+    """
     import numpy as np
 
     if TEXT in (this.kind, that.kind):

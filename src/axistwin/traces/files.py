@@ -151,8 +151,8 @@ class VcdSink(TextSink):
 class SigrokSink(VcdSink):
     """Writes a VCD file that every version of sigrok and PulseView reads.
 
-    The file has no scopes, because sigrok would show only the last part of a name.  Integers are reals: old versions
-    show only levels, and stop at an integer.  There are no texts.
+    The file has no scopes, because sigrok would show only the last part of a name.  Integers are written as real
+    numbers, because old versions of sigrok cannot read integers.  Texts are left out.
     """
 
     def _change(self, n: int, value: float | str) -> str:

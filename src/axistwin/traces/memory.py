@@ -34,7 +34,9 @@ def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
 
 
 class MemoryTrace:
-    """A trace in memory.  In a long run, only the extremes of groups of numbers and the latest texts are kept."""
+    """A trace in memory.  In a long run, only the least and the greatest of each group of numbers, and the latest
+    texts, are kept.
+    """
 
     def __init__(self, bench: Bench) -> None:
         self._bench, self._began_ns = bench, bench.now

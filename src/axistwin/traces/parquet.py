@@ -1,6 +1,7 @@
 """Write traces to Parquet files: one row per change, in columns `time_ns`, `signal` and `integer`, `number` or `text`.
 
-As in CSV files, step pulses have no rows.  The last row, of the signal `end`, gives the end time of the trace.
+As in CSV files, step pulses have no rows.  The last row has the signal name `end`, and its time is the end of the
+trace.
 
 A Parquet file ends with a table of contents (its footer), without which the file is unreadable.  Each row group is
 therefore written together with a new table of contents, which replaces the old table, so that the file is readable even

@@ -45,7 +45,7 @@ class ReportedRegisters:
         times, which, values = self.rows.take(before_ns)
         if not len(times):
             return []
-        order = np.argsort(which.astype(np.int16), kind="stable")  # 16 bits, for which NumPy uses the fast radix sort
+        order = np.argsort(which.astype(np.int16), kind="stable")  # NumPy sorts 16-bit numbers by the fast radix sort
         numbers, begins = np.unique(which[order], return_index=True)
         spans = zip(numbers.tolist(), begins.tolist(), [*begins[1:].tolist(), len(which)], strict=True)
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]

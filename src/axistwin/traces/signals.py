@@ -94,7 +94,7 @@ def pin_signal(pin: str) -> str:
 def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     name = controller.name
     for pin_name, pin in terminals(controller).items():
-        if not pin.silent:  # a silent pin is a step output, which is traced as signal `step` of its axis
+        if not pin.silent:  # a silent pin (one without change events) is a step output: signal `step` of its axis
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)

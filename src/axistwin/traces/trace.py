@@ -2,8 +2,9 @@
 
 `docs/traces.md` describes the signals.
 
-Tracing does not change the behaviour of a bench.  Changes are written in order of time; changes in the same nanosecond,
-in order of the signals.  They are collected and written in pieces of limited size, which do not influence the trace.
+Tracing does not change the behaviour of a bench.  Changes are written in order of time, and changes in the same
+nanosecond in order of the signals.  Changes are collected and written in pieces of limited size; the division into
+pieces does not change the trace.
 
 If the file cannot be written, the trace ends with a message, and the bench continues.
 """
@@ -332,7 +333,7 @@ class Tracer:
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """Write the changes before `before_ns`; if there are too many pulses, in two halves of the time."""
+        """Write the changes before `before_ns`.  If there are too many pulses, divide the time span in two."""
         since_ns = self.written_ns
         if sum(stepper.count(since_ns, before_ns) for stepper in self._steppers) > CHUNK and before_ns - since_ns > 1:
             self._write_span((since_ns + before_ns) // 2)

@@ -108,7 +108,7 @@ class Card:
             self._hardware.outputs.reset()
 
     def hint(self) -> str:
-        """Return why no move begins: the baud rate or the data format is unknown, or a step waits for an input."""
+        """Return the reason why no move begins: unknown baud rate or data format, or a step that waits for an input."""
         interface = self._interface
         if interface is None or interface.hint or interface.waiting is None:
             return "" if interface is None else interface.hint
@@ -130,10 +130,11 @@ class Card:
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running, ended_by=ended_by)}
 
     def registers(self) -> Mapping[str, Register]:
-        """Return status registers, named after the commands that report them: K without the motion bits, Q with them.
+        """Return the status registers, named after the commands that report them.  K is without the motion bits, Q
+        includes them.
 
-        E is empty until the data format is set, because the interface answers no command before.
-        `step` is the step of the sequence in progress, 0 if no sequence runs; O keeps the last step.
+        E is empty until the data format is set, because the interface answers no command before that.
+        `step` is the step in progress, or 0 if no sequence runs; O keeps the number of the last step.
         """
 
         def figure(read: Callable[[Interface], int], *, restless: bool = False) -> Register:
@@ -159,7 +160,9 @@ def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
     """Return the interface's control lines; the cable determines the sources of DSR and CTS."""
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return DSR or CTS, connected to the host, to an output of the interface, or to nothing (then reset)."""
+        """Return DSR or CTS, connected to the host or to an output of the interface; without a connection the line is
+        off.
+        """
         if source == "host":
             return pin
         line = Pin(pin.clock, pin.name)

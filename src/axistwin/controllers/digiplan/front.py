@@ -1,4 +1,4 @@
-"""Front panel of an IF1 or IF2: its one lamp, its lines, and the values of its status commands.
+"""Front panel of an IF1 or IF2: its only lamp, its terminals, and the values of its status commands.
 
 Chapters Configuring the interface, Installation, The RS232C control lines, Report-back functions, Clearing fault
 conditions.

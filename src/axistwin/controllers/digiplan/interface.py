@@ -22,7 +22,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # longest message, which is enough for 63 steps of the greatest length
+MOST_CHARACTERS = 2048  # number of characters of the longest message, enough for 63 steps of the greatest length
 INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
@@ -104,7 +104,7 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # lets the work end before the next character is read
+                yield self.clock.timeout(0)  # the work ends before the next character is read
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
@@ -179,7 +179,9 @@ class Interface(State):
             self.transmitter.send_flow_control(stop=full)
 
     def _cancel_at_once(self) -> None:
-        """Perform a received `# <CR>`, even while a message is held or an answer cannot be sent."""
+        """Perform a received `# <CR>`, even while a message is held (waits for the end of the work) or an answer cannot
+        be sent.
+        """
         if self.work.turn is not None:
             self.buffer.drop_before_cancel()
             self.work.drop_held()
@@ -223,7 +225,7 @@ class Interface(State):
     def _carry_out_later(self, message: Message) -> Procedure:
         """Carry out a message after the held message has begun; a `#` drops both messages.
 
-        Until then, answer status requests that arrive after the message.
+        Before that, answer the status requests that arrive after the message.
         """
         while self.work.held is not None:
             turn = self.work.turn = self.work.turn or self.clock.event()
@@ -292,5 +294,5 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event after which the next status request reports busy, because the work has begun."""
+        """Return an event that occurs when the work has begun, so that the next status request reports busy."""
         return self.clock.timeout(0)

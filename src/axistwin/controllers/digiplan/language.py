@@ -25,13 +25,13 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 class Accept(Flag):
     """Kinds of messages and states of the interface in which a command is allowed."""
 
-    DIRECT = auto()  # allowed in a message that is executed at once
-    STEP = auto()  # allowed in a step of a sequence
-    ALONE = auto()  # allowed as a message of its own
-    LOCKED = auto()  # obeyed even while the interface is locked
-    REQUEST = auto()  # a status request: answered even while a message is held
-    SETUP = auto()  # allowed during initialisation only
-    WRITTEN = auto()  # part of another command, e.g. the sign of a distance
+    DIRECT = auto()  # Allowed in a message that is executed at once.
+    STEP = auto()  # Allowed in a step of a sequence.
+    ALONE = auto()  # Allowed as a message of its own.
+    LOCKED = auto()  # Obeyed even while the interface is locked.
+    REQUEST = auto()  # A status request: answered even while a message is held.
+    SETUP = auto()  # Allowed during initialisation only.
+    WRITTEN = auto()  # Part of another command, e.g. the sign of a distance.
 
 
 class Order(IntEnum):
@@ -42,7 +42,7 @@ class Order(IntEnum):
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A command character, with its place in the order of commands."""
+    """A command character, and its position in the prescribed order of commands."""
 
     order: Order = Order.ANY
     form: str = ""
@@ -154,7 +154,9 @@ class _Reader:
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
-        """Add a problem in the text from `at` (default: the next character) up to, but not including, `end`."""
+        """Add a problem of the text from index `at` (default: that of the next character) up to, but not including,
+        `end`.
+        """
         begin = min(self.at if at is None else at, len(self.places) - 1)
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
         behind = self.places[end - 1] + 1 if end > begin else 0

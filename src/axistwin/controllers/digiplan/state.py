@@ -92,7 +92,7 @@ class State(ABC):
         """Erase parameters, sequence and lock."""
 
     def drop(self, hint: str) -> None:
-        """Report the reason for dropping characters of the host, unless that reason was reported last."""
+        """Report the reason for dropping characters of the host, unless the last report gave the same reason."""
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)

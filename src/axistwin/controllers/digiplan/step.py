@@ -12,7 +12,7 @@ class EndOfWork(Exception):  # noqa: N818  # not a programming error
 
 
 class Fault(Enum):
-    """Kind of fault that a wrong message raises."""
+    """Kind of fault that an invalid message raises."""
 
     DATA = "data fault"
     RANGE = "out of range"
@@ -78,14 +78,14 @@ class Parameters:
     """Values that are kept until they are overwritten (chapter Default values)."""
 
     speed_range: int = 1
-    speed: int = 400  # steps/s
-    start_stop: int = 4  # x 100 steps/s
-    acceleration: int = 10  # x 1000 steps/s²
-    distance: int = 0  # number of steps; in linear interpolation, of the major axis
+    speed: int = 400  # Speed in steps/s.
+    start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
+    acceleration: int = 10  # Acceleration in units of 1000 steps/s².
+    distance: int = 0  # Length of an index in steps; in linear interpolation, of the major axis.
     minor_distance: int = 0
-    backlash: int = 0  # signed number of steps
-    pulse_length: int = 10  # x 10 ms
-    character_delay: int = 0  # x 10 ms
+    backlash: int = 0  # Backlash distance in steps, with its sign.
+    pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
+    character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
         """Return these parameters with the settings of the step."""
@@ -96,5 +96,5 @@ class Parameters:
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return the parameters after the step has begun; a run sets the index length to zero."""
+        """Return the parameters that are in force after the step has begun; a run sets the index length to zero."""
         return self.after(step).without_index() if step.run else self.after(step)

@@ -84,7 +84,9 @@ class Work:
         return control
 
     def when_free(self, begin: Procedure) -> Procedure | None:
-        """Return `begin` if no work is in progress; otherwise hold it until the work has finished, and return None."""
+        """Return `begin` if no work is in progress; otherwise store `begin` until the work has finished, and return
+        None.
+        """
         if not self.occupied:
             return begin
         self.held = self.clock.process(self._hold(begin))

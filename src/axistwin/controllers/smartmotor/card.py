@@ -45,7 +45,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # the processor before power-off, whose shaft may still turn
+        self._before: Motor | None = None  # the processor before power-off; the shaft may still turn
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
@@ -117,7 +117,7 @@ class SmartMotor:
 
 
 def _check(sessions: "Sequence[Session]") -> "list[Diagnostic]":
-    """Return the diagnostics of stored programs and of what a host sends."""
+    """Return the diagnostics of stored programs and of the characters that a host sends."""
     from axistwin.controllers.smartmotor.checker.program import check  # lazy import: no run needs it
 
     return check(sessions)

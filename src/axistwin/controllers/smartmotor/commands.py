@@ -1,7 +1,7 @@
 """The command table of the SmartMotor with firmware 4.76, one command per line.
 
-The order is that of the guide for the base language; additions of 4.76 follow each chapter.  A code is the keyword
-with the characters that must follow: `G`, `A=`, `GOSUBn`, `PRINT()`.
+The order is that of the guide to the base language; after each chapter come the additions of 4.76.  The code of a
+command is its keyword with the characters that must follow: `G`, `A=`, `GOSUBn`, `PRINT()`.
 """
 
 from functools import partial
@@ -28,7 +28,7 @@ from axistwin.controllers.smartmotor.serial import program_store, serial_data
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# Chapters: numbered ones are of the 4.76 manual, all others of the guide to the base language
+# Chapters: those with a number are of the 4.76 manual, all others of the guide to the base language
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"

@@ -1,7 +1,7 @@
 """The front view of a SmartMotor: its status word by letter, mode, brake, temperature and position.
 
-Table 4.1 (Br Bl Be Bh), 5.1 and 5.2 (Bo, Bt, brake), 7.1 (Bp, Bm) of 4.76; the other bits and the letters of RMODE are
-those of the base language.
+From the 4.76 manual are Br Bl Be Bh (table 4.1), Bo, Bt and the brake (5.1, 5.2), Bp and Bm (table 7.1).  The other
+bits and the letters of RMODE are those of the base language.
 """
 
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word

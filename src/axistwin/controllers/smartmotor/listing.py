@@ -1,12 +1,13 @@
 """The stored program as lines, and the line that is running.
 
 The motor stores the loaded lines without comments and needless blanks.  For a program with only one line, each
-statement is listed as a line of its own.  A line runs from the sample in which one of its statements begins until a
-statement of another line begins.  WAIT and TWAIT therefore run while they hold the program.
+statement is listed as a line of its own.  A line is running from the sample in which one of its statements begins until
+a statement of another line begins.  A line with WAIT or TWAIT is therefore running while WAIT or TWAIT holds the
+program.
 
 While there are subscribers, the program in the memory is replaced by an equivalent program, which announces
-statements before their execution (`Program.announces`).  For a line with one statement, its announcement is enough;
-for a line with several statements, all statements of the program are announced.
+statements before their execution (`Program.announces`).  If only lines with one statement are observed, their
+statements are announced; otherwise all statements of the program are announced.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -75,7 +76,7 @@ class Lines:
             self._attend()
 
     def listings(self) -> Mapping[str, Listing]:
-        """Listing of the stored program, with or without power."""
+        """The listing of the stored program, which exists with and without power."""
         motor = self._motor
         assert motor is not None, "it has been switched on once"
         if motor.nonvolatile.broken:
@@ -89,7 +90,7 @@ class Lines:
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
-        """Return a follower that converts statement numbers to line numbers, from 1, for another follower."""
+        """Return a function that converts statement numbers to line numbers, from 1, and calls `follower` with them."""
         if LINE not in names:
             return follower
         place = names.index(LINE)

@@ -122,8 +122,8 @@ class Motor(Processor):
     def set_program(self, text: str) -> None:
         """End the running program and replace the program in the memory.
 
-        The text is compiled in this nanosecond, in pieces, so that a long program is not one long step of the
-        simulation.
+        The text is compiled at the present virtual time, in pieces, so that a long program does not block the
+        simulation for a long time.
         """
         flow.end(self)
         self._compilation = Compilation(text)
@@ -147,7 +147,7 @@ class Motor(Processor):
         self.core.code = array("q", program.code)
 
     def update_outputs(self) -> None:
-        """Update brake, windings and signals after a change of the state."""
+        """Update the brake, the windings and the output signals after a change of the state."""
         if self.powered:
             brakes.update_outputs(self)
             limits.update_flags(self)
@@ -187,7 +187,7 @@ class Motor(Processor):
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # the machine has been used before, so its state is kept
+        if axis.f:  # the machine keeps the state of its earlier use
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value

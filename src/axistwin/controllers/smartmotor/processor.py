@@ -113,7 +113,7 @@ class Processor(Dispatcher, ABC):
         """Handle the events at which the kernel has stopped."""
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state to the last sample up to now.  `changing`: True if the caller will change the state."""
+        """Advance the state to the last sample at or before now.  `changing`: the caller will change it."""
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
@@ -121,11 +121,13 @@ class Processor(Dispatcher, ABC):
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self) -> None:
-        """Set the flags for invalid text or an impossible command: Bs, and RCHN of the host's channel."""
+        """Set the flag Bs for invalid text or an impossible command, and the error that RCHN reports for the host's
+        channel.
+        """
         self._flag(s.BS, ChannelError.SCAN)
 
     def overflow(self) -> None:
-        """Set the flags for data that does not fit: Bc, and RCHN of the host's channel."""
+        """Set the flag Bc for data that does not fit, and the error that RCHN reports for the host's channel."""
         self._flag(s.BC, ChannelError.OVERFLOW)
 
     def _flag(self, slot: int, error: ChannelError) -> None:
@@ -134,8 +136,8 @@ class Processor(Dispatcher, ABC):
             self.host.flag(error)
 
     def send(self, data: bytes, channel: int | None = None) -> None:
-        """Send the output of the statement in progress: to the host of a command, or to the program's channel.  A
-        program is blocked while too much output is waiting.
+        """Send the output of the statement in progress, to the host that has sent the command or to the program's
+        channel.  A program is blocked while too much output is waiting.
         """
         if self.host is not None and channel is None:
             self.host.send(data)

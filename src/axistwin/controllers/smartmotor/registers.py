@@ -1,6 +1,6 @@
-"""Registers for inspection: all stored values of expressions, and the mode.  The names are those of the report
-commands, such as RPE for @PE, because A to G are terminals.  The buffered P and V cannot be reported and keep their
-names.  CLK (the time itself), values fetched from outside and the levels of pins are not included.  `line` is the
+"""Registers for inspection: the mode, and all stored values that an expression can read.  The names are those of the
+report commands, such as RPE for @PE, because A to G are terminals.  The buffered P and V cannot be reported and keep
+their names.  CLK (the time itself), values fetched from outside and the levels of pins are not included.  `line` is the
 line of the stored program that is running.
 """
 
@@ -43,7 +43,9 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a follower of all these names, which forwards only the changes of some registers to this follower."""
+        """Return a function that receives the changes of all these registers, and forwards those that the follower
+        wants.
+        """
         place = {names.index(name): k for k, name in enumerate(self.names)}
 
         def report(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
@@ -72,11 +74,11 @@ class Registers:
                 one.follower([self.clock.now] * count, range(count), [self._read(name) for name in one.names])
 
     def table(self) -> dict[str, Register]:
-        """Return all registers, also under their names in an expression."""
+        """Return all registers by name; a register whose name in expressions differs has both names."""
         return {name: Register(partial(self._value, name), _also(name), costly=name in COSTLY) for name in numbers()}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Report each change of these registers to a follower.  Each of several followers has its own registers."""
+        """Report each change of these registers to `follower`.  Several followers may follow different registers."""
         one = _Following(tuple(names), self._lines.in_lines(names, follower))
         self._followings.append(one)
         self._follow()
@@ -98,7 +100,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return all followed names, and the only follower or a function that calls all followers."""
+        """Return the names of all followed registers, and a function that reports a change to all followers."""
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower
         names = tuple(dict.fromkeys(name for one in self._followings for name in one.names))

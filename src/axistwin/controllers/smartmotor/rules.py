@@ -1,14 +1,14 @@
 """Diagnostics of the SmartMotor checker: the table of codes.
 
-1xx a command and its values, 2xx program flow, 3xx mode cam, 4xx changes of 4.76 against 4.15 and 4.40,
-5xx the whole program and the host's line.
+The codes 1xx concern a command and its values, 2xx program flow, 3xx mode cam, 4xx changes of 4.76 against 4.15 and
+4.40, 5xx the whole program and the host's serial line.
 """
 
 from axistwin.controllers.diagnostics import Rule, Severity
 
 E, W = Severity.ERROR, Severity.WARNING
 
-# Chapters: numbered ones are of the 4.76 manual, all others of the guide to the base language
+# Chapters: those with a number are of the 4.76 manual, all others of the guide to the base language
 LEXICAL, EXPRESSIONS, FLOW, F_WORD = "Lexical rules", "Variables and mathematics", "Program flow", "7.0 F="
 EQUAL, ARRAYS, CAM, ON_THE_FLY = "8.1 Forced equal sign", "8.2 Arrays", "9.1 Mode cam", "9.5 On-the-fly changes"
 LIMITATIONS, HARD, BRAKE, HOST = (

@@ -1,4 +1,4 @@
-"""Terminals whose level comes from the machine: pins A and B with an external encoder, and the index line."""
+"""Terminals whose level the machine sets: pins A and B if an external encoder is connected, and the index line."""
 
 from collections.abc import Callable
 from math import ceil, floor
@@ -38,7 +38,7 @@ class EncoderPin(UserPin):
 
     @property
     def restless(self) -> bool:  # type: ignore[override]  # it depends on what is wired to the pin
-        """True if the level is read on demand."""
+        """True if the level can change without an event, and must be read on demand."""
         return self.shows_encoder
 
     @property
@@ -98,7 +98,9 @@ class EncoderPin(UserPin):
                 self._arm_axis()
 
     def _next_count(self, way: int) -> int | None:
-        """Return the next count in this direction (+1, -1) at which the level differs; None: the level is steady."""
+        """Return the next count in this direction (+1 or -1) at which the level changes; None if the level does not
+        change.
+        """
         count = self._master.count
         level = self._level_at(count)
         return next((count + way * n for n in (1, 2) if self._level_at(count + way * n) is not level), None)
@@ -155,7 +157,7 @@ class IndexLine(Pin):
             self._report_changes()
 
     def _report_changes(self) -> None:
-        """Let the kernel stop at every change of the index line."""
+        """Make the kernel stop at every change of the index line."""
         if self._motor is not None:
             self._motor.catch_up()
             self._motor.i[s.OBSERVE_INDEX] = 1

@@ -1,4 +1,4 @@
-"""Advance a bench: report failed actions, apply changes of the speed, and then send pending output."""
+"""Advance a bench; then report failed actions, apply changes of the speed, and send pending output."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -47,13 +47,15 @@ class Advancer(ABC):
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """Advance the bench by one slice with `advance(over)`, outside the pacer's own advances; then flush the ports.
+        """Advance the bench by one slice of real time with `advance(over)`, outside the pacer's own advances; flush the
+        ports.
 
-        `advance` must return at the end of a nanosecond, soon after `over()` is True.  Return the result of `advance`.
+        `advance` must return at the end of a nanosecond, soon after `over()` has become True.  Return the result of
+        `advance`.
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # after a failed action, the bench is advanced again
+        while not found:  # a failed action ends the first advance, so the bench is advanced again
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

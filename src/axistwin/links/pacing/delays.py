@@ -5,7 +5,7 @@ LATE_S = 0.025
 
 
 class Delays:
-    """Number of paced advances with a due event (blocks), and number of late ones (overruns)."""
+    """Number of paced advances with a due event (blocks), and number of late advances (overruns)."""
 
     def __init__(self) -> None:
         self.blocks = 0

@@ -1,4 +1,4 @@
-"""Virtual time as fast as possible: in slices, between which sockets are served."""
+"""Virtual time as fast as possible.  The bench runs in slices of real time; between them, sockets are served."""
 
 import asyncio
 

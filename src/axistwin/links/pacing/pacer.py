@@ -29,7 +29,7 @@ class Pacer(Advancer):
         self.delays = Delays()
         self._speed = speed
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._drive: RealTime | FullSpeed | None = None  # None while virtual time is stopped
+        self._drive: RealTime | FullSpeed | None = None  # the pacing in progress; None while virtual time is stopped
 
     @property
     def speed(self) -> float | None:
@@ -95,10 +95,10 @@ class Pacer(Advancer):
             self.flush()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Advance virtual time to now, call `read`, and plan the next advance again.  Return the result of `read`.
+        """Advance virtual time to now, call `read`, and plan the next advance.  Return the result of `read`.
 
-        The pacer sleeps while no event is due, even while a motor moves.  Reading the state of a SmartMotor makes the
-        motor plan its block again, so that an event may become due earlier.
+        The pacer sleeps while no event is due, even while a motor moves.  A SmartMotor computes a block of samples
+        ahead.  Reading the motor's state makes it plan this block again, and an event may become due earlier.
         """
         self.work()
         try:
@@ -121,7 +121,7 @@ class Pacer(Advancer):
         return self.delays.report()
 
     def _restart(self) -> None:
-        """Begin to pace anew, by the wall clock or at full speed, from the present virtual time."""
+        """Start pacing again from the present virtual time, by the wall clock or at full speed."""
         assert self._loop is not None
         self._cancel()
         if self._speed is None:

@@ -1,4 +1,4 @@
-"""Slices: the time that the bench runs before sockets are served again."""
+"""Slices of real time, for which the bench runs before sockets are served again."""
 
 from time import perf_counter
 

@@ -1,4 +1,4 @@
-"""Speeds: times real time, or `max`, as fast as possible."""
+"""Speeds of virtual time: a multiple of real time, or `max` (as fast as possible)."""
 
 from axistwin.errors import UsageError
 from axistwin.numbers import NumberError, real, shortened

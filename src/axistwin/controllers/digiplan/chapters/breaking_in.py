@@ -14,12 +14,12 @@ class BreakIn:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._offered: UartFormat | None = None  # format in which the present character is read
-        self._detected: UartFormat | None = None  # data bits, parity and stop bits of the received `(`
+        self._offered: UartFormat | None = None  # Format in which the present character is read.
+        self._detected: UartFormat | None = None  # Data bits, parity and stop bits of the received `(`.
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Start or stop detecting other formats; during detection errors are not flagged."""
+        """Start or stop the detection of other formats; during the detection, character errors set no fault bits."""
         self._state.buffer.checking = not on
         self._state.uart.second_look = self._offer if on else None
 
@@ -42,7 +42,7 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """True if a character was read in another format; a `(` sets the UART to that format."""
+        """True if a character was read in another format; if it is `(`, set the UART to that format."""
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:
             self._state.uart.format = self._detected = other

@@ -14,7 +14,11 @@ PARITIES: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7
 
 @dataclass(frozen=True)
 class Frame:
-    """A data format: terminator `U` or `V`, x1 (frame) 1 to 8, x2 (parity, echo, X-on/X-off) 1 to 9."""
+    """A data format, as a host selects it: terminator by `U` or `V`, frame by x1 = 1 to 8, other settings by x2 = 1 to
+    9.
+
+    x2 selects parity, echo, and X-on/X-off.
+    """
 
     terminator: str = "U"
     x1: int = 6
@@ -51,7 +55,8 @@ class Frame:
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Return a byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits bit 8 does not exist.
+        """Return a byte as it is sent.  Depending on the format, bit 8 is data, always 0, always 1, or (7 data bits)
+        absent.
 
         The quick status needs all eight bits, so the byte is unchanged if the format fixes bit 8 at 1.
         """
@@ -64,9 +69,10 @@ class Frame:
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Format in which a message was received: baud rate, data bits, parity, bit 8 of the command and its terminator.
+    """Format in which a message was received: baud rate, data bits, parity, and bit 8 of the command and of the
+    terminator.
 
-    An 8-bit receiver without parity finds the parity bit of a 7-bit sender in bit 8.
+    A receiver with 8 bits and no parity reads the parity bit of a 7-bit sender as bit 8.
     """
 
     baudrate: int

@@ -1,7 +1,8 @@
 """Chapters Control of data transfer, Serial data format and Inter-character delay: characters in and out.
 
-In:  UART, then after about 1 ms the 64-character input buffer, whose filling level sets DTR (or sends X-off and X-on).
-Out: one character after the other, each after the programmed delay, and only while DSR and CTS are set.
+Input: a character stays in the UART for about 1 ms and then enters the 64-character input buffer, whose filling level
+sets DTR (or sends X-off and X-on).  Output: characters are sent one after the other, each after the programmed delay,
+and only while DSR and CTS are set.
 """
 
 from collections import deque
@@ -15,9 +16,9 @@ from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-NEARLY_FULL = 52  # number of buffered characters (80 %) at which DTR or X-off stops the host
-NEARLY_EMPTY = 12  # number of buffered characters (20 %) at which the host may continue
-OVERFLOW = 61  # number of buffered characters (95 %) at which a data fault occurs and the whole buffer is lost
+NEARLY_FULL = 52  # Number of buffered characters (80 %) at which DTR or X-off stops the host.
+NEARLY_EMPTY = 12  # Number of buffered characters (20 %) at which the host may continue.
+OVERFLOW = 61  # Number of buffered characters (95 %) at which a data fault occurs and the whole buffer is lost.
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 
@@ -50,7 +51,7 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Start or stop accepting characters with errors, as needed before the data format is known."""
+        """Accept or refuse characters with errors; they are accepted only until the data format is known."""
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
@@ -75,7 +76,9 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the first message whose text fulfils `wanted`, with its terminator; "" if there is none."""
+        """Remove and return the characters of the first message for whose text `wanted` is True; empty if there is
+        none.
+        """
         begin = 0
         for end, character in enumerate(self.characters, 1):
             if character & 0x7F != ends_message:

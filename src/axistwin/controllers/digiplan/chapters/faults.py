@@ -1,4 +1,4 @@
-"""Chapter Clearing fault conditions: a fault is stored until the host has requested the status.
+"""Chapter Clearing fault conditions: a fault is stored until the host has read the status.
 
 The bits of `MotionFault` are reported by K, those of `LineFault` by F, and those of `INPUT_BITS` by I.
 """
@@ -12,7 +12,7 @@ from axistwin.sim.pins import Pin
 
 
 class MotionFault(IntFlag):
-    """Bits 16 to 128 of K: the faults that inhibit motion, and COMMUNICATION, which does not."""
+    """Bits 16 to 128 of K: three faults that inhibit motion, and COMMUNICATION, which does not inhibit motion."""
 
     NONE = 0
     DRIVE = 16
@@ -132,7 +132,7 @@ class StopInputs:
             return
         self._faults.raise_motion(FAULTS[pin.name])
         if pin.name in DRIVES:
-            self._motion.drop(DRIVES[pin.name])  # stops this axis without deceleration
+            self._motion.drop(DRIVES[pin.name])  # an open input stops this axis without deceleration
         if pin.name not in LIMITS or self._limit_stops(pin.name):
             self._cancel()
 

@@ -14,8 +14,8 @@ REVERSAL_NS = 3 * MS
 def axis(name: str, step: Step, direction: int, distance: int | None) -> str | None:
     """Commands X Y Z: an axis, its direction (default +) and optionally the distance, 0 to 999,999,999 steps.
 
-    Several axes share one distance, the last one stated; the distance is kept for later indexes, the direction is
-    not.  Axes after `/` are minor axes, with a distance of their own.  Chapter Index mode instructions.
+    Several axes share one distance, the last one stated.  Later indexes use this distance again, but not the direction.
+    Axes after `/` are minor axes, which have a distance of their own.  Chapter Index mode instructions.
     """
     if name in step.major or name in step.minor:
         return f"axis {name} is repeated"
@@ -26,7 +26,7 @@ def axis(name: str, step: Step, direction: int, distance: int | None) -> str | N
 
 
 def backlash(step: Step, distance: int | None) -> str | None:
-    """Command B: with a sign and 0 to 255 steps, store the backlash distance; without them, correct this index.
+    """Command B: with a sign and 0 to 255 steps, store the backlash distance; without a number, correct this index.
 
     Chapter Backlash correction.
     """
@@ -41,8 +41,8 @@ def index(state: State, step: Step) -> Procedure:
     """Move all axes of the step by the distance, up and down the ramp; return when the axes are at rest.
 
     With correction, a move against the backlash direction overshoots by the backlash distance and returns at the
-    start/stop speed, so that every index ends in the same direction.  The return is left out towards an open limit
-    switch.  The backlash direction is the same for all axes: if they move in different directions, some end in a
+    start/stop speed, so that every index ends in the same direction.  No return is made towards an open limit switch.
+    The backlash direction is the same for all axes; if the axes move in different directions, some of them end in a
     wrong place, as the manual warns.
     """
     parameters, generator = state.in_force, state.motion
@@ -61,13 +61,14 @@ def index(state: State, step: Step) -> Procedure:
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """True if the index is corrected: the length is not 0 and the direction is against the backlash direction."""
+    """True if the index is corrected: its length is not 0, and its direction is against the backlash direction."""
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0
 
 
 def cancel(state: State) -> None:
-    """Command #: stop every axis with deceleration, end a sequence, a wait or a pulse; the rest of the index is lost.
+    """Command #: stop every axis with deceleration, and end a sequence, a wait or a pulse.  The rest of the index is
+    lost.
 
     Characters before # in the message are dropped.  Chapter Index mode instructions.
     """

@@ -9,21 +9,21 @@ from axistwin.sim.clock import Procedure
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
-LOW_BITS = 4  # "(" begins with four low bits: the start bit and three zeros
-TOLERANCE = 10  # a baud rate is recognised within ±10 %
+LOW_BITS = 4  # "(" begins with four low bits: the start bit and three zeros.
+TOLERANCE = 10  # A baud rate is recognised within ±10 %.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # sample program 4 of the manual sends the answer of the interface back to the interface
+ECHOED = "U"  # answer of the interface, which sample program 4 of the manual sends back to the interface
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
-FLASH_NS = 250 * MS  # the lamp "flashes twice per second"
-REINITIALISE_NS = 5 * MS  # time to set up the UART after the data format message
+FLASH_NS = 250 * MS  # The lamp "flashes twice per second".
+REINITIALISE_NS = 5 * MS  # Time to set up the UART after the data format message.
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
-    """Return the baud rate at which `(` holds the line low for this time."""
-    low, per = low_ns.numerator, low_ns.denominator  # integers are used, because fractions are slow
+    """Return the baud rate at which the start of `(` holds the line low for this time."""
+    low, per = low_ns.numerator, low_ns.denominator  # integers instead of fractions, which are slow
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)
@@ -81,8 +81,8 @@ def set_data_format(state: State) -> Procedure:
 def _data_format(state: State) -> Procedure:
     """Wait for a valid `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`, and return its Frame.
 
-    Characters with framing errors are accepted, so that a host can use its own format from the beginning.  Each `(`
-    is answered `U <CR>`; `*` erases the memory and gets the same answer.  A wrong message is dropped without an
+    Characters with framing errors are accepted, so that a host can use its own format from the beginning.  The answer
+    to each `(` is `U <CR>`; `*` erases the memory and gets the same answer.  A wrong message is dropped without an
     answer; the host must repeat the whole message.
     """
     reader = FormatReader()
@@ -127,7 +127,7 @@ class FormatReader:
 def only_at_initialisation(_: Step) -> str:
     """Commands ( * U V: baud rate detection, erasing, data format.  Obeyed during initialisation.
 
-    After initialisation they are a data fault.  While the interface is locked, `(` begins the initialisation again if
-    DSR is active and nothing moves.  Chapters Initialisation, Breaking into a locked state.
+    After initialisation these commands are a data fault.  While the interface is locked, `(` begins the initialisation
+    again if DSR is active and nothing moves.  Chapters Initialisation, Breaking into a locked state.
     """
     return "for initialisation only"

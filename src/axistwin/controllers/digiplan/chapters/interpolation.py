@@ -8,18 +8,18 @@ from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.sim.clock import Procedure
 
-MOST_SPEED = 10_000  # steps/s
-LEAST_ACCELERATION = 5  # x 1000 steps/s²
-MOST_DISTANCE = 65_535  # largest number of steps of the major axis
+MOST_SPEED = 10_000  # Highest speed in steps/s.
+LEAST_ACCELERATION = 5  # Lowest acceleration in units of 1000 steps/s².
+MOST_DISTANCE = 65_535  # Largest number of steps of the major axis.
 ONLY_RANGE = 1
 
 
 def minor_axis(step: Step) -> str | None:
     """Command /: the next axes, one or two, are minor axes.
 
-    The minor axis runs its own distance at speed x minor / major.  Speed up to 10,000 steps/s, acceleration from 5000
-    steps/s², major distance up to 65,535 steps, speed range 1; otherwise out of range.
-    Chapter Linear interpolation mode.
+    The minor axis runs its own distance at speed x minor / major.  The speed must be at most 10,000 steps/s, the
+    acceleration at least 5000 steps/s², the major distance at most 65,535 steps, the speed range 1; otherwise the move
+    is out of range. Chapter Linear interpolation mode.
     """
     if step.interpolated:
         return "/ is repeated"

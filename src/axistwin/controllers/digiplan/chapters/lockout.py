@@ -6,7 +6,7 @@ from axistwin.controllers.digiplan.state import State
 def lock(state: State) -> None:
     """Command [: from now on only status requests and `]` are obeyed, and communication errors are not flagged.
 
-    In an IF2 parameters, sequence, baud rate and data format are now kept without power.
+    From then on an IF2 keeps parameters, sequence, baud rate and data format without power.
     Chapters Communication lockout commands, Storing a sequence in the IF2.
     """
     state.set_locked(True)

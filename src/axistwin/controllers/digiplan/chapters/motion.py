@@ -43,9 +43,9 @@ class RampGenerator:
         *,
         further: bool = False,
     ) -> None:
-        """Start the axes; `further`: True if the steps belong to the previous motion.
+        """Start the axes; `further`: True if the step count of the previous motion continues.
 
-        `minor`: in an interpolation, the ratio of the rate of each minor axis to that of the profile.
+        `minor`: for each minor axis of an interpolation, the ratio of its step rate to the rate of the profile.
         """
         self._steps_before = self.steps if further else 0
         self._ratios, self.interpolating = dict(minor or {}), minor is not None
@@ -118,7 +118,7 @@ class RampGenerator:
         self._plan_end()
 
     def drop(self, axis: str) -> None:
-        """Stop an axis without deceleration, and the ramp generator if this was the last axis."""
+        """Stop an axis without deceleration; after the last axis, stop the ramp generator as well."""
         if self.directions.pop(axis, None) is None or not self.running:
             return
         self.axes[axis].halt()

@@ -14,7 +14,7 @@ OUTPUTS = range(1, 6)
 class Outputs:
     """The five opto-isolated outputs: their programmed states, and their transistors, which need the 24 V supply.
 
-    `follow_led`: link 3 of the card in position b; output 5 follows the LED and cannot be programmed.
+    `follow_led`: True if link 3 of the card is in position b; output 5 then follows the LED and cannot be programmed.
     """
 
     def __init__(self, pins: Mapping[str, Pin], *, follow_led: bool) -> None:
@@ -74,7 +74,7 @@ def reset_outputs(step: Step, outputs: tuple[int, ...]) -> None:
 def pulse_output(step: Step, output: int, length: int | None) -> None:
     """Command P with output 1 to 5, length 1 to 99 x 10 ms: invert the output for this time; output 0 is only a delay.
 
-    The length is kept.  Chapters Output switching commands, Adding time delays.
+    Later P commands without a length use the same length.  Chapters Output switching commands, Adding time delays.
     """
     step.pulse = output
     if length is not None:
@@ -94,14 +94,14 @@ def _missing(pins: Mapping[str, Pin], inputs: Iterable[int], wanted: bool) -> li
 
 
 def awaited(pins: Mapping[str, Pin], step: Step) -> tuple[str, str]:
-    """Return the input for which a step waits, and its level, "high" or "low"."""
+    """Return the input for which a step waits, and the level that the step needs, "high" or "low"."""
     if high := _missing(pins, step.high, True):
         return high[0], "high"
     return next(iter(_missing(pins, step.low, False)), f"input{(*step.low, *step.high)[0]}"), "low"
 
 
 def switch_outputs(outputs: Outputs, step: Step, pulse_length: int) -> Procedure:
-    """Switch the outputs of a step, S before R; or pulse one output for the length of P."""
+    """Switch the outputs of a step, first those of S, then those of R; or pulse one output for the length of P."""
     for number in step.set:
         outputs.switch(number, True)
     for number in step.reset:

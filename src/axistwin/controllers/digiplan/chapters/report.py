@@ -30,7 +30,7 @@ def motion_status(state: State) -> bytes:
     """Command K: 1 in motion, 2 at programmed speed, 4 accelerating, 8 decelerating, 16 drive fault, 32 emergency stop,
     64 limit, 128 communication fault, as a decimal number.
 
-    Clears fault bits whose cause is gone.  Chapter Motion status.
+    K clears fault bits whose cause no longer exists.  Chapter Motion status.
     """
     status = motion_bits(state)
     state.faults.motion_has_been_read(state.locked)
@@ -40,7 +40,8 @@ def motion_status(state: State) -> bytes:
 def quick_status(state: State) -> bytes:
     """Command Q: the motion status as one raw byte without a terminator; Q clears the same bits as K.
 
-    Complete only with 8 data bits and bit 8 = data or 1; otherwise the highest bit is lost.  Chapter Quick status.
+    The byte is complete only with 8 data bits of which bit 8 is data or 1; otherwise the highest bit is lost.  Chapter
+    Quick status.
     """
     status = motion_bits(state)
     state.faults.motion_has_been_read(state.locked)
@@ -50,7 +51,7 @@ def quick_status(state: State) -> bytes:
 def communication_status(state: State) -> bytes:
     """Command F: 1 parity, 2 overrun, 4 framing, 8 data fault or buffer overflow, 16 out of range, 32 locked.
 
-    Clears all bits except 32.  Chapter Motion status.
+    F clears all bits except 32.  Chapter Motion status.
     """
     status = communication_bits(state)
     state.faults.line = LineFault.NONE
@@ -89,7 +90,7 @@ def busy_letter(state: State) -> str:
 def position(state: State) -> bytes:
     """Command N: steps since the last index or run began, modulo 2^32.
 
-    In motion above the start/stop speed the count rises by 256 at a time.  Above that speed an interpolated
+    During motion above the start/stop speed the count rises in steps of 256.  Above that speed an interpolated
     run has a counter of 16 bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters
     Position report-back, Position report-back in linear interpolation mode.
     """

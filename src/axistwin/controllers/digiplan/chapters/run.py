@@ -9,7 +9,7 @@ from axistwin.sim.clock import Procedure
 
 
 def go(step: Step) -> str | None:
-    """Command G: run the named axes until stopped; the distance becomes zero."""
+    """Command G: run the axes of this step until they are stopped; the stored distance becomes zero."""
     if step.run:
         return "G is repeated"
     if not step.major:

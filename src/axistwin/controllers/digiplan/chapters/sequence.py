@@ -17,7 +17,8 @@ CYCLE_NS = 1 * MS
 
 
 def repeat(step: Step, times: int, first: int) -> None:
-    """Command =, in a sequence only: go back to step `first` (1 to 63), `times` times (1 to 255; 0 for ever).
+    """Command =, in a sequence only: go back to step `first` (1 to 63).  `times` is the number of repeats (1 to 255),
+    or 0 for ever.
 
     Chapter Repeating parts of a sequence.
     """
@@ -27,7 +28,8 @@ def repeat(step: Step, times: int, first: int) -> None:
 def hand_over(step: Step) -> None:
     """Command %: in a sequence, give control to the host until the host sends %.
 
-    The interface reports the change by % and its terminator.  Chapter Controller intervention in a sequence.
+    The interface reports the change of control by sending % and its terminator.  Chapter Controller intervention in a
+    sequence.
     """
     step.hand_over = True
 
@@ -66,7 +68,7 @@ def _next(step: Step, number: int, left: dict[int, int]) -> int:
 
 
 def perform(state: State, step: Step) -> Procedure:
-    """Carry out one step, or one direct message, in the order of its format."""
+    """Carry out one step, or one direct message; the order is that of the commands in the message format."""
     if step.high or step.low:
         state.waiting = step
         try:

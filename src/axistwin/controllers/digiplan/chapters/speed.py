@@ -10,7 +10,7 @@ from axistwin.motion.ramp import Ramp
 
 
 class SpeedRange(NamedTuple):
-    """One of the four ranges, in steps/s."""
+    """One of the four speed ranges; all values are in steps/s."""
 
     maximum: int
     resolution: Fraction
@@ -26,13 +26,13 @@ RANGES = {
 
 
 def actual_speed(speed_range: int, speed: int) -> Fraction:
-    """Return the speed rounded to the resolution of the range, but not to 0: 503 in range 1 becomes 500."""
+    """Return the speed rounded to the resolution of the range, but never to 0.  In range 1, 503 becomes 500."""
     resolution = RANGES[speed_range].resolution
     return resolution * max(1, round(speed / resolution))
 
 
 def actual_start_stop(speed_range: int, hundreds: int) -> Fraction:
-    """Return the speed rounded down to the ramp increment of the range: 300 steps/s in range 4 become 288."""
+    """Return the speed rounded down to the ramp increment of the range.  In range 4, 300 steps/s become 288."""
     increment = RANGES[speed_range].increment
     return Fraction(increment * max(1, hundreds * 100 // increment))
 
@@ -63,7 +63,7 @@ def too_fast(parameters: Parameters) -> Problem | None:
 
 
 def setting(name: str, step: Step, value: int) -> None:
-    """Commands > < ^ @ D: keep a parameter until it is overwritten.
+    """Commands > < ^ @ D: store a parameter, which is used until it is overwritten.
 
     `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
     `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.

@@ -1,4 +1,4 @@
-"""Chapter Installation, appendix 2: the place of each line on the motherboard; appendix 3: cables."""
+"""Chapter Installation: the place of each line on the motherboard (appendix 2), and cables (appendix 3)."""
 
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ TERMINALS = {
 
 
 class Cable(NamedTuple):
-    """A cable: the lines that drive DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
+    """A cable, given by the sources of DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
 
     dsr: str
     cts: str

@@ -22,7 +22,7 @@ def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
 
 
 def start(text: Sequence[Sent]) -> Fix | None:
-    """Return a fix that adds `$`; it is not sure, because a message that only sets parameters is valid too."""
+    """Return a fix that adds `$`.  The fix is not sure, because a message that only sets parameters is valid too."""
     return fixing("end the message with $", put_behind(text[-1], "$"), sure=False)
 
 

@@ -192,7 +192,9 @@ class _Checker:
             self._keep(text, step)
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
-        """Report a finding of a sequence at its step; for a message `:$` without steps, give the number of the step."""
+        """Report a problem of a sequence at its step.  The message `:$` has no steps, so its report gives the step's
+        number.
+        """
         assert self.sequence is not None
         number, problem = finding.number, finding.problem
         if message.steps:
@@ -206,7 +208,9 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report conflicting values at the value in this message; name the lines of the other values unless `known`."""
+        """Report conflicting values at the value in this message; name the lines of the other values, except `known`
+        ones.
+        """
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
         at = here[0] if here else problem.position
@@ -230,5 +234,5 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if the message has a run or an output command, or sets no parameter: it needs a `$`."""
+    """True if the message needs a `$`, because it has a run or an output command, or sets no parameter."""
     return bool(step.set or step.reset or step.run) or step.pulse is not None or not step.settings

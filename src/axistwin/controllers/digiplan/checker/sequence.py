@@ -27,7 +27,9 @@ class _Arrival:
 
 
 def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
-    """Yield the problems of all passes through the steps: a value set in a later step applies to the next pass."""
+    """Yield the problems of all passes through the steps.  In a repeat, a value set in a later step applies to earlier
+    steps.
+    """
     yield from _never_reached(steps)
     todo, seen = [_Arrival(1, parameters, 0)], set[_Arrival]()
     while todo:

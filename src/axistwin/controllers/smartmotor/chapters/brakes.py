@@ -19,7 +19,7 @@ def trajectory_brake(motor: Processor) -> None:
 
 
 def release(motor: Processor) -> None:
-    """BRKRLS: the brake is released.  A later OFF deactivates MTB until the command MTB.  5.2."""
+    """BRKRLS: release the brake.  A later OFF deactivates mode torque brake until the next command MTB.  5.2."""
     motor.brake_control = Control.RELEASED
 
 
@@ -34,12 +34,12 @@ def internal(motor: Processor) -> None:
 
 
 def pin_c(motor: Processor) -> None:
-    """BRKC: the brake signal is also on pin C, if UCO has made C an output.  Not together with BRKG.  5.1."""
+    """BRKC: the brake signal is also on pin C, if UCO has made C an output.  BRKC ends BRKG.  5.1."""
     motor.i[s.BRAKE_PIN] = PIN_C
 
 
 def pin_g(motor: Processor) -> None:
-    """BRKG: the brake signal is also on pin G, if UGO has made G an output.  Not together with BRKC.  5.1."""
+    """BRKG: the brake signal is also on pin G, if UGO has made G an output.  BRKG ends BRKC.  5.1."""
     motor.i[s.BRAKE_PIN] = PIN_G
 
 
@@ -50,7 +50,7 @@ def mode_torque_brake(motor: Processor) -> None:
 
 
 def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
-    """Switch the servo off: enter this mode, or mode torque brake while MTB is enabled."""
+    """Switch the servo off and enter `mode`; while MTB is enabled, enter mode torque brake instead."""
     i = motor.i
     i[s.MODE] = s.M_BRAKE if motor.mtb_enabled else mode
     i[s.BT] = i[s.STOPPING] = i[s.VELOCITY] = 0
@@ -58,7 +58,9 @@ def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
 
 
 def update_outputs(motor: Processor) -> None:
-    """Update windings, static brake and brake signals after a change of Bt, Bo or the brake's control."""
+    """Update windings, static brake and brake signals after a change of the flags Bt or Bo, or of the signal that
+    controls the brake.
+    """
     i = motor.i
     if motor.brake_control is Control.TRAJECTORY and motor.mtb_enabled and not i[s.BT] and i[s.MODE] >= s.M_HOLD:
         switch_off(motor)

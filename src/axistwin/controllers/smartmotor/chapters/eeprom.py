@@ -1,7 +1,7 @@
 """Section 6 of the base language: variables kept without power, in the data EEPROM of 8000 bytes.
 
-EPTR points to a byte.  VST and VLD advance EPTR by 1, 2 or 4 bytes for each value (ab[], aw[], all others), the most
-significant byte first.
+EPTR points to a byte.  VST and VLD advance EPTR for each value: by 1 byte for ab[], 2 bytes for aw[], 4 bytes for all
+others.  The most significant byte comes first.
 """
 
 from collections.abc import Callable
@@ -39,8 +39,8 @@ def pointer(motor: Processor, value: int) -> None:
 def store_variables(motor: Processor, find: FindRun, count: int) -> None:
     """VST(variable,n): store n variables of a group, beginning with the named one.
 
-    The groups are a…z, aa…zz, aaa…zzz and each array.  Beyond the group or the EEPROM, Bs is set, nothing is stored
-    and EPTR does not change.
+    The groups are a…z, aa…zz, aaa…zzz and each array.  If the values exceed the group or the EEPROM, Bs is set, nothing
+    is stored and EPTR does not change.
     """
     run = _checked(motor, find(motor), count)
     if run is None:
@@ -54,7 +54,9 @@ def store_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def load_variables(motor: Processor, find: FindRun, count: int) -> None:
-    """VLD(variable,n): load n variables beginning with the named one, with the limits of VST.  Erased bytes are -1."""
+    """VLD(variable,n): load n variables, beginning with the named one.  The limits are those of VST; erased bytes are
+    -1.
+    """
     run = _checked(motor, find(motor), count)
     if run is None:
         return

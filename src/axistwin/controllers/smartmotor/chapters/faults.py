@@ -34,7 +34,7 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Handle an asserted limit, of a switch or in software.  The motor stops unless it moves away from the limit
+    """Handle an asserted limit, a switch or a software limit.  The motor stops unless it moves away from the limit
     (3.1).
     """
     i = motor.i
@@ -50,7 +50,7 @@ def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
 
 
 def shut_down(motor: Processor, mode: int) -> None:
-    """Switch the amplifier off and apply MTB, unless deactivated; with F=1, decelerate at A first (4.1)."""
+    """Switch the amplifier off and apply MTB, unless MTB is deactivated; with F=1, decelerate at A first (4.1)."""
     i = motor.i
     if i[s.MODE] < s.M_HOLD or not i[s.F] & DECELERATE or i[s.MODE] == s.M_TORQUE:
         switch_off(motor, mode)
@@ -88,7 +88,8 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
 def may_move(motor: Processor, way: int) -> bool:
     """True if a movement may begin in this direction (0: unknown, or none).
 
-    After an acknowledgement the motor may move away from an asserted limit.  An attempt towards it needs a new one.
+    Once the fault is acknowledged, the motor may move away from an asserted limit.  An attempt to move towards the
+    limit requires a new acknowledgement.
     """
     allowed = _allowed(motor, way)
     motor.refused |= not allowed

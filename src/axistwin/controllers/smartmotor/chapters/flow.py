@@ -1,7 +1,7 @@
-"""Program flow (8 of the base language), as changed by chapters 4 and 7: start, continuation and end of a program.
+"""Program flow: start, continuation and end of a program (section 8 of the base language, changed by chapters 4 and 7).
 
-The interpreter executes these statements of a program.  This module executes the same commands of a host, and calls
-C1 and C2.
+In a program, the interpreter executes the statements of program flow.  This module executes them as commands of a host,
+and calls C1 and C2.
 """
 
 from axistwin.controllers.smartmotor.kernel import interpreter
@@ -13,7 +13,7 @@ NOWHERE = -1
 
 
 def begin(motor: Processor, by_run: bool = False) -> None:
-    """Start the stored program, if any, from the top; at power-up, or by RUN."""
+    """Start the stored program, if any, from the top, at power-up or because of RUN."""
     if motor.program.statements:
         interpreter.forget(motor.i)
         motor.i[s.RUN_GIVEN] = int(by_run)
@@ -21,9 +21,9 @@ def begin(motor: Processor, by_run: bool = False) -> None:
 
 
 def run(motor: Processor) -> None:
-    """RUN: start the stored program from the top; variables and motion stay as they are, the return stack is cleared.
+    """RUN: start the stored program from the top; variables and motion do not change, the return stack is cleared.
 
-    Ignored while there is a motor protection fault, Be or Bh (4.1), and without a program.
+    RUN is ignored without a program, and during a motor protection fault, Be or Bh (4.1).
     """
     if not (motor.i[s.BE] or motor.i[s.BH]):
         begin(motor, by_run=True)
@@ -36,7 +36,7 @@ def run_wait(motor: Processor) -> None:
 
 
 def end(motor: Processor) -> None:
-    """END: the program ends; motion continues.  The return stack is cleared, and C2 may be called again (7, F=64)."""
+    """END: the program ends; motion continues.  The return stack is cleared, and pin G may call C2 again (7, F=64)."""
     interpreter.forget(motor.i)
     motor.i[s.PROGRAM] = s.STOPPED
     _wait_no_more(motor)
@@ -67,8 +67,8 @@ def gosub(motor: Processor, label: int) -> None:
 
 def call(motor: Processor, label: int, kind: int) -> bool:
     """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).  Return True if the call was possible.  C2
-    ends a WAIT early, and is not called again before RETURNI, STACK or END.  Nothing changes without the label; a
-    full return stack sets Bs.
+    ends a WAIT early, and cannot be called again before RETURNI, STACK or END.  Nothing changes if the program has no
+    such label; a full return stack sets Bs.
     """
     target = motor.program.labels.get(label)
     if target is None or (kind == s.CALL_INPUT and within(motor, kind)) or not _call(motor, target, kind):
@@ -87,7 +87,7 @@ def within(motor: Processor, kind: int) -> bool:
 
 
 def return_(motor: Processor) -> None:
-    """RETURN: continue after the GOSUB.  Without a GOSUB, Bs is set and the program ends."""
+    """RETURN: continue after the GOSUB.  If no GOSUB is in progress, Bs is set and the program ends."""
     interpreter.go_back(motor.i)
 
 
@@ -103,7 +103,7 @@ def return_interrupt(motor: Processor) -> None:
 
 
 def stack(motor: Processor) -> None:
-    """STACK: discard all return addresses; C2 may be called again (7, F=64)."""
+    """STACK: discard all return addresses; pin G may call C2 again (7, F=64)."""
     interpreter.forget(motor.i)
 
 
@@ -129,7 +129,7 @@ def reset(motor: Processor) -> None:
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, SWITCH and the other parts of a block, and labels: the compiler replaces these by jumps."""
+    """IF, WHILE, SWITCH, the other parts of a block, and labels: the compiler replaces all of them by jumps."""
     motor.syntax_error()
 
 

@@ -1,4 +1,4 @@
-"""F= function commands (chapter 7): a word of option bits."""
+"""The command F= (chapter 7), which sets a word of option bits."""
 
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.cam import DWELLING, invalidate
@@ -11,8 +11,8 @@ ALL = 255
 
 def functions(motor: Processor, value: int) -> None:
     """F=exp: the sum of the selected functions, 0 to 255 (table 7.1); any other value sets Bs.  F=2 reverses the
-    shaft's direction at once, in every mode; the position keeps its value.  A change of F=16 or F=128 takes effect
-    in mode cam after CI, and invalidates an earlier CI (9.5).
+    shaft's direction at once, in every mode; the position keeps its value.  In mode cam, a change of the bits 16 or 128
+    takes effect after CI, and invalidates an earlier CI (9.5).
     """
     if not 0 <= value <= ALL:
         motor.syntax_error()

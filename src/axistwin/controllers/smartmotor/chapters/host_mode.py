@@ -1,9 +1,8 @@
-"""Host mode (chapter 10): the host sends positions, and for each the clock value at which the motor reaches the
-position.
+"""Host mode (chapter 10): the host sends positions, each with the clock value at which the motor reaches the position.
 
 position  ╱──●      Between two points the velocity is constant.  A clock value may be omitted: the last difference
        ●─╱          then applies.  The same clock value twice ends host mode: the buffered mode continues from the
- ●────╱             position and the velocity reached (10.2).  An empty buffer without that is an underflow.
+ ●────╱             position and the velocity reached (10.2).  A buffer that becomes empty otherwise is an underflow.
  clock →
 """
 
@@ -42,7 +41,7 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Complete a position that has no clock value with the last clock difference, if both exist."""
+    """Complete a position that has no clock value; the last clock difference gives the value."""
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:
         _point(motor, waiting.clock + waiting.delta)

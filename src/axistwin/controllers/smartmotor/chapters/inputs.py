@@ -78,7 +78,7 @@ class Inputs:
         i[s.PREDICTED] = 0  # predicted edges are no longer valid
 
     def _wiring(self) -> None:
-        """Update which of the pins A and B show the external encoder's level."""
+        """Store which of the pins A and B have the level of the external encoder."""
         self.catch_up()
         i = self.motor.i
         i[s.SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
@@ -96,7 +96,8 @@ class Inputs:
     def _master(self) -> None:
         """Start a run of the external encoder: the kernel computes the counts from the next sample on.
 
-        For the kernel the run begins one sample earlier: each sample then adds equal counts and carries the remainder.
+        The kernel computes as if the run began one sample earlier, so that each sample adds equal counts and carries
+        the remainder.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
@@ -121,13 +122,15 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return the external encoder's edges now and at these times, as long as they are certain."""
+        """Return the external encoder's number of edges now and at these times, up to the last time that is certain."""
         if not self._follows():
             self.motor.core.read_ahead = None
         return self.axis.master.read_ahead(times_ns, self.motor.i[s.PIN_EDGES])
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
-        """Return the external encoder's edges in these samples, as long as its axis continues unchanged."""
+        """Return the external encoder's number of edges in these samples, predicted for an axis whose motion does not
+        change.
+        """
         core = self.motor.core
         if not self._follows():
             core.predict = None
@@ -152,7 +155,7 @@ class Inputs:
         return self.motor.i[s.COMMANDED] >> 16
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at these times, as long as they are certain."""
+        """Return the shaft's positions now and at these times, up to the last time at which the position is certain."""
         return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
@@ -183,7 +186,7 @@ class Inputs:
         return self.motor.i[s.ENERGY]
 
     def push(self, counts: int) -> None:
-        """Displace the shaft, as a person can."""
+        """Displace the shaft by `counts`, as a person can by hand."""
         machine.push(self.motor.i, counts)
 
     def slip(self, counts: int) -> None:

@@ -1,9 +1,9 @@
-"""Chapter 6, and 12 of the base language: the functions of the seven user pins, and the AniLink bus.
+"""Functions of the seven user pins, and the AniLink bus (chapter 6, and section 12 of the base language).
 
     A, B   inputs; encoder or step and direction          E, F   RS-485 (channel 1), AniLink or inputs and outputs
     C, D   limit switches (UCP, UDM in limits.py)         G      synchronous go (UG)
 
-At power-up all of them are inputs, which 5 kΩ resistors pull up.  A value written to a pin is kept in a latch, even
+At power-up all pins are inputs, which 5 kΩ resistors pull up.  A value written to a pin is kept in a latch, even
 while the pin is an input.  A value written first avoids a glitch at the change to an output.
 """
 
@@ -32,8 +32,8 @@ def direction_in(motor: Processor, pin: str) -> None:
 
 
 def direction_out(motor: Processor, pin: str) -> None:
-    """UAO … UGO: make the pin an output with the level of its latch.  C and D are no longer limits, E and F no
-    longer channel 1.  A pin with the brake's signal (5.1) goes to the level of the signal directly.
+    """UAO … UGO: make the pin an output with the level of its latch.  Pins C and D are then no longer limits, pins E
+    and F no longer channel 1.  A pin that carries the brake signal (5.1) takes the level of the brake signal at once.
     """
     _take(motor, pin)
     bit = 1 << s.USER_PINS.index(pin)
@@ -86,7 +86,7 @@ def _take_from_brake(motor: Processor, pin: str) -> None:
 
 def give_up_brake_pin(motor: Processor) -> None:
     """Make the pin of the brake's signal an ordinary input, because `<variable>=UG` or `=UC` has read the pin (5.1,
-    note 2).  An input carries no signal and keeps its role.
+    note 2).  A pin that is an input carries no brake signal and keeps its role.
     """
     motor.i[s.BRAKE_READ] = 0
     for pin in ("C", "G"):
@@ -95,7 +95,7 @@ def give_up_brake_pin(motor: Processor) -> None:
 
 
 def fetch_input(_motor: Processor) -> int:
-    """AINpc, DINpc: analog or digital input of an AniLink device.  No device is emulated: 0."""
+    """AINpc, DINpc: analog or digital input of an AniLink device.  No device is emulated, so the value is 0."""
     return 0
 
 
@@ -104,4 +104,4 @@ def analog_out(_motor: Processor, _port: str, _value: int) -> None:
 
 
 def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: digital output of the AniLink device p, A to H, channel 0 to 63.  Not emulated: no effect."""
+    """DOUTpc,value: digital output of AniLink device p, A to H, channel c, 0 to 63.  No device is emulated."""

@@ -34,7 +34,9 @@ def position(motor: Processor, value: int) -> None:
 
 
 def distance(motor: Processor, value: int) -> None:
-    """D=exp: the distance of a relative move of MP, in counts; in mode cam the dwell, taken over by CI (9.3)."""
+    """D=exp: the distance of a relative move of MP, in counts.  In mode cam D is the dwell, and takes effect after CI
+    (9.3).
+    """
     motor.i[s.D] = value
     motor.i[s.RELATIVE] = 1
     invalidate(motor.i)
@@ -64,8 +66,8 @@ def tune(motor: Processor) -> None:
 
 
 def pid(motor: Processor, rate: int) -> None:
-    """PIDn: update trajectory and servo law every 1, 2, 4 or 8 samples, the new unit of V, A and WAIT; other values
-    set Bs.
+    """PIDn: update trajectory and servo law every n = 1, 2, 4 or 8 samples.  The time unit of V, A and WAIT is then n
+    samples. Other values set Bs.
     """
     if rate in PID_RATES:
         motor.i[s.PID_RATE] = rate
@@ -74,8 +76,8 @@ def pid(motor: Processor, rate: int) -> None:
 
 
 def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
-    """MP, MV, MFR, MSR, MD: select the mode that the next G starts.  MFR and MSR use the present ratio; MFDIV=0 sets
-    Bs.  MD empties the buffer of points (10.1).
+    """MP, MV, MFR, MSR, MD: select the mode that the next G starts.  MFR and MSR use the present MFMUL/MFDIV; MFDIV=0
+    sets Bs.  MD empties the buffer of points (10.1).
     """
     i = motor.i
     if mode == s.M_HOST:
@@ -114,7 +116,7 @@ def initialize_cam(motor: Processor) -> None:
 
 
 def go(motor: Processor) -> None:
-    """G: start or continue the buffered mode and parameters.  Inhibited by a fault that has not been cleared."""
+    """G: start or continue the buffered mode with the buffered parameters.  A fault that is not cleared inhibits G."""
     i = motor.i
     mode = s.M_HOST if i[s.HOST_ARMED] else i[s.BUFFERED_MODE]
     if not may_move(motor, way(motor, mode)):
@@ -127,7 +129,7 @@ def go(motor: Processor) -> None:
 
 
 def way(motor: Processor, mode: int) -> int:
-    """Return the direction in which a mode would move the motor: positive, negative or unknown (0)."""
+    """Return the direction in which a mode would move the motor: positive, negative, or 0 if it is unknown."""
     i = motor.i
     if mode == s.M_POSITION:
         return i[s.D] if i[s.RELATIVE] else i[s.P] - (i[s.COMMANDED] >> 16)
@@ -156,7 +158,7 @@ def start(motor: Processor, mode: int) -> None:
 
 
 def turn_on(motor: Processor, mode: int) -> None:
-    """Switch the amplifier on, in this mode, with a trajectory in progress."""
+    """Switch the amplifier on and enter this mode; the flag Bt reports a trajectory in progress."""
     i = motor.i
     if i[s.BO] or i[s.MODE] == s.M_TORQUE:
         i[s.COMMANDED] = position_of_shaft(i) << 16
@@ -215,7 +217,7 @@ def _buffer_position(motor: Processor) -> None:
 
 
 def torque(motor: Processor) -> None:
-    """MT: mode torque at once: PWM by T, -1023 to 1023.  Inhibited by a fault that has not been cleared."""
+    """MT: enter mode torque at once; T, -1023 to 1023, sets the PWM.  A fault that is not cleared inhibits MT."""
     if may_move(motor, motor.i[s.T]):
         motor.i[s.BUFFERED_MODE] = s.M_TORQUE
         turn_on(motor, s.M_TORQUE)
@@ -229,7 +231,7 @@ def off(motor: Processor) -> None:
 
 
 def follow(motor: Processor, factor: int) -> None:
-    """MF1, MF2, MF4: follow the external encoder at once, with 1, 2 or 4 of its four edges; CTR begins at 0."""
+    """MF1, MF2, MF4: follow the external encoder, with 1, 2 or 4 edges per period.  CTR begins at 0."""
     _follow(motor, s.M_FOLLOW, factor)
 
 
@@ -263,11 +265,11 @@ def _count(motor: Processor, resolution: int, *, steps: bool) -> None:
 
 
 def internal_encoder(_motor: Processor) -> None:
-    """ENC0: the servo is closed by the encoder on the shaft.  No other encoder is possible, so nothing changes."""
+    """ENC0: the servo loop uses the encoder on the shaft.  No other encoder is possible, so nothing changes."""
 
 
 def external_encoder(motor: Processor) -> None:
-    """ENC1: the servo is closed by an encoder on pins A and B, for motors without an encoder of their own.  This
-    motor sets Bs.
+    """ENC1: the servo loop uses an encoder on pins A and B, in motors without an encoder of their own.  This motor has
+    one and sets Bs.
     """
     motor.syntax_error()

@@ -1,6 +1,6 @@
-"""Section 9 of the base language, and chapter 6: reports (R…) and PRINT.
+"""Reports (R…) and PRINT (section 9 of the base language, and chapter 6).
 
-A report is decimal text and one CR.  PRINT adds nothing.
+A report is decimal text and one CR.  PRINT adds no CR.
 """
 
 from axistwin.controllers.smartmotor.chapters.variables import NAMES
@@ -63,12 +63,14 @@ def mode(motor: Processor) -> str:
 
 
 def sample_rate(motor: Processor) -> str:
-    """RSP: the period between two updates of the servo in units of 10 ns (PIDn multiplies it), and the firmware."""
+    """RSP: the firmware version, and the time between two servo updates in units of 10 ns, multiplied by n of PIDn."""
     return f"{SAMPLE_PERIOD * motor.i[s.PID_RATE]}/{FIRMWARE}"
 
 
 def channel_errors(motor: Processor, channel: int | None = None) -> str:
-    """RCHN, RCHN0, RCHN1 (RCS, RCS1): errors, 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN: of both channels."""
+    """RCHN, RCHN0, RCHN1 (RCS, RCS1): the sum of error bits: 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN reports
+    both channels.
+    """
     first, second = (one.status() for one in motor.channels)
     return str(int((first, second)[channel] if channel is not None else first | second))
 

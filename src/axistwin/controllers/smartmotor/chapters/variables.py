@@ -1,7 +1,7 @@
 """Every value that can be used in an expression, one name per line (8 and 6.1; 6 of the base language).
 
-A value is a slot of the processor's state, a variable, or computed by the interpreter.  Other values are fetched
-first (`fetch`): from a communication channel or over the AniLink bus.
+A value is a slot of the processor's state, a variable, or a number that the interpreter computes.  Values from a
+communication channel or from the AniLink bus are fetched (`fetch`) before the statement is executed.
 """
 
 import re
@@ -19,7 +19,7 @@ NOTHING = -1
 
 
 class Variable(NamedTuple):
-    """A variable: its name, the interpreter's operation that reads its value, and the place of the value."""
+    """A variable: its name, the interpreter's operation that reads the value, and the index of the value."""
 
     name: str
     operation: int
@@ -144,14 +144,14 @@ def assign(motor: Processor, place: int, value: int) -> None:
 def assign_elements(motor: Processor, code: Sequence[int]) -> None:
     """ab[], aw[], al[] =exp: 8, 16 or 32 bits of the value; ab[0…203], aw[0…101], al[0…50], other indices set Bu (8.2).
 
-    `aw[0] 0 100 500.` sets consecutive elements; elements before an invalid index are set (1.1).
+    `aw[0] 0 100 500.` sets consecutive elements (1.1).  An invalid index ends the list; the elements before it are set.
     """
     store(motor.i, motor.v, [0] * ops.STACK, code, 0)
 
 
 def values(letters: str) -> range | None:
-    """Return the places in `v` of a named variable and its successors in the group; None if the variable does not
-    exist.
+    """Return the indices in the array `v` of a variable and of the variables after it in its group; None if the
+    variable does not exist.
     """
     variable = NAMES.get(letters)
     if variable is None or variable.chapter != NAMED:

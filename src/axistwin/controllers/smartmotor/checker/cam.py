@@ -1,6 +1,6 @@
 """The checker's rules for mode cam (chapter 9): the table, SIZE and BASE, dwell, and changes that invalidate a CI.
 
-The rules read the text from top to bottom and use only constant values.
+The rules read the program text from top to bottom; values that are not constants are unknown.
 """
 
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""A program under check: its statements with their places, and its diagnostics."""
+"""A program that is being checked: its statements with their places in the text, and its diagnostics."""
 
 from collections.abc import Iterator, Sequence
 

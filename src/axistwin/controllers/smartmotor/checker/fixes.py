@@ -34,7 +34,7 @@ def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
 
 
 def in_program(findings: Findings, number: int, problem: Problem) -> Fix | None:
-    """Return the fix of a statement in a program; the fix may depend on the neighbouring statements."""
+    """Return the fix for a statement in a program; the fix may depend on the neighbouring statements."""
     find = _IN_PROGRAM.get(problem.rule.code)
     if find is not None:
         return find(findings, number)
@@ -54,7 +54,7 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
     if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
         return None
     if first == number and findings.statements[last].problem is None:
-        return None  # no fix, because S in `a= S` may be a value or a command
+        return None  # no fix for `a= S`, because S may be a value or a command
     parts = range(first, last + 1)
     whole = "".join(findings.statements[part].text for part in parts)
     if read(whole).problem is not None:
@@ -73,7 +73,9 @@ def _gap(findings: Findings, left: int, right: int) -> Edit:
 
 
 def _upper_case(findings: Findings, number: int) -> Fix | None:
-    """Return a fix to upper case, sure if the whole line becomes valid; otherwise the line may be a comment."""
+    """Return a fix that changes the line to upper case.  The fix is sure if the whole line becomes valid; otherwise the
+    line may be a comment.
+    """
     statement = findings.statements[number]
     line = findings.line(number)
     beside = [each for at, each in enumerate(findings.statements) if findings.line(at) == line]

@@ -1,6 +1,6 @@
 """The checker's rules for program flow: labels, calls, returns, the return stack, unreachable code.
 
-The rules follow the code from the top, from each called label, and from C1 and C2 if F= may call these.
+The rules follow the code from the top, from each called label, and from C1 and C2 if an F= enables their calls.
 """
 
 from collections.abc import Iterator
@@ -76,7 +76,7 @@ class Flow:
 
     @cached_property
     def interrupts_only(self) -> frozenset[int]:
-        """The statements that only C1 and C2 reach, with the subroutines they call."""
+        """The statements that only C1 and C2 execute, including the subroutines that C1 and C2 call."""
         called = {number for label in self.interrupts for number in self._reached(label)}
         return frozenset(called - self._reached(None))
 
@@ -101,7 +101,7 @@ class Flow:
             made.returns[number] = self.findings.words[number]
 
     def _next(self, pc: int) -> Iterator[int]:
-        """Yield the places where the program may continue after a statement."""
+        """Yield the places in the code where the program may continue after the statement at `pc`."""
         code = self.program.code
         operation, number, target = code[pc], code[pc + 1], code[pc + 2]
         if operation == ops.S_IF:
@@ -114,7 +114,7 @@ class Flow:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Yield both branches of a condition; for a constant condition, only the branch that is taken."""
+        """Yield the places of both branches of a condition; for a constant condition, only the branch that is taken."""
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
         if not constant or code[pc + HEAD + 1]:

@@ -26,7 +26,8 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Report a move without limit switches: unwired limits are active, so power-up is a limit fault (2.0, 3.1).
+    """Report a move without limit switches.  Limits that are not wired are active, so power-up is a limit fault (2.0,
+    3.1).
 
     The limit faults at power-up do not call C1, so commands that only C1 reaches do not count.
     """
@@ -55,7 +56,7 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report tests of Be and Bh: such a fault ends the program, unless F=32 calls C1 (4.1)."""
+    """Report tests of Be and Bh, because these faults end the program before the test, unless F=32 calls C1 (4.1)."""
     if findings.sets_function(CALL_C1):
         return
     for number in range(len(findings.statements)):

@@ -1,7 +1,7 @@
 """Diagnostics of a program or a conversation for firmware 4.76, without running it.
 
-The motor's own parser and compiler find what sets Bs.  Further rules concern values out of range, program flow
-(`flow`), mode cam (`cam`), and changes since older firmware (`migration`).
+The motor's own parser and compiler find the statements that set Bs.  Further rules concern values out of range, program
+flow (`flow`), mode cam (`cam`), and changes since older firmware (`migration`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,7 +28,7 @@ ENDING = b"\r\n\0"
 
 
 def check(sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Return the diagnostics of stored programs and of what a host sends, in order of place."""
+    """Return the diagnostics of stored programs and of the characters that a host sends, in order of place."""
     found: list[Diagnostic] = []
     for session in sessions:
         if session.stored:
@@ -99,7 +99,7 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
 
 
 class _Host:
-    """Checks the characters of a host: commands, and between LOAD and FF FF a program."""
+    """Checks the characters of a host: commands, and a program between LOAD and the bytes FF FF."""
 
     def __init__(self, characters: Sequence[Sent]) -> None:
         self.found: list[Diagnostic] = []

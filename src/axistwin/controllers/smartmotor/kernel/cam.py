@@ -17,7 +17,7 @@ TABLE_MOST = 101
 
 @sampled
 def entry(i: Ints, v: Ints, n: int) -> int:
-    """Return the table entry aw[n]; it is multiplied by the factor of MCn if this factor applies to the table."""
+    """Return the table entry aw[n], multiplied by the factor of MCn if the factor applies to the table."""
     word = v[i[s.ARRAY_BASE] + n // 2]
     word = word >> 16 if n % 2 == 0 else (word & 0xFFFF ^ 0x8000) - 0x8000
     return word * i[s.CAM_FACTOR] if i[s.CAM_TABLE] else word
@@ -25,7 +25,7 @@ def entry(i: Ints, v: Ints, n: int) -> int:
 
 @sampled
 def take_over(i: Ints) -> None:
-    """Put the buffered parameters in force: at G, and at the zero point after CI."""
+    """Put the buffered cam parameters in force, at G, or at the zero point after CI."""
     i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_FACTOR] = i[s.MC_BASE], i[s.MC_SIZE], i[s.MC_FACTOR]
     i[s.CAM_F] = i[s.F] & DWELLING
     i[s.CAM_DWELL] = max(i[s.D], 0) if i[s.CAM_F] else 0
@@ -33,8 +33,8 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a CI that waits for the zero point, because a cam parameter has changed; the next CI needs an MCn
-    (9.5).
+    """Cancel a CI that waits for the zero point, because a cam parameter has changed.  A new MCn must precede the next
+    CI (9.5).
     """
     if i[s.CI_PENDING]:
         i[s.CI_PENDING], i[s.CI_SPOILT] = 0, 1
@@ -70,7 +70,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
 def turn(i: Ints, v: Ints, moved: int) -> None:
     """Update the place in the cycle after the external encoder has moved.
 
-    A quarter of BASE or more in one sample is too fast: the zero point may be missed.
+    A movement of a quarter of BASE or more in one sample is too fast: the zero point may be missed.
     """
     step = moved if i[s.CAM_TABLE] else moved * i[s.CAM_FACTOR]
     cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
@@ -92,7 +92,7 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[s.CX] = n
     here = entry(i, v, n)
-    # otherwise the table is closed: its last point is followed by the first
+    # otherwise the table is a closed cycle, and its first point follows the last
     following = n + 1 if i[s.CAM_F] or n + 1 < size else 0
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 

@@ -4,8 +4,8 @@
      ↑ the committed state: i, v, f       ↑ computed on copies; the positions can be read meanwhile
 
 When an input changes in the middle of a block, the block is discarded and computed again from its base up to the last
-sample before the change.  Blocks are long while nothing changes, and short while a host sends.  The motor behaves the
-same however a run is divided into blocks.  A motor at rest takes no computing time.
+sample before the change.  Blocks are long while nothing changes, and short while a host sends.  The division of a run
+into blocks does not change the behaviour of the motor.  A motor at rest takes no computing time.
 """
 
 from array import array
@@ -61,7 +61,7 @@ class Phase(Enum):
 
 
 class _Block(NamedTuple):
-    """A block of samples computed ahead, or a time of rest; `why`: reason why the kernel has ended the block."""
+    """A block of samples computed ahead, or a time of rest.  `why`: the event that ends it."""
 
     first: int
     samples: int
@@ -69,12 +69,17 @@ class _Block(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Number of the sample at which this block ends; if the kernel stopped before a sample, this sample."""
+        """Number of the sample at which this block ends; if the kernel stopped before a sample, the number of that
+        sample.
+        """
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
 
 class Core:
-    """The committed state of a motor, and the block computed ahead.  `act(why)` handles the end of a block."""
+    """The committed state of a motor (the state up to now), and the block of samples computed ahead.
+
+    `act(why)` handles the event at the end of a block.
+    """
 
     def __init__(self, clock: Clock, act: Callable[[int], None], ring: int) -> None:
         self.clock, self._act = clock, act
@@ -124,7 +129,7 @@ class Core:
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at these times, as long as they are certain.
+        """Return the shaft's positions now and at these times, up to the last time at which the position is certain.
 
         The times are later than now, one sample apart.  A position is certain before the end of the block, and always
         while the motor sleeps.
@@ -141,7 +146,8 @@ class Core:
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard the samples that use edges read ahead, because these edges are no longer certain.
+        """Discard the samples computed with predicted edges of the external encoder, because the prediction has become
+        invalid.
 
         The next sample is kept, because its edges were read before now.
         """
@@ -188,7 +194,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the committed state is the state of the last sample, so that the block stays valid."""
+        """True if the committed state is that of the last sample; the block then stays valid."""
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
             self._rest(missing)
@@ -204,7 +210,7 @@ class Core:
             self.on_replan.emit()
 
     def speed(self) -> float:
-        """Return the shaft's speed in counts per sample, averaged over the last sample or, with PIDn, the last n."""
+        """Return the shaft's mean speed in the last sample (PIDn: the last n samples), in counts/sample."""
         rate = self.i[s.PID_RATE]
         return sum(self._moves_by(self._past())[-rate:]) / rate
 
@@ -223,9 +229,9 @@ class Core:
         self._plan += 1
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """Report each change of these numbers to `follower`; a number is given by an operation and a place.  No
-        change of a number that was followed before is lost.  `restless`: some of the numbers change while the motor
-        rests, so that the samples must be computed.
+        """Report each change of these numbers to `follower`.  A number is given by its kind (an operation of the
+        interpreter) and its index.  No change of a number that was followed before is lost.  `restless`: some of the
+        numbers change while the motor rests, so that the samples must be computed.
         """
         self.catch_up()
         self.log = log.following(numbers, self.i, self.v, log.last_values(self.log))
@@ -238,7 +244,7 @@ class Core:
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report changes of followed numbers that Python has made, at the present time."""
+        """Report the changes that Python, not the kernel, has made to followed numbers at the present time."""
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
@@ -250,7 +256,7 @@ class Core:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
             if samples:
-                import numpy as np  # lazy import: needed only for followers
+                import numpy as np  # lazy import: needed only while a trace follows the motor
 
                 times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
                 self._follower(array("q", times.tobytes()), which, values)
@@ -270,8 +276,9 @@ class Core:
     def _length(self) -> int:
         """Return the largest number of samples for the next block.
 
-        Blocks during a trajectory may be computed as one, because the end of the trajectory ends the block anyway.
-        This saves a fifth of the time of a hundred motors, which displace one another from the processor's cache.
+        During a trajectory several blocks may be computed as one, because the end of the trajectory ends the block
+        anyway. One long block saves a fifth of the computing time of a hundred motors, because each change to another
+        motor replaces the contents of the processor's cache.
         """
         most = min(self._most, self._engine.longest)
         as_one = most == LONGEST and self.i[s.BT] and self.clock.patient and not jit.IN_BROWSER
@@ -288,8 +295,8 @@ class Core:
         return min(most, self.i[s.PREDICTED])
 
     def _schedule_end(self, block: _Block) -> None:
-        """Schedule the end of the block.  Each of the blocks that were computed as one has its event, because a run
-        without a given length ends with the last event.
+        """Schedule the end of the block.  If several blocks were computed as one, each of them still gets its own
+        event, because a run without a given length ends with the last event.
         """
         plan, end = self._plan, block.end
         if self._phase is Phase.AHEAD:
@@ -377,8 +384,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # of the blocks that were computed as one
-        self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)  # a host polls at regular times
+        in_last = samples % LONGEST  # Number of samples in the last of the blocks that were computed as one.
+        self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)  # A host polls at regular times.
         if samples > 0:
             self._commit(self._compute(samples))
 
@@ -392,7 +399,7 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on a copy of the committed state, first in plain Python, for long runs compiled.
+    """Runs the kernel on a copy of the committed state, at first in plain Python, and compiled for long runs.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
@@ -465,7 +472,7 @@ class _Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """Create the views of the arrays again if an array has been replaced."""
+        """If an array has been replaced, create the compiled kernel's views of the arrays again."""
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:
             return
@@ -480,7 +487,7 @@ class _Engine:
 def prepare(speed: float | None, motors: int) -> None:
     """Compile now, or load the cached code, if plain Python is too slow for this number of motors.
 
-    Another thread may run motors meanwhile: they change over when the kernel is ready.
+    Another thread may run motors meanwhile; those motors use the compiled kernel as soon as it is ready.
     """
     if _Engine.compiled is None and needs_kernel(speed, motors):
         core = Core(Clock(), lambda why: None, 1)

@@ -1,8 +1,8 @@
-"""The interpreter (7 and 8 of the base language): one statement of the program, or the value of one expression.
+"""The interpreter (7 and 8 of the base language): executes one statement of a program, or computes one expression.
 
-A program is a flat list of integers.  A statement is an operation, its number, the place of the next statement, and
-the operands; an expression is in postfix order and ends in RESULT.  `expressions.py` and `program.py` write this
-code.  `statement` and `evaluate` run in every sample, so they use only integers in arrays.
+A program is a flat list of integers.  A statement consists of an operation, the number of the statement, the place of
+the next statement, and the operands.  An expression is in postfix order and ends in RESULT.  `expressions.py` and
+`program.py` write this code.  `statement` and `evaluate` run in every sample, so they use only integers in arrays.
 
 Arithmetic is that of signed 32-bit integers.  A result that does not fit, and a division by zero, set Bd.  An index
 outside the array sets Bu.  Text that is not an expression sets Bs (NO_VALUE).  In each case the statement is
@@ -77,7 +77,9 @@ def computed(i: Ints, what: int) -> int:
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
-    """Return the level of a pin that an assignment reads; set BRAKE_READ if the pin carries the brake signal (5.1)."""
+    """Return the level of a pin that an assignment reads; set the slot BRAKE_READ if the pin carries the brake signal
+    (5.1).
+    """
     if i[s.BRAKE_PIN] == 1 << bit:
         i[s.BRAKE_READ] = 1
     return (i[s.PINS] >> bit) & 1
@@ -124,7 +126,7 @@ def outside(kind: int, index: int) -> bool:
 
 @sampled
 def power(base: int, exponent: int) -> int:
-    """Return base ^ exponent; a number beyond 32 bits stands for an overflow or an exponent outside 0 to 4."""
+    """Return base ^ exponent; return a number beyond 32 bits after an overflow, or if the exponent is not 0 to 4."""
     if exponent < 0 or exponent > MOST_POWER:
         return HIGHEST + 1
     value = 1
@@ -144,7 +146,7 @@ def quotient(left: int, right: int) -> int:
 
 @sampled
 def combined(operation: int, left: int, right: int) -> int:
-    """Return the result of an operation with two values; a number beyond 32 bits stands for no result."""
+    """Return the result of an operation with two values; a number beyond 32 bits means that no result exists."""
     if operation == ADD:
         return left + right
     if operation == SUBTRACT:
@@ -248,8 +250,8 @@ def call_again(i: Ints) -> None:
 
 @sampled
 def go_back(i: Ints) -> None:
-    """RETURN: go to the address on top of the stack.  With an empty stack, or the address of a stopped program, the
-    program ends.
+    """RETURN: go to the address on top of the stack.  The program ends if the stack is empty, or if the address is that
+    of a stopped program.
 
     RETURN without a GOSUB sets Bs.
     """
@@ -268,7 +270,9 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Go to `target` and push the return address (-1: none, the program was stopped).  A full stack only sets Bs."""
+    """Go to `target` and push the return address `back`, which is -1 if the program was stopped.  A full stack only
+    sets Bs.
+    """
     if i[s.DEPTH] >= s.DEPTH_MOST:
         i[s.BS] = 1
         return False
@@ -280,7 +284,7 @@ def call(i: Ints, target: int, back: int, kind: int) -> bool:
 
 @sampled
 def forget(i: Ints) -> None:
-    """STACK: discard all return addresses; C2 may be called again (7, F=64)."""
+    """STACK: discard all return addresses; pin G may call C2 again (7, F=64)."""
     i[s.DEPTH] = 0
     i[s.C2_CALLED] = 0
     call_again(i)
@@ -290,8 +294,8 @@ def forget(i: Ints) -> None:
 def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
     """Execute the statement at i[PC].
 
-    Return DONE; TRAP: Python must execute the statement; HELD: TWAIT holds the program; FETCH: Python must fetch
-    external values, and then execute the statement at once.
+    Return DONE; TRAP if Python must execute the statement; HELD if TWAIT holds the program; FETCH if Python must fetch
+    external values and then execute the statement at once.
     """
     if i[s.TWAITING] != 0:
         if i[s.BT] != 0:

@@ -1,13 +1,14 @@
-"""Compile the functions of a sample: the same source on lists (plain Python) or arrays (Numba), with identical results.
+"""Compile the functions that compute a sample.  The same source runs on lists (plain Python) or on arrays (Numba), with
+identical results.
 
-`@sampled` marks a function and returns it unchanged.  `best(function)` is its compiled copy, if compilation is
-available.  All marked functions are compiled together, in copies of their globals that hold the compiled ones.
-Sampled functions must therefore import one another by name (`from ...servo import rotate`), never by module.  Numba
-is imported at the first compilation.
+`@sampled` marks a function and returns it unchanged.  `best(function)` returns a compiled copy of the function, if
+compilation is available.  All marked functions are compiled together, and call one another through copies of their
+globals.  Sampled functions must therefore import one another by name (`from ...servo import rotate`), never by module.
+Numba is imported at the first compilation.
 
-The environment variable AXISTWIN_JIT selects: `auto` (compile if Numba is installed), `on` (an error if it is not),
-`off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.  In a
-browser, the functions are compiled to WebAssembly (`wasm`) instead.
+The environment variable AXISTWIN_JIT is `auto` (compile if Numba is installed), `on` (raise an error without Numba) or
+`off`.  Machine code is kept in the user's cache directory, under a fingerprint of all compiled code.  In a browser, the
+functions are compiled to WebAssembly (`wasm`) instead.
 """
 
 import os
@@ -74,7 +75,9 @@ def note() -> str:
 
 
 def best(function: F) -> F:
-    """Return the compiled copy of a sampled function, or the function itself; the first call compiles it."""
+    """Return the compiled copy of a sampled function, or the function itself without a compiler.  The first call
+    compiles.
+    """
     if not available():
         return function
     if IN_BROWSER:
@@ -113,7 +116,7 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if all machine code is in the user's cache, or if machine code is never cached."""
+    """True if all machine code is in the user's cache, or if this system does not cache machine code."""
     if IN_BROWSER:
         return True
     kept = _cache_directory(tuple(_sampled.values()))
@@ -176,7 +179,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return the globals of each module, in which compiled functions call each other."""
+    """Return for each module a copy of its globals, through which the compiled functions call one another."""
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}

@@ -27,17 +27,17 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Reasons for the kernel to stop: the first three before a sample, the others at the end of a sample
+# Reasons for the kernel to stop.  For the first three the kernel stops before a sample, for the others after a sample.
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # a statement that Python must execute
-VALUE_WAITS = 2  # an external value that Python must fetch
-CALL_WAITS = 4  # Python must call C1 or C2
-TRAJECTORY = 8  # the flag Bt has changed
-PLUS, MINUS = 16, 32  # a limit
-ERROR, HEAT = 64, 128  # a position error, or overheating
-GO_EDGE = 256  # pin G has gone low
-SWITCH = 512  # the shaft has reached a switch
-INDEX_MARK = 1024  # the flag Bx has changed
+STATEMENT_WAITS = 1  # A statement that Python must execute.
+VALUE_WAITS = 2  # An external value that Python must fetch.
+CALL_WAITS = 4  # Python must call C1 or C2.
+TRAJECTORY = 8  # The flag Bt has changed.
+PLUS, MINUS = 16, 32  # A limit is asserted.
+ERROR, HEAT = 64, 128  # A position error, or overheating.
+GO_EDGE = 256  # Pin G has gone low.
+SWITCH = 512  # The shaft has reached a switch.
+INDEX_MARK = 1024  # The flag Bx has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
 PIN_TAKEN = 16384  # an assignment has read the pin with the brake's signal
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
@@ -64,7 +64,7 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
-    """Compute the trajectory of one sample; with PIDn, of every n-th."""
+    """Compute the trajectory of one sample; with PIDn, only every n-th sample changes the trajectory."""
     why, before = ALL_DONE, i[s.MASTER]
     master_turns(i, predicted)
     if i[s.SHOWN] != 0:
@@ -73,7 +73,7 @@ def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
         return why
     moved = counted(i)
     mode = i[s.MODE]
-    if mode < s.M_HOLD or mode == s.M_TORQUE:  # without servo control, the trajectory follows the shaft
+    if mode < s.M_HOLD or mode == s.M_TORQUE:  # without servo control, the commanded position is that of the shaft
         i[s.COMMANDED] = position(i) << 16
         i[s.VELOCITY] = 0
     elif mode < s.M_FOLLOW:
@@ -218,8 +218,8 @@ def advance(
     """Compute up to `most` samples.  Return the reason for stopping.
 
     `predicted`: edges of the external encoder, see the slot PREDICTED.
-    Writes the actual and the commanded position of each sample into `shaft` and `commanded`, in counts of the machine,
-    and the changes of followed numbers into `log` (`log.py`).
+    `shaft` and `commanded` receive the actual and the commanded position of each sample, in counts of the machine.
+    `log` receives the changes of the numbers that traces follow (`log.py`).
     """
     first = i[s.SAMPLE]
     why = ALL_DONE

@@ -31,7 +31,7 @@ CHANGES = 1 << 14
 
 @sampled
 def value(i: Ints, v: Ints, operation: int, place: int) -> int:
-    """Return the present value of a followed number; reading has no side effect."""
+    """Return the present value of a followed number, given by its kind and its index; the state does not change."""
     if operation == SLOT:
         return i[place]
     if operation == COMPUTED:
@@ -47,7 +47,7 @@ def room(log: Ints) -> bool:
 
 @sampled
 def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
-    """Log those of the first `numbers` followed numbers that have changed since the last call."""
+    """Compare the first `numbers` followed numbers with their last values, and log those that have changed."""
     to = HEAD + NUMBER * log[FOLLOWED] + CHANGE * log[USED]
     for at in range(HEAD, HEAD + NUMBER * numbers, NUMBER):
         now = value(i, v, log[at], log[at + 1])
@@ -71,7 +71,9 @@ def moving(operation: int, place: int) -> bool:
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """Return a log of these numbers, each an operation and a place; keep the last values of the log `before`."""
+    """Return a log of these numbers, each given by its kind and its index; take the last values from `before`, if
+    known.
+    """
     log = array("q", [len(numbers), 0, max(CHANGES, len(numbers)), sum(moving(*number) for number in numbers)])
     order = sorted(range(len(numbers)), key=lambda k: (KINDS.index(numbers[k][0]), not moving(*numbers[k])))
     for k in order:
@@ -88,7 +90,7 @@ def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
 
 
 class Snapshot:
-    """The last values of all followed numbers; has the same effect as `note`, but is fast in plain Python."""
+    """The last values of all followed numbers.  The effect is that of `note`, but fast in plain Python."""
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))

@@ -26,30 +26,30 @@ Floats = MutableSequence[float]
 
 # Floats `f`
 _slots = count()
-SPEED = next(_slots)  # shaft speed, counts per sample
-FRACTION = next(_slots)  # fraction of a count that must be added to SHAFT
-OUTSIDE = next(_slots)  # external torque and gravity, as an acceleration in counts/sample²
-COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction torques, as an acceleration in counts/sample²
-JAM = next(_slots)  # additional friction of a jammed shaft: 0 or infinite
-VISCOUS = next(_slots)  # viscous friction, per count/sample of speed
+SPEED = next(_slots)  # Shaft speed, counts per sample.
+FRACTION = next(_slots)  # Fraction of a count that must be added to SHAFT.
+OUTSIDE = next(_slots)  # External torque and gravity, as an acceleration in counts/sample².
+COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # Friction torques, as an acceleration in counts/sample².
+JAM = next(_slots)  # Additional friction of a jammed shaft: 0 or infinite.
+VISCOUS = next(_slots)  # Viscous friction, per count/sample of speed.
 # share of the speed that is left after a sample, with open and with closed windings
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
-PER_AMP = next(_slots)  # torque constant: counts/sample² per A
+PER_AMP = next(_slots)  # Torque constant: counts/sample² per A.
 # steady current per PWM unit, and reduction of the current by back-EMF
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
-AMPS_NOW = next(_slots)  # current through the windings at the end of a sample
-AMPS_KEPT = next(_slots)  # share of the current that inductance keeps for one sample, 0 to 1
+AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample.
+AMPS_KEPT = next(_slots)  # Share of the current that inductance keeps for one sample, 0 to 1.
 # mean share of the old current during a sample, and 1 minus this share
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
 LAG = next(_slots)  # share of a speed change that does not add to the distance of the same sample, 0 to 1/2
 PEAK_AMPS = next(_slots)
-WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
-WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # steady temperature rise, K per A²: over housing, over air
+WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures in °C.
+WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # Steady temperature rise, K per A²: over housing, over air.
 # share of a temperature difference that is lost in each block
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
-MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
-LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # energy in a sample: nJ per A², nJ per A and count
-PER_NM = next(_slots)  # acceleration by a torque: counts/sample² per N·m
+MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # Mean and rated square of the current, in A².
+LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # Energy in a sample: nJ per A², nJ per A and count.
+PER_NM = next(_slots)  # Acceleration by a torque: counts/sample² per N·m.
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
 
@@ -58,7 +58,7 @@ MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """Set up a machine with these data sheets, at rest and at 25 °C; without a motor's data sheet it is ideal."""
+    """Set up a machine with these data sheets, at rest and at 25 °C.  Without a data sheet the motor is ideal."""
     i[s.IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
     i[s.TEMP] = floor(AMBIENT_C)
@@ -81,7 +81,7 @@ def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
 
 
 def _fit_windings(f: Floats, motor: ServoMotor) -> None:
-    """Set the electrical constants; volts per rad/s and N·m per A are the same figure.
+    """Set the electrical constants.  The torque constant in N·m per A equals the back-EMF constant in V per rad/s.
 
     With inductance the current settles exponentially.  Without inductance the distance of a sample is its final
     speed, which compensates the back-EMF of the final speed.  Inductance delays back-EMF, so that less compensation
@@ -120,7 +120,8 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
 
 
 def set_torque(f: Floats, newton_metres: float) -> None:
-    """Set the torque on the shaft from outside, up to ±1000 N·m; a positive one turns it in the positive direction.
+    """Set the torque on the shaft from outside, up to ±1000 N·m; a positive torque turns the shaft in the positive
+    direction.
 
     An ideal motor ignores the torque.
     """
@@ -136,7 +137,7 @@ def set_jam(f: Floats, on: bool) -> None:
 
 
 def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
-    """Set magnetism and supply voltage as shares of the data sheet's values, at most 1."""
+    """Set the strength of the magnets and the supply voltage, as shares (at most 1) of the data sheet's values."""
     weak = replace(
         motor,
         torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,

@@ -1,4 +1,4 @@
-"""Positions of the shaft in the controller's coordinates, which `O=` and F=2 change, and 32-bit numbers."""
+"""Positions of the shaft in the controller's coordinates, which `O=` and F=2 change, and wrapping to 32 bits."""
 
 from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Ints

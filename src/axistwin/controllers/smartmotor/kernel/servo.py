@@ -1,7 +1,8 @@
 """Model of the brushless motor in each sample: motion, current, heat, overload protection, and rest.
 
-The shaft's speed is found from the torques at the end of the sample (the implicit Euler method), so that no inertia,
-winding or friction makes it unstable.  In units of counts and samples, with `amps` through the windings on average:
+The shaft's speed is found from the torques at the end of the sample (the implicit Euler method), so that the
+calculation is stable for every inertia, winding and friction.  In units of counts and samples, with `amps` through the
+windings on average:
 
     speed = (speed before + PER_AMP · amps + OUTSIDE ∓ friction) · gain        amps = (voltage - back-EMF) / resistance
 
@@ -35,7 +36,7 @@ IDEAL_BITS = 5
 
 @sampled
 def rotate(i: Ints, f: Floats) -> None:
-    """Turn the shaft for one sample under PWM, drive, brake and all torques; update current and heat."""
+    """Turn the shaft for one sample, under the effect of PWM, drive, brake and all torques; update current and heat."""
     push, against = f[m.SPEED] + f[m.OUTSIDE], friction(i, f)
     amps, settled, limited = 0.0, 0.0, False
     if i[s.DRIVE] == s.DRIVE_OPEN:
@@ -71,7 +72,7 @@ def stall_amps(i: Ints, f: Floats) -> float:
 
 @sampled
 def mean_amps(f: Floats, settled: float) -> float:
-    """Return the mean current in this sample, which changes from AMPS_NOW towards `settled`."""
+    """Return the mean current in this sample; the current changes from AMPS_NOW towards `settled`."""
     return f[m.MEAN_KEPT] * f[m.AMPS_NOW] + f[m.MEAN_REACHED] * settled
 
 
@@ -154,7 +155,9 @@ def warm(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal(i: Ints, f: Floats) -> None:
-    """Move the shaft of a motor without a data sheet to the commanded position, or by T in torque mode."""
+    """Move the shaft of an ideal motor to the commanded position; in torque mode, turn the shaft by an angle
+    proportional to T.
+    """
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return
     if i[s.MODE] == s.M_TORQUE:
@@ -212,7 +215,7 @@ def cool(i: Ints, f: Floats) -> None:
 
 @sampled
 def resting(i: Ints, f: Floats) -> int:
-    """Return 1 if only temperatures will change, until an input or the trajectory changes."""
+    """Return 1 if nothing but temperatures will change before an input or the trajectory changes."""
     if (cools(i, f) if i[s.HOT] != 0 else keeps_cool(i, f)) == 0:
         return 0
     if i[s.IDEAL] != 0:
@@ -234,7 +237,8 @@ def resting(i: Ints, f: Floats) -> int:
 def keeps_cool(i: Ints, f: Floats) -> int:
     """Return 1 if neither TEMP nor RMS current can exceed its limit at the present current.
 
-    Neither temperature rises further above its final value than the larger of the two present differences.
+    Winding and housing temperatures approach their final values.  Neither of them exceeds its final value by more than
+    the larger of the two present differences.
     """
     if i[s.OVERLOAD] != 0:
         return 0
@@ -250,7 +254,7 @@ def keeps_cool(i: Ints, f: Floats) -> int:
 
 @sampled
 def cools(i: Ints, f: Floats) -> int:
-    """Return 1 if an overheated motor, with the fault reported, will cool down and stay cool."""
+    """Return 1 if an overheated motor, whose fault has been reported, will cool down and stay cool."""
     if i[s.BH] == 0 or i[s.IDEAL] != 0 or i[s.CURRENT_SUM] >> CURRENT_BITS != 0:
         return 0
     return 1 if f[m.AMBIENT] < i[s.TH] and f[m.WINDING_C] < i[s.TH] else 0

@@ -47,7 +47,7 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """Add this error to the integral, limit the sum by KL, and return it."""
+    """Add this error to the integral, limit the sum by KL, and return the integral term."""
     return clipped(i[s.INTEGRAL] + i[s.TUNING + 1] * error, i[s.TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 
 

@@ -6,86 +6,86 @@
 
 from itertools import count, islice
 
-# Integers: positions in encoder counts; trajectory positions and velocities in 1/65536 count (per sample)
+# Integers.  Positions are in encoder counts; trajectory positions in 1/65536 count, velocities in 1/65536 count/sample.
 _slots = count()
 
 # Time
-SAMPLE = next(_slots)  # number of the last computed sample, from 0 at power-up
-CLK_ZERO = next(_slots)  # sample in which the counter CLK was 0: CLK = SAMPLE - CLK_ZERO
+SAMPLE = next(_slots)  # Number of the last computed sample, from 0 at power-up.
+CLK_ZERO = next(_slots)  # Sample in which the counter CLK was 0: CLK = SAMPLE - CLK_ZERO.
 
 # The running program, which interpreter.py executes
 (
-    PROGRAM,  # state of the program: STOPPED, RUNNING or BLOCKED
-    PC,  # index into `code` of the next statement
-    STATEMENT,  # number of the latest statement that has begun
-    BUDGET,  # number of statements that may still be executed in this sample
+    PROGRAM,  # State of the program: STOPPED, RUNNING or BLOCKED.
+    PC,  # Index into `code` of the next statement.
+    STATEMENT,  # Number of the latest statement that has begun.
+    BUDGET,  # Number of statements that may still be executed in this sample.
     STATEMENTS_PER_SAMPLE,
-    WAIT_UNTIL,  # number of the sample at which a WAIT ends
-    DEPTH,  # number of return addresses on the stack
+    WAIT_UNTIL,  # Number of the sample at which a WAIT ends.
+    DEPTH,  # Number of return addresses on the stack.
 ) = islice(_slots, 7)
-RETURNS, *_ = islice(_slots, 10)  # ten of them
-SWITCHES, *_ = islice(_slots, 11)  # value of the present SWITCH, for each depth of the stack
+RETURNS, *_ = islice(_slots, 10)  # Ten return addresses.
+SWITCHES, *_ = islice(_slots, 11)  # Value of the present SWITCH, for each depth of the stack.
 (
-    TWAITING,  # 1 while TWAIT pauses the program, until Bt is 0
-    PAUSED,  # 1 while the command ! pauses the program, until a serial character arrives
-    RUN_GIVEN,  # 1 if the program was started by RUN, so that RUN? is skipped
-    C2_CALLED,  # 1 while a call of C2 is in progress; RETURNI, STACK or END ends the call
+    TWAITING,  # 1 while TWAIT pauses the program, until Bt is 0.
+    PAUSED,  # 1 while the command ! pauses the program, until a serial character arrives.
+    RUN_GIVEN,  # 1 if the program was started by RUN, so that RUN? is skipped.
+    C2_CALLED,  # 1 while a call of C2 is in progress; RETURNI, STACK or END ends the call.
 ) = islice(_slots, 4)
 
 # Buffered parameters (chapters 4 and 13 of the base language)
 A, V, P, D, T, E = islice(_slots, 6)
 AMPS, TH, THD = islice(_slots, 3)
 KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
-F = next(_slots)  # the option bits that F= has set (chapter 7)
-SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # software limits (3.2); SOFT_LIMITS is 1 if they are enabled
+F = next(_slots)  # The option bits that F= has set (chapter 7).
+SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # Software limits (3.2); SOFT_LIMITS is 1 if they are enabled.
 MFMUL, MFDIV = next(_slots), next(_slots)
 RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # the ratio MFMUL/MFDIV, which takes effect with MFR and MSR
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
-    RELATIVE,  # 1 if D was assigned later than P
-    BUFFERED_MODE,  # the mode that the next G starts
-    BUFFERED_FACTOR,  # factor of the buffered mode, e.g. 4 for MF4 or MC4
+    RELATIVE,  # 1 if D was assigned later than P.
+    BUFFERED_MODE,  # The mode that the next G starts.
+    BUFFERED_FACTOR,  # Factor of the buffered mode, e.g. 4 for MF4 or MC4.
 ) = islice(_slots, 3)
 
-# The tuning in force, which the command F copies from the buffered one; KS: number of samples between two errors
-TUNING, *_ = islice(_slots, 8)  # the gains in use, in the order KP KI KD KL KS KV KA KG
-PID_RATE = next(_slots)  # PID1, 2, 4, 8
+# The gains in force, which the command F copies from the buffered gains; KS: number of samples between two errors
+TUNING, *_ = islice(_slots, 8)  # The gains in use, in the order KP KI KD KL KS KV KA KG.
+PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
 
 # The trajectory that G has started
 (
     MODE,  # a MODE
     FACTOR,
-    COMMANDED,  # commanded position in the controller's coordinates, as a 48.16 fixed-point number
-    VELOCITY,  # present velocity of the trajectory per sample, as a 16.16 fixed-point number
+    COMMANDED,  # Commanded position in the controller's coordinates, as a 48.16 fixed-point number.
+    VELOCITY,  # Present velocity of the trajectory per sample, as a 16.16 fixed-point number.
 ) = islice(_slots, 4)
 # the P, V and A in use; in modes with a ratio, the ratio is FACTOR / TARGET
 TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
 # Position of the shaft: controller's position = DIRECTION * shaft + ORIGIN
-SHAFT = next(_slots)  # shaft position in counts since the start of the bench, in the machine's direction
+SHAFT = next(_slots)  # Shaft position in counts since the start of the bench, in the machine's direction.
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
 # Modes follow and cam
 (
-    CTR,  # external counter, which the program can read as CTR
-    MASTER,  # number of edges received from the external encoder, as in `axis.master`
-    MASTER_SEEN,  # number of external encoder edges that the trajectory has followed
+    CTR,  # External counter, which the program can read as CTR.
+    MASTER,  # Number of edges received from the external encoder, as in `axis.master`.
+    MASTER_SEEN,  # Number of external encoder edges that the trajectory has followed.
 ) = islice(_slots, 3)
 MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = islice(_slots, 7)
 """A steady run of the external encoder: +1 or -1; counts per sample, and remainder; samples left; end."""
 PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
-    SHOWN,  # pins with the level of the external encoder: 1 for A, 2 for B, 3 for both
-    PIN_EDGES,  # number of edges in MASTER that levels forced on the pins have caused
-    STEP_UP,  # 1 if the latest step of the external source was in the positive direction
-    RESOLUTION,  # counted edges per encoder period: 1, 2 or 4 (MF1, MF2, MF4); 4 for steps
-    STEPS,  # 1 if pins A and B are step and direction inputs
-    FOLLOW_REM,  # remainder of the division by MFDIV
+    SHOWN,  # Pins with the level of the external encoder: 1 for A, 2 for B, 3 for both.
+    PIN_EDGES,  # Number of edges in MASTER that levels forced on the pins have caused.
+    STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
+    RESOLUTION,  # Counted edges per encoder period: 1, 2 or 4 (MF1, MF2, MF4); 4 for steps.
+    STEPS,  # 1 if pins A and B are step and direction inputs.
+    FOLLOW_REM,  # Remainder of the division by MFDIV.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
-CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # in force
-MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # parameters that MCn has set, and that the next CI puts into effect
+CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters that are in force.
+MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Parameters that MCn has set, and that the next CI puts into effect.
 # 1 if a CI waits for the zero point; 1 if CI is invalid until the next MCn
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the external encoder's counts
@@ -94,66 +94,66 @@ CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the
 # buffer of points: index of the first, number of points; samples left in the present segment
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
-HOST_SIZE = next(_slots)  # capacity of the ring buffer as a count of numbers
-HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD
+HOST_SIZE = next(_slots)  # Capacity of the ring buffer as a count of numbers.
+HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD.
 
-# Status word W, bit by bit (0 or 1), and the three flags outside W
+# The bits of the status word W, one slot each (0 or 1), and the three flags outside W
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
 BB, BC, BF = islice(_slots, 3)
 (
-    INDEX,  # captured index position, the variable `I`
-    INDEX_ARMED,  # 1 if the next index mark will be captured; 0 until the captured position has been read
-    INDEX_FORCED,  # 1 while a test lead forces the index line high
+    INDEX,  # Captured index position, the variable `I`.
+    INDEX_ARMED,  # 1 if the next index mark will be captured; 0 until the captured position has been read.
+    INDEX_FORCED,  # 1 while a test lead forces the index line high.
 ) = islice(_slots, 3)
 
 # Protection
-LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1 if pin C, or pin D, is the input of a limit switch
+LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1 if pin C, or pin D, is the input of a limit switch.
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
-    OVERLOAD,  # number of consecutive samples with too high a current or temperature
-    STOPPING,  # 1 while the motor decelerates because of a fault with F=1
-    PENDING,  # C1 and C2 calls that wait for the end of a statement: bits CALL_FAULT, CALL_INPUT
-    FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after its return
-    OBSERVE_INDEX,  # 1 if every change of Bx must be reported
+    OVERLOAD,  # Number of consecutive samples with too high a current or temperature.
+    STOPPING,  # 1 while the motor decelerates because of a fault with F=1.
+    PENDING,  # C1 and C2 calls that wait for the end of a statement: bits CALL_FAULT, CALL_INPUT.
+    FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after its return.
+    OBSERVE_INDEX,  # 1 if every change of Bx must be reported.
 ) = islice(_slots, 5)
 # positions of the nearest index marks below and above the shaft
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
 
-# Pins: level bits 0 (A) to 6 (G), analog values 0 to 1023, and the range of shaft positions without a switch change
+# Pins: levels as bits 0 (A) to 6 (G), analog values 0 to 1023, range of shaft positions in which no switch changes
 PINS = next(_slots)
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # debounced level of pin G; number of samples with the other level
 (
-    DEBOUNCE,  # number of samples for which a new level of pin G must last
-    LATCHES,  # levels set by UA= … UG=, bit by bit; an output pin has this level
-    GO_PIN,  # 1 if a falling edge of pin G has the effect of the command G (UG)
-    BRAKE_PIN,  # the pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none
-    BRAKE_READ,  # 1 if an assignment has read BRAKE_PIN (5.1, note 2)
+    DEBOUNCE,  # Number of samples for which a new level of pin G must last.
+    LATCHES,  # Levels set by UA= … UG=, bit by bit; an output pin has this level.
+    GO_PIN,  # 1 if a falling edge of pin G has the effect of the command G (UG).
+    BRAKE_PIN,  # The pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none.
+    BRAKE_READ,  # 1 if an assignment has read BRAKE_PIN (5.1, note 2).
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # seven values
 WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # State of the drive, which the physical model uses
 (
-    DRIVE,  # a DRIVE
-    PWM,  # output of the servo law, -1023 to 1023, in the machine's direction
-    BRAKE,  # 1 if the static brake is engaged
-    TEMP,  # whole °C, for TEMP
-    CURRENT,  # 0.01 A, for UIA
-    BUS_VOLTAGE,  # 0.1 V, for UJA
-    IDEAL,  # 1 for an ideal motor, whose shaft follows the trajectory exactly
+    DRIVE,  # State of the amplifier, DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
+    PWM,  # Output of the servo law, -1023 to 1023, in the machine's direction.
+    BRAKE,  # 1 if the static brake is engaged.
+    TEMP,  # Motor temperature in whole °C, reported as TEMP.
+    CURRENT,  # Current in 0.01 A, reported as UIA.
+    BUS_VOLTAGE,  # Supply voltage in 0.1 V, reported as UJA.
+    IDEAL,  # 1 for an ideal motor, whose shaft follows the trajectory exactly.
 ) = islice(_slots, 7)
 
 # Internal state of the servo law and of the physical model
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
-CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)  # filter of CURRENT; sum of (0.01 A)², and number of summands
-SLIPPED = next(_slots)  # difference in counts between the encoder's reading (SHAFT) and the real shaft position
-COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # defective encoder: OF counts per OUT_OF; 0 of 0: no defect
-UNCOUNTED = next(_slots)  # remainder of a defective encoder's count
-ENERGY = next(_slots)  # energy in nJ that the windings have taken since the start of the bench
-HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move
+CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)  # Filter of CURRENT; sum of (0.01 A)², and number of summands.
+SLIPPED = next(_slots)  # Difference in counts between the encoder's reading (SHAFT) and the real shaft position.
+COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # Defective encoder: OF counts per OUT_OF; 0 of 0: no defect.
+UNCOUNTED = next(_slots)  # Remainder of a defective encoder's count.
+ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the bench.
+HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 
-LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: received bytes that GETCHR has not read
-ARRAY_BASE = next(_slots)  # index of the array element al[0] in the array `v`
+LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: received bytes that GETCHR has not read.
+ARRAY_BASE = next(_slots)  # Index of the array element al[0] in the array `v`.
 
 INTS = next(_slots)
 

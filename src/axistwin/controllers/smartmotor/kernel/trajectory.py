@@ -4,7 +4,7 @@
       ╱          ╲        largest velocity that still allows a stop at the target, so the move ends there exactly.
     ─┴────────────┴─ t
 
-Velocities and accelerations are in 1/65536 count per sample (squared), positions in 1/65536 count.
+Positions are in 1/65536 count, velocities in 1/65536 count/sample, accelerations in 1/65536 count/sample².
 """
 
 import math
@@ -22,7 +22,7 @@ WRAP = 1 << 48
 
 @sampled
 def stopping_distance(speed: int, acceleration: int) -> int:
-    """Return the stopping distance from a speed above 0, which `acceleration` reduces in each sample."""
+    """Return the stopping distance from a speed above 0 that decreases by `acceleration` in each sample."""
     n = (speed + acceleration - 1) // acceleration
     return n * speed - acceleration * (n * (n - 1) // 2)
 
@@ -48,7 +48,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
     if speed > max_velocity:
         wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
-        return wanted * way  # the motor is moving away from the target, or is at rest
+        return wanted * way  # The motor is moving away from the target, or is at rest.
     # a fast test first: stopping_distance(w) is at most w²/2A + w/2 + A/8
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
@@ -67,7 +67,7 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Advance the external encoder by one sample: to its predicted count, or at constant speed."""
+    """Advance the external encoder by one sample, to its predicted count or by its constant speed."""
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]
         i[s.PREDICTED_AT] += 1

@@ -1,7 +1,7 @@
 """Words of the later generation, Class 5, and their equivalents in firmware 4.76.
 
 The words of a program show the generation for which it was written.  A Class 5 motor has 8000 samples per second, so
-speeds and accelerations have another unit; positions have the same unit.
+its units of speed and acceleration differ from those of 4.76; the unit of position is the same.
 """
 
 import re
@@ -16,7 +16,9 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A pattern for a Class 5 word, and `here`: the 4.76 word for it.  `sure`: both take values in the same unit."""
+    """A pattern for a Class 5 word.  `here`: the 4.76 word that replaces it; `sure`: both words take values in the same
+    unit.
+    """
 
     form: str
     here: str

@@ -1,7 +1,7 @@
-"""Expressions (7 of the base language): text becomes code for the interpreter.
+"""Parser of expressions (section 7 of the base language), which converts text to code for the interpreter.
 
-From the strongest to the weakest: unary minus; ^; * / %; + -; comparisons; &; !|; |.  Operations of one kind
-go from left to right.  Constant parts are computed beforehand, unless they have no value.
+Operators from the strongest to the weakest: unary minus; ^; * / %; + -; comparisons; &; !|; |.  Operations of equal
+strength are evaluated from left to right.  Constant parts are computed beforehand, unless they have no value.
 """
 
 import re
@@ -70,7 +70,7 @@ class Index(NamedTuple):
 
 @dataclass(frozen=True)
 class Computed:
-    """Base class of operands that the interpreter computes."""
+    """Base class of operands whose values the interpreter computes when the statement is executed."""
 
     code: tuple[int, ...]
     fetches: "tuple[Callable[[Processor], int], ...]" = ()
@@ -105,11 +105,13 @@ class Expression(Computed):
 
 
 class Reader:
-    """Parses the expressions of a statement.  `at`: current index; `assigned`: True if a variable gets the value."""
+    """Parses the expressions of a statement.  `at`: current index; `assigned`: True if the value is assigned to a
+    variable.
+    """
 
     def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
         self.text, self.at, self._assigned = text, at, assigned
-        self._code: list[list[int]] = []  # operations, each with its argument if it has one
+        self._code: list[list[int]] = []  # code of the expression: operations, each followed by its argument, if any
         self._height = self._highest = self._deep = 0
         self._fetches: list[Callable[[Processor], int]] = []
         self._fetched = fetches
@@ -163,7 +165,7 @@ class Reader:
         self._highest = max(self._highest, self._height)
 
     def _binary(self, weakest: int) -> None:
-        """Read a value, and the operations after it that are not weaker than the level `weakest`."""
+        """Read a value and the operations that follow, except operations of a priority below `weakest`."""
         self._unary()
         while (found := OPERATIONS.get(token := self._next())) is not None and found[0] >= weakest:
             level, operation = found

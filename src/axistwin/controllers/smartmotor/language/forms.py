@@ -9,10 +9,10 @@ from axistwin.controllers.commandset import Command
 class Accept(Flag):
     """The sources from which a command is accepted."""
 
-    HOST = auto()  # from a host, over a communication channel
-    PROGRAM = auto()  # from the stored program
-    BLOCK = auto()  # only from the stored program, because the command is a label or a part of a block
-    REMOVED = auto()  # never accepted, because 4.76 has removed the command (1.3)
+    HOST = auto()  # From a host, over a communication channel.
+    PROGRAM = auto()  # From the stored program.
+    BLOCK = auto()  # Only from the stored program, because the command is a label or a part of a block.
+    REMOVED = auto()  # Never accepted, because 4.76 has removed the command (1.3).
 
 
 class Form(Enum):

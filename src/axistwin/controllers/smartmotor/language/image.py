@@ -1,14 +1,16 @@
-"""Section 15 of the base language: a program as text, and as the image that a host's compiler makes of the text (.smx).
+"""The two forms of a program (section 15 of the base language): text, and the image that a host's compiler makes
+(.smx).
 
 The motor keeps the text without comments and needless blanks, each line ended by LF.  In the image a word of program
 flow contains the place where the program continues: `$`, the word's first letter, four hexadecimal digits, and the rest
-from its fourth letter on, so that WHILE becomes $W003CLE, LOOP $L0000P and IF $I003F.  Places count characters.
+from its fourth letter on, so that WHILE becomes $W003CLE, LOOP $L0000P and IF $I003F.  A place is a number of
+characters from the beginning of the text.
 
     $4 LLL SSSSSS NNNNNN HHHHHH 0000   labels, sum and length of the text, sum of the label addresses (hexadecimal)
     llllaaaa ...                       for each label Cn its number and its place
     text with jumps                    up to FF, after which a compiler may leave a note
 
-The form of the words comes from reports of users; sums and length of the header come from later firmware.
+The form of the words is known from reports of users; the sums and the length in the header from later firmware.
 """
 
 import re
@@ -49,7 +51,7 @@ def labels(text: str) -> dict[int, int]:
 
 
 def sums(text: str) -> tuple[int, int]:
-    """Return both checksums of RCKS: sums of 24 bits over the label addresses and over the text."""
+    """Return both checksums that RCKS reports, sums of 24 bits: of the label addresses, and of the text."""
     addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
     return addresses & 0xFFFFFF, _sum(text)
 
@@ -147,7 +149,7 @@ def _words(text: str) -> Iterator[tuple[int, str, int]]:
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
-    """Return the place of each word that jumps, and the target; words without a counterpart are left out."""
+    """Yield the place and the target of each word that jumps, such as LOOP, unless its counterpart is missing."""
     blocks: list[_Block] = []
     left: list[_Block] = []  # by BREAK
     for place, word, behind in _words(text):
@@ -169,7 +171,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield those jumps of a block whose targets become known at this word."""
+    """Yield the place and the target of those jumps of a block whose targets are known once this word has been read."""
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place
     block.waiting = None if word == "ELSE" else place

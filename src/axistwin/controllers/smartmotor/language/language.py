@@ -28,12 +28,12 @@ EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
 
 @dataclass(frozen=True)
 class Elements(Computed):
-    """An assignment to an array as code of the interpreter: number of values, array, first index, values."""
+    """An assignment to an array, as code for the interpreter: number of values, array, first index, values."""
 
     count: int = 1
 
     def value(self, motor: Processor) -> tuple[int, ...]:
-        """Return the code, after fetching the external values."""
+        """Fetch the external values, and return the code."""
         self.fetch(motor)
         return self.code
 
@@ -45,7 +45,7 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the range of variables or elements that begins with this one; None if it does not exist."""
+        """Return the range that begins with this variable or element; None if this one does not exist."""
         if "[" not in self.name:
             group = values(self.name)
             return None if group is None else Run(ops.VARIABLE, group.start, len(group))
@@ -140,7 +140,7 @@ def read(text: str) -> Statement:
         return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
-# Find the command in a text, and the place of its operands
+# Functions that find the command in a text, and the place of its operands
 
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
@@ -201,7 +201,7 @@ def _unknown(text: str) -> tuple[Rule, str]:
     return rules.UNKNOWN, f"unknown command {text[:40]}"
 
 
-# Parse the operands after the keyword, by the form of the command
+# Functions that parse the operands after the keyword, one for each form of command
 
 _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 

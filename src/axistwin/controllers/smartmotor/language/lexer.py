@@ -1,8 +1,8 @@
-"""Lexical rules (3 of the base language): the end of a command, in a host's data and in the text of a program.
+"""Lexical rules (section 3 of the base language): where a command ends, in a host's data and in the text of a program.
 
 A space, CR, LF or NUL ends a command; between quotes a space does not.  A list of array values ends with its
-period.  In a program, a tab is a space, `'` begins a comment, and IF, ELSEIF, WHILE, SWITCH and CASE take the word
-after the blanks.
+period.  In a program, a tab is a space, `'` begins a comment, and the word after IF, ELSEIF, WHILE, SWITCH or CASE
+belongs to the same statement.
 """
 
 import re

@@ -45,7 +45,7 @@ class Place(NamedTuple):
 
 @dataclass
 class _Block:
-    """An IF, WHILE or SWITCH block with all its parts, by the numbers of the statements."""
+    """An IF, WHILE or SWITCH block; its parts are given by the numbers of their statements."""
 
     begin: int
     parts: list[int] = field(default_factory=list)
@@ -82,16 +82,18 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return the same program, in which these statements are announced before their execution."""
+        """Return the same program, which announces the statements with these numbers before their execution."""
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement at this place of `heads`; at the end, the number of statements."""
+        """Return the number of the statement whose code begins at `head`; at the end of the code, the number of
+        statements.
+        """
         number = self.code[head + 1]
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the number of code words that announce the statement at this place; 0 if it is not announced."""
+        """Return the number of code words that announce the statement at `head`; 0 without an announcement."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 
@@ -286,7 +288,7 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the operation belongs to a statement that has been announced already."""
+        """True if the operation with this number belongs to a statement that has been announced already."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:

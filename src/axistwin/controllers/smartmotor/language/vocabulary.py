@@ -69,7 +69,7 @@ class Words:
             self._obey(word)
 
     def _continue_list(self, word: str, terminator: int) -> None:
-        """Collect `aw[0] 0 100 500 700.`, a list of values whose last one ends with a period."""
+        """Collect a list of array values, such as `aw[0] 0 100 500 700.`, up to the value that ends with a period."""
         listed = LIST_VALUE.fullmatch(word) is not None
         if listed:
             self._list.append(word)

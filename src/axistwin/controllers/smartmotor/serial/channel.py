@@ -1,10 +1,11 @@
-"""A serial channel (chapters 6 and 10, section 2 of the base language): characters in and out, and their receiver.
+"""A serial channel: reception, transmission, and the receiver of each character (chapters 6 and 10; section 2 of the
+base language).
 
     byte ── line errors ── echo ──┬── command:  address, words up to a space, CR, LF or NUL; binary records
                                   ├── data:     a FIFO of 16 bytes for LEN and GETCHR
                                   └── transfer: a program being loaded, an upload waiting for its acknowledgement
 
-Channel 0 is the main one, RS-232 or with pin G as its direction line RS-485; channel 1 is RS-485 on pins E and F.
+Channel 0 is the main channel: RS-232, or RS-485 with pin G as direction line.  Channel 1 is RS-485 on pins E and F.
 """
 
 from array import array
@@ -136,7 +137,7 @@ class Channel:
             self.motor.clock.call_later(self._timeout_ns, lambda: self._expire(began_ns))
 
     def _expire(self, began_ns: int) -> None:
-        """Drop the command that began at this time and is still incomplete; flag Bs."""
+        """If the command that began at this time is still incomplete, drop the command and set the flag Bs."""
         if self._begun_ns == began_ns and self.motor.powered:
             self._begun_ns = None
             self._record.clear()
@@ -179,7 +180,7 @@ class Channel:
 
     def _take_binary(self, byte: int) -> None:
         """Receive an address, which is valid until the next address, or the first byte of a binary record."""
-        if self._words.forget() and not self.asleep:  # discards an incomplete command
+        if self._words.forget() and not self.asleep:  # an address discards an incomplete command
             self.flag_new(ChannelError.SCAN)
         if byte <= LAST_ADDRESS:
             # ADDR does not change, because only SADDRn changes it
@@ -232,7 +233,7 @@ class Channel:
         self.motor.update_outputs()
 
     def flag(self, error: ChannelError) -> None:
-        """Set the flag of an error, and store the error for RCHN of this channel."""
+        """Set the flag of an error, and store the error, which RCHN reports for this channel."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
             # errors that were noted before the flag was cleared are no longer valid

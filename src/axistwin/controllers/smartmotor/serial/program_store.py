@@ -1,10 +1,10 @@
-"""Section 15 of the base language, and 2.0 item 6: loading, keeping and uploading the program.
+"""Loading, storing and uploading the program (section 15 of the base language, and 2.0 item 6 of the 4.76 manual).
 
     host  LOAD ␣        8 bytes        8 bytes    …   the rest  FF FF
     motor        06            06             06
 
 The program memory is invalid from LOAD until FF FF has been received: an incomplete program is not run and sets flag
-Bk.  UPLOAD and UP work the other way round: 8 bytes, 06 from the host, 8 bytes … FF.
+Bk.  UPLOAD and UP work in the other direction: the motor sends 8 bytes, the host 06, the motor the next 8 bytes … FF.
 """
 
 from axistwin.controllers.smartmotor.chapters import flow
@@ -86,7 +86,9 @@ class Download:
             acknowledge()
 
     def _supervise(self) -> None:
-        """End the download after a long silence of the host; after a single FF, the program is complete."""
+        """End the download if the host sends nothing for a long time; if a single FF was received, the program is
+        complete.
+        """
         if not self._active:
             return
         clock = self.motor.clock
@@ -154,8 +156,8 @@ def power_up(motor: Processor) -> None:
 
 def load(motor: Processor) -> None:
     """LOAD: stop the program and receive a new one, an image or source text.  Comments and blanks are not stored.
-    Refused while a fault has not been cleared (2.0 item 6): Bs is set and no 06 is sent.  The new program is not
-    locked.
+    LOAD is refused while a fault has not been cleared (2.0 item 6): Bs is set and no 06 is sent.  The new program is
+    not locked.
     """
     channel = motor.host
     if channel is None or any(motor.i[fault] for fault in (s.BR, s.BL, s.BE, s.BH)):
@@ -188,9 +190,10 @@ def lock(motor: Processor) -> None:
 
 
 def checksum_report(motor: Processor) -> str:
-    """RCKS: two sums of six hexadecimal digits, of the label addresses and of the text; P, or F for an invalid program.
+    """RCKS: report the sums of the label addresses and of the text, six hexadecimal digits each, and P (program valid)
+    or F (invalid).
 
-    A program of END alone has 000000 0000E1 P.  F sets Bk.
+    For a program of END alone the report is 000000 0000E1 P.  A report with F sets Bk.
     """
     from axistwin.controllers.smartmotor.language.image import sums  # lazy import: few hosts load programs
 

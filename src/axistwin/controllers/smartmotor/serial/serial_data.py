@@ -52,7 +52,7 @@ def talk(motor: Processor, channel: int = 0) -> None:
 
 
 def address(motor: Processor, number: int) -> None:
-    """SADDRn: set the motor's address, 0 to 120; other values set Bs.  The addressed motor stays addressed."""
+    """SADDRn: set the motor's address, 0 to 120; other values set Bs.  The motor stays addressed."""
     if 0 <= number <= LAST_ADDRESS - GLOBAL:
         motor.i[s.ADDR] = number
     else:
@@ -61,7 +61,7 @@ def address(motor: Processor, number: int) -> None:
 
 def baud(motor: Processor, rate: int) -> None:
     """BAUDn: set channel 0 to 2400, 4800, 9600, 19200 or 38400 bit/s; other values set Bs.  The change takes effect
-    at once: a character on the wire ends at the old rate, the next character has the new rate.
+    at once: a character on the wire ends at the old rate, the next character is sent at the new rate.
     """
     fmt = motor.channels[0].uart.format
     if rate not in BAUD_RATES or fmt is None:
@@ -82,9 +82,9 @@ CLOSING = re.compile(r"(RS[24]|IIC),(?P<channel>[01])")
 def open_channel(motor: Processor, parameters: str) -> None:
     """OCHN(type,channel,parity,baud,stop,data,mode): RS2 or RS4, 0 or 1, N O E, a baud rate, 1 or 2, 7 or 8, C or D.
 
-    C: commands; D: data for LEN and GETCHR.  RS4 takes pin G (channel 0) or pins E and F (channel 1); RS2 on channel
-    1 does not exist.  Anything else sets Bs.  A time-out in ms may follow the mode: a command that is still
-    incomplete after this time is dropped, flag Bs; 0, or none: no time-out.
+    The mode is C for commands, or D for data that LEN and GETCHR read.  RS4 uses pin G (channel 0) or pins E and F
+    (channel 1); channel 1 has no RS2.  Invalid parameters set Bs.  A time-out in ms may follow the mode: a command that
+    is still incomplete after this time is dropped and sets Bs.  With 0, or without this value, no time-out exists.
     """
     match = OPENING.fullmatch(parameters)
     if match is None or int(match["baud"]) not in BAUD_RATES or (match["type"], match["channel"]) == ("RS2", "1"):

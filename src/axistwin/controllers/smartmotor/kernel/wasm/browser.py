@@ -40,7 +40,7 @@ class Loaded:
         return result
 
     def _divide(self, sizes: Sequence[int]) -> None:
-        """Divide the memory into parts of these sizes."""
+        """Divide the memory of the module into one part for each array, with these sizes."""
         if self._sizes == sizes:
             return
         missing = pages(sum(sizes)) - pages(self._memory.buffer.byteLength)

@@ -83,7 +83,7 @@ def br(depth: int) -> bytes:
 
 
 def br_if(depth: int) -> bytes:
-    """Return a jump like `br` that is made only if the popped i32 is not 0."""
+    """Return a conditional jump: like `br`, if the i32 on top of the stack is not 0."""
     return b"\x0d" + unsigned(depth)
 
 

@@ -30,7 +30,7 @@ _COMPARISONS = {
 class Expressions:
     """Compiles the expressions of one function.
 
-    `functions`: all sampled functions.  `order`: the functions of the module; those that this function calls are added.
+    `functions`: all sampled functions.  `order`: the functions of the module, in order; a called function is added.
     """
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType], order: list[FunctionType]) -> None:
@@ -153,7 +153,7 @@ class Expressions:
         self._convert(own, kind)
 
     def _address(self, node: ast.Subscript) -> int:
-        """Push the address of a number in an array; return the offset to add to the address."""
+        """Push an address for a number in an array; return the number's constant offset from this address."""
         assert isinstance(node.value, ast.Name), "an array is a parameter"
         array, index = w.local_get(self._places[node.value.id]), node.slice
         if isinstance(index, ast.Constant | ast.Attribute) or (

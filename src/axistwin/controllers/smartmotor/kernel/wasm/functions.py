@@ -1,8 +1,8 @@
 """Compile the functions of a sample to WebAssembly, for browsers, where Numba is not available.
 
-The functions are those that `@sampled` marks (`jit.py`): the same subset of Python, with the same results as Numba's.
-An integer is an i64, a float an f64, a bool the integer 0 or 1; an array is the address of its first number.
-A construct outside the subset raises NotImplementedError, which the tests find.
+The functions are those that `@sampled` marks (`jit.py`).  They use the subset of Python that Numba compiles, and the
+results are those of Numba. An integer is an i64, a float an f64, a bool the integer 0 or 1; an array is the address of
+its first number.  A construct outside the subset raises NotImplementedError at compilation, so the tests detect it.
 """
 
 import ast
@@ -15,7 +15,7 @@ from axistwin.controllers.smartmotor.kernel.wasm.expressions import Expressions
 
 
 def compiled(entry: FunctionType, functions: Collection[FunctionType]) -> bytes:
-    """Return a module that exports `entry` under its name; it contains those of `functions` that `entry` calls."""
+    """Return a module that exports `entry` under its name, and contains those of `functions` that `entry` calls."""
     order = [entry]
     found: list[w.Function] = []
     while len(found) < len(order):
@@ -107,7 +107,7 @@ class _Function(Expressions):
         self._emit(w.END)
 
     def _loop(self, node: ast.While | ast.For) -> None:
-        """Compile a loop to nested blocks: exit: { again: { leave at the end; next: { body }; step; go to again } }."""
+        """Compile a loop to nested blocks, exit { again { leave at the end; next { body } step; go to again } }."""
         counter, stop, step = self._range(node) if isinstance(node, ast.For) else (0, 0, 0)
         void = bytes((w.NO_RESULT,))
         self._emit(w.BLOCK, void, w.LOOP, void)
