@@ -51,7 +51,7 @@ def test_it_less_the_position_is_the_following_error():
     motor.axes["shaft"].jam()
     bench.run(0.002)
     assert axis.setpoint - axis.position > error
-    assert abs(int(ask(bench, motor, "RPE ")) - (axis.setpoint - axis.position)) < 60  # a few samples later
+    assert abs(int(ask(bench, motor, "RPE ")) - (axis.setpoint - axis.position)) < 60  # read a little later
 
 
 def test_with_the_servo_off_it_is_where_the_shaft_is():
