@@ -15,7 +15,7 @@ def levels(if1) -> str:
 
 
 def pulses(seen: list[tuple[int, bool]]) -> list[tuple[int, bool]]:
-    """Return (length in ns, level) between each two changes."""
+    """Return the length in ns and the level between each two changes."""
     return [(after - before, level) for (before, level), (after, _) in itertools.pairwise(seen)]
 
 
@@ -140,7 +140,7 @@ def test_output_0_is_a_delay(bench, if1):
 
 
 def test_switching_while_a_motor_runs_waits_for_it(bench, if1):
-    """R9: `$` messages are held until the current work is done."""
+    """R9: switching is held until the motion has ended, like all `$` messages."""
     write(if1, "X40$", "S1$")
     seen = edges(if1.pins["output1"])
     bench.run(1)
