@@ -83,7 +83,7 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
         [BASE_CLOCKS[2] / 3 * v / 65_536 for v in (*numbers, *[numbers[-1]] * 500)], start_ns, 7 * MS
     )
     times = steps(board)
-    assert len(board.axes["motor"].train.moves) > 4  # the moves are not joined into one that grows
+    assert len(board.axes["motor"].train.moves) > 4  # the pulses are several moves, not one long move
     assert times == expected[: len(times)]
     assert board.axes["motor"].position == len(times) > 3_000
 

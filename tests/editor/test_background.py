@@ -19,7 +19,7 @@ def test_other_work_goes_on_while_a_function_is_executed():
 
         checking = asyncio.create_task(background.run(check))
         while not ready.is_set():
-            await asyncio.sleep(0)  # the loop has its turns, although the check is not finished
+            await asyncio.sleep(0)  # the loop continues while the check is running
         assert not checking.done()
         released.set()
         return await checking

@@ -202,7 +202,7 @@ def test_one_damaged_character_spoils_one_command(bench):
     assert send(bench, motor, "b=5 b=b+1 Rb", 0.1) == b"1\r"
 
 
-# Host mode records and what is binary
+# Host mode records and direct binary commands
 
 
 def test_a_record_for_others_is_passed_over_as_a_whole(bench, motor):

@@ -54,7 +54,7 @@ class AvrBoard:
         script, image = Path(__file__).with_name("avr.js"), firmware(mcu)
         command = ["node", str(script), os.environ["AXISTWIN_AVR8JS"], mcu, str(image)]
         self._node = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self._steps = steps  # direction pin of each step pin
+        self._steps = steps  # the direction pin of each step pin
         self._to, self._from, self._pins = b"", b"", {}
         self.now, self.start_s = 0, None
         self.levels, self.since, self.pulses = {}, {}, {pin: [] for pin in steps}

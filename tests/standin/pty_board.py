@@ -23,14 +23,14 @@ def main(link, pulses):
     tty.setraw(slave)
     os.symlink(os.ttyname(slave), link)
     with suppress(OSError):
-        os.nice(-15)  # a board has a processor of its own
+        os.nice(-15)  # a real board has a processor of its own
     board, begun, ended = SmallBoard(), time.monotonic(), []
     board.levels |= {8: 1, 9: 1}
     signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
     while not ended:
         ready, _, _ = select.select([master], [], [], 0.001)
         data = os.read(master, 4096) if ready else b""
-        board.run_to(time.monotonic() - begun)  # the clock is never older than the bytes
+        board.run_to(time.monotonic() - begun)  # the clock must not be older than the bytes
         board.receive(data)
         if out := board.transmitted():
             os.write(master, out)

@@ -45,7 +45,7 @@ def test_an_uno(uno):
     pulses = uno.pulses["PD2"]
     assert [direction for _, direction in pulses] == [+1] * 800 + [-1] * 100
     errors = metal.errors_us("PD2", np.concatenate([out, back]))
-    assert np.abs(errors).max() < 60  # three timers of the board may be due at once
+    assert np.abs(errors).max() < 60  # three timers of the board may be due at the same time
     assert errors.std() < 15
 
     times = metal.even(800, 4000)
