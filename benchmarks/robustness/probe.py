@@ -141,7 +141,7 @@ CHANGES: dict[str, Callable[..., Callable[..., Any]]] = {
 
 @contextmanager
 def changed(made: Product, code: object, change: str) -> Iterator[Counter[str]]:
-    """Change one handler of a command table; yield the number of calls in which there was something to change."""
+    """Change one handler of a command table; yield the number of its calls that the change affects."""
     command, calls = made.commands._by_code[code], Counter[str]()
     handler = CHANGES[change](command.handler)
 
@@ -163,7 +163,7 @@ def changed(made: Product, code: object, change: str) -> Iterator[Counter[str]]:
 
 
 def clear_caches() -> None:
-    """Forget the commands that have been read with another table."""
+    """Clear the cached commands, which were read with another table."""
     interface.read.cache_clear()
     language.command.cache_clear()
     language.read.cache_clear()
