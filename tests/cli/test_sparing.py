@@ -55,4 +55,4 @@ def test_tracebacks_of_our_own_are_limited():
         error = (ValueError, ValueError(), None)
         record = logging.LogRecord("axistwin.cli", logging.ERROR, "", 0, "a task has failed", (), error)
         passed += sparing.filter(record)
-    assert passed == IN_FULL + 3  # the records number 16, 32 and 64
+    assert passed == IN_FULL + 3  # the records 16, 32 and 64

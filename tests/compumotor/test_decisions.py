@@ -211,7 +211,7 @@ def moved(bench, board):
 
 
 def test_70h_after_a_stream_has_run_dry_is_a_ramp_of_the_last_move(bench, board):
-    """70h: "at the most recent acceleration/deceleration rate": 17,066.67 at 100,000 pps² takes 0.17 s."""
+    """70h: "at the most recent acceleration/deceleration rate": from 17,066.67 pps at 100,000 pps² in 0.17 s."""
     moved(bench, board)
     run_dry(bench, board)
     send(bench, board, 0x70)
@@ -244,7 +244,7 @@ def test_70h_after_a_stream_may_be_ignored(bench):
 
 @pytest.mark.parametrize("performed", [True, False])
 def test_7bh_sends_an_alarm_that_is_on(bench, board, performed):
-    """51h: an alarm is sent if the bytes left go below its value, which needs "3) Begin velocity streaming"."""
+    """51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before."""
     enter(bench, board, 0x52, 1, 4, alarm=4, rate=1_000)
     velocities(bench, board, *(STREAMED,) * 7)
     if performed:

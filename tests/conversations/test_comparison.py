@@ -73,7 +73,7 @@ def test_words_that_come_at_the_end():
 
 @pytest.mark.parametrize(("hardware_s", "same"), [(29, True), (28, True), (20, False)])
 def test_the_twin_has_as_long_as_the_hardware_and_some_patience(hardware_s, same):
-    """The report of this sequence comes after 29 s; the twin may take longer than the hardware by the patience."""
+    """A sequence reports after 29 s; the twin's report may come later than the hardware's, by the patience."""
     text = READY + "> :P0,99:=29,1:%:$\\r\n" + f"< %\\r\n= clock {2.703229167 + hardware_s}\n"
     assert compared(text).acts[-1].same is same
 

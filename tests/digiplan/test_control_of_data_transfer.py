@@ -487,7 +487,7 @@ def test_an_x_off_from_the_host_is_a_character_like_others(bench):
 
 
 def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
-    """Inter-character delay: "inserted before each transmitted character"; X-off would come too late."""
+    """Inter-character delay: "inserted before each transmitted character", except X-off, which would be too late."""
     if1 = ready(bench, "U67")
     command(bench, if1, "D25", seconds=0.1)
     seen = []

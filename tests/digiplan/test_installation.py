@@ -146,7 +146,7 @@ def test_a_limit_in_motion_decelerates(bench, if1):
 
 
 def test_a_limit_behind_a_motion_does_not_stop_it_where_that_is_asked_for(bench):
-    """Clearing faults: all is inhibited "apart from motion away from a limit switch"; with the option it goes on."""
+    """Clearing faults: all is inhibited "apart from motion away from a limit switch"; option: it is not stopped."""
     if1 = ready(bench, limits="motion ahead")
     command(bench, if1, "X-G$", seconds=1)
     if1.pins["limit_plus"].drive(False)

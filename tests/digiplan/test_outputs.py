@@ -107,7 +107,7 @@ def test_the_pulse_length_is_remembered(bench, if1):
     first, second = edges(if1.pins["output4"]), edges(if1.pins["output5"])
     command(bench, if1, "P4,20$", "P5$", seconds=1)
     assert pulses(first) == pulses(second) == [(200 * MS, True)]
-    assert second[0][0] >= first[1][0]  # one after the other
+    assert second[0][0] >= first[1][0]  # the second pulse begins after the first one
 
 
 @pytest.mark.parametrize("length", [1, 2, 50, 98, 99])

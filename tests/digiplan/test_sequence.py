@@ -355,7 +355,7 @@ def test_the_long_sequence_of_samples_3_6_and_9(bench, form):
     ons = [at_ns for at_ns, level in first if level]
     rounds = set(gaps(ons))
     assert len(ons) == 4 and len(rounds) == 1
-    # R12345, H1 and = without time of their own
+    # R12345, H1 and = take only the interface's own time
     assert 5_662_500_000 <= rounds.pop() <= 5_662_500_000 + 3 * OWN_TIME_NS
 
 

@@ -246,7 +246,7 @@ def test_exit_into_the_following_modes(bench, motor, mode, letter, followed):
 
 
 def test_g_in_the_middle_leaves_host_mode_too(bench, motor):
-    """10.2, the second of the old ways: "send a G command ... to execute the next buffered mode"."""
+    """10.2, another exit from host mode: "send a G command ... to execute the next buffered mode"."""
     start_host_mode(bench, motor, "O=0 MP A=65536 V=65536 ", points((0, 0), (1000, 1000)))
     positions(bench, motor, 100)
     assert send(bench, motor, "P=110 G RMODE", 0) == b"P\r"

@@ -61,12 +61,12 @@ def test_the_sums_of_the_program_end():
 
 
 def test_a_switch_goes_from_case_to_case_and_break_behind_its_end():
-    text = "SWITCH a\nCASE 1\nBREAK\nCASE 2\nDEFAULT\nENDS\nEND\n"  # places: 0, 9, 16, 22, 29, 37, 42
+    text = "SWITCH a\nCASE 1\nBREAK\nCASE 2\nDEFAULT\nENDS\nEND\n"  # places of the words: 0, 9, 16, 22, 29, 37, 42
     assert encode(text).decode()[27:] == ("$S0009TCH a\n$C0016E 1\n$B002AAK\n$C001DE 2\n$D002AAULT\nENDS\nEND\n")
 
 
 def test_elseif_is_tried_when_the_condition_before_it_is_false():
-    text = "IF a\nb=1\nELSEIF c\nb=2\nENDIF\n"  # places: 0, 5, 9, 18, 22, 28
+    text = "IF a\nb=1\nELSEIF c\nb=2\nENDIF\n"  # places of the words: 0, 5, 9, 18, 22, 28
     assert encode(text).decode()[27:] == "$I0009 a\nb=1\n$E001CEIF c\nb=2\nENDIF\n"
 
 

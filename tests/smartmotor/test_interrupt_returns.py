@@ -56,7 +56,7 @@ def test_stack_in_the_main_program_after_a_plain_return(bench, motor):
 
 
 def test_end_completes_c2(bench, motor):
-    """7.1: "Or, END"; the program has to be run again."""
+    """7.1: "Or, END" completes C2; then RUN has to start the program again."""
     run(bench, motor, main_with("END"))
     trigger(bench, motor)
     before = value(bench, motor, "m")

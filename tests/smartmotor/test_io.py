@@ -95,7 +95,7 @@ def test_writing_to_the_brakes_pin_takes_its_function_away(bench, motor, brake, 
 
 @pytest.mark.parametrize(("brake", "name"), [("BRKC", "C"), ("BRKG", "G")])
 def test_as_an_input_the_pin_does_not_follow_the_brake(bench, motor, brake, name):
-    """5.1 note 2: UCI and UGI make the pin an input; note 1: without UCO or UGO before BRKC or BRKG, no signal."""
+    """5.1 note 2: UCI or UGI makes the pin an input, without the brake's signal; note 1: UCO or UGO come first."""
     pin = motor.pins[name]
     send(bench, motor, f"U{name}O {brake} U{name}I BRKRLS")
     assert pin.level is True  # the pull-up sets the level

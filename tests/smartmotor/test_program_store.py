@@ -36,7 +36,7 @@ def test_a_program_of_whole_blocks_ends_without_another_answer(bench, motor):
 
 
 def test_an_ff_that_ends_a_block_may_be_the_end(bench, motor):
-    """The motor sends 06 for such a block 50 ms later, and not at all if a second FF follows."""
+    """If FF is the last byte of a block, the motor sends 06 after 50 ms, or none if a second FF follows."""
     send(bench, motor, b"LOAD ")
     assert send(bench, motor, b"a=1\nEND\xff", 0.04) == b""
     assert send(bench, motor, b"\xff", 1) == b""

@@ -18,7 +18,7 @@ class Abandoned(Exception):  # noqa: N818
 
 
 def fits(value):
-    """Return a value of 32 bits, or abandon with Bd."""
+    """Return a value of 32 bits; a larger value abandons the statement with Bd."""
     if not LOW <= value <= HIGH:
         raise Abandoned("Bd")
     return value
