@@ -4,9 +4,9 @@ Usage: python benchmarks/completion.py [--count N] [--strict].  For 10 and 5,000
 text that is checked: types N characters at the end, requests completions after each, and prints the latency as median,
 99th percentile, and ratio to 10 lines.  With --strict, exit code 1 if a 99th percentile exceeds 50 ms.
 
-On Linux the latency is the processor time of the server, checks in its threads included, from a request to its answer.
-On an idle machine this is the latency, because one thread of Python runs at a time.  On a loaded machine it is larger,
-because a thread that may run waits for a processor.  On other systems the latency is the elapsed time.
+On Linux the latency is the processor time of the server from a request to its answer; the checks are in a process of
+their own.  With a free processor this is the latency.  On other systems the latency is the elapsed time.  The last line
+also has the longest turn of the server's event loop in processor time: no request waits longer for another one.
 """
 
 import argparse
@@ -17,10 +17,28 @@ import time
 from collections.abc import Iterator
 
 LIMIT_MS = 50.0
+SERVER = """
+import asyncio, sys, time
+longest, run = [0.0], asyncio.Handle._run
+def measured(handle):
+    began_s = time.thread_time()
+    run(handle)
+    longest[0] = max(longest[0], time.thread_time() - began_s)
+asyncio.Handle._run = measured
+from axistwin.cli.main import main
+try:
+    main(["lsp"])
+finally:
+    print(longest[0] * 1000, file=sys.stderr)
+"""
+"""The language server, which at its end prints the longest turn of its event loop in milliseconds."""
 LONGEST = 131_000
 LINES = {
     "sms": lambda n: f"C{n} ' part {n}\n" if n < 900 and n % 9 == 0 else f"a=a+{n} IF a>{n} G ENDIF\n",
     "if1": lambda n: f"X{n + 1}@2000$\n",
+    "181x": lambda n: f"go_relative {n}\n" if n % 2 else f"33 00 00 {n >> 8:02X} {n & 255:02X}\n",
+    "talk": lambda n: f"> 33 00 00 {n >> 8:02X} {n & 255:02X}\n" if n else "; model: 1811\n",
+    "toml": lambda n: f'[[script]]\nat = {n}\ndo = "if1.input1 on"\n' if n else '[[controller]]\nmodel = "if1"\n',
 }
 
 
@@ -28,8 +46,8 @@ class Editor:
     """An editor that runs the language server."""
 
     def __init__(self) -> None:
-        command = [sys.executable, "-c", "from axistwin.cli.main import main; main(['lsp'])"]
-        self.server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        pipe = subprocess.PIPE
+        self.server = subprocess.Popen([sys.executable, "-c", SERVER], stdin=pipe, stdout=pipe, stderr=pipe)
         self.number = 0
         self.ask("initialize", {"processId": None, "rootUri": None, "capabilities": {}})
         self.tell("initialized", {})
@@ -66,8 +84,15 @@ class Editor:
     def open(self, uri: str, text: str) -> None:
         """Open a document, and wait for its diagnostics."""
         self.tell("textDocument/didOpen", {"textDocument": {"uri": uri, "languageId": "x", "version": 1, "text": text}})
-        while self.receive().get("method") != "textDocument/publishDiagnostics":
+        while self.receive().get("params", {}).get("uri") != uri:
             pass
+
+    def close(self) -> float:
+        """End the server; return the longest turn of its event loop in milliseconds."""
+        self.ask("shutdown", None)
+        self.tell("exit", None)
+        self.server.stdin.close()
+        return float(self.server.stderr.read().split()[-1])
 
 
 def typing(editor: Editor, uri: str, text: str, count: int) -> Iterator[float]:
@@ -112,9 +137,11 @@ def main() -> int:
             worst = max(worst, late)
             size = f"{text.count(chr(10)):6} {len(text):11}"
             print(f"{kind} {name:12} {size} {median:10.1f} {late:8.1f} {median / base:8.1f}", flush=True)
-    editor.ask("shutdown", None)
-    editor.tell("exit", None)
-    print(f"worst 99th percentile {worst:.1f} ms, {'above' if worst > LIMIT_MS else 'within'} {LIMIT_MS:g} ms")
+    held = editor.close()
+    print(
+        f"worst 99th percentile {worst:.1f} ms, {'above' if worst > LIMIT_MS else 'within'} {LIMIT_MS:g} ms; ", end=""
+    )
+    print(f"longest turn of the event loop {held:.1f} ms")
     return int(arguments.strict and worst > LIMIT_MS)
 
 

@@ -13,11 +13,11 @@ import random
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
 from axistwin import Bench
-from axistwin.drivers import DriverError
+from axistwin.drivers import DriverError, SilentError
 from axistwin.integrations import Station, of_scene
 from axistwin.integrations.epics.motor_record import MotorRecord
 
@@ -79,8 +79,8 @@ class Runs:
                 record.axis.station.wake()
                 await record.axis.station.polled()
             self.offset += self.true
-            await record.axis.clear_faults()
-            await record.axis.set_position(0)
+            await again(record.axis.clear_faults)
+            await again(lambda: record.axis.set_position(0))
 
     async def interrupt(self, act: str, *, jogs: bool) -> None:
         """Interrupt a motion, and end a jog."""
@@ -104,6 +104,13 @@ class Runs:
                 return
             except DriverError:
                 await asyncio.sleep(0.01)
+
+
+async def again(act: Callable[[], Awaitable[None]]) -> None:
+    """Repeat an act until the controller answers, which takes longer on a loaded computer."""
+    while True:
+        with suppress(SilentError):
+            return await act()
 
 
 async def campaign(seed: int, runs: int) -> bool:

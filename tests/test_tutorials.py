@@ -148,7 +148,7 @@ def smartmotor_driver(tmp_path):
 def test_the_exchanges_of_the_smartmotor_driver_are_those_of_the_page(smartmotor_driver):
     twin, ask = smartmotor_driver
     exchanges = EXCHANGE.findall(page("epics"))
-    assert len(exchanges) == 16
+    assert len(exchanges) == 19
     for sent, answer in exchanges:
         message = sent.replace("\\r", "\r")
         assert ask(message, bool(answer)) == (f"{answer}\r" if answer else None), sent

@@ -361,11 +361,12 @@ def editing(path: Path) -> int:
     """Run the functions of the language server for an opened text."""
     from pygls.workspace import TextDocument
 
-    from axistwin.editor.server import Text
+    from axistwin.editor.checks import diagnose
+    from axistwin.editor.documents import Text
 
     source = path.read_bytes().decode("utf-8", "replace")
     text = Text(TextDocument(path.as_uri(), source))
-    text.diagnose()
+    diagnose(text)
     editor = text.editing
     if editor is None:
         return 0

@@ -7,9 +7,8 @@
 Needs the extra `[ophyd]`.
 """
 
-import asyncio
 from collections.abc import AsyncGenerator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bluesky.protocols import Location, Stoppable, Triggerable
 from ophyd_async.core import (
@@ -28,6 +27,9 @@ from axistwin.drivers.blocking import nothing
 from axistwin.drivers.errors import RefusedError
 from axistwin.drivers.models import make
 
+if TYPE_CHECKING:
+    from axistwin.bench import Bench
+
 POLL_S = 0.05
 
 
@@ -40,6 +42,18 @@ class Controller:
     def __init__(self, url: str, model: str, *, baud: int | None = None, **options: Any) -> None:
         self.driver = AsyncController(url, make(model, options), baud)
         self._connected = False
+
+    @classmethod
+    def inside(cls, bench: "Bench", name: str, **options: Any) -> "Controller":
+        """Return a controller of a bench, whose time passes only while the driver waits: a scan takes no real time.
+
+        `options`: options of the driver.  Raises UsageError.
+        """
+        from axistwin.integrations import driver_inside  # lazy import: only virtual controllers need the emulator
+
+        made = cls.__new__(cls)
+        made.driver, made._connected = driver_inside(bench, name, **options), False
+        return made
 
     def motor(
         self, axis: str, name: str = "", *, counts_per_unit: float = 1.0, unit: str = "counts", poll_s: float = POLL_S
@@ -108,7 +122,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
             yield WatcherUpdate(status.position, initial, value, self.name, self.axis.scale.unit)
             if not status.moving:
                 break
-            await asyncio.sleep(self._poll_s)
+            await self.controller.driver.clock.pause(self._poll_s)
         if status.faults:
             raise RefusedError(f"{self.name} stopped at {status.position:g}: {'; '.join(map(str, status.faults))}")
 
@@ -116,7 +130,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
         """Decelerate, and wait until the axis is at rest."""
         await self.axis.stop()
         while (await self._update()).moving:
-            await asyncio.sleep(self._poll_s)
+            await self.controller.driver.clock.pause(self._poll_s)
 
     async def locate(self) -> Location[float]:
         """Return setpoint and position."""

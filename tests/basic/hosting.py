@@ -1,6 +1,7 @@
 """Run a sample program on PC-BASIC and, in the same event loop, serve a controller to it on a loopback port."""
 
 import asyncio
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ POWER_UP_S = 1.5
 """Until a controller that has just been switched on listens."""
 READING_S = 1.2
 """What a person takes to read a prompt, in virtual time; the initial ramp calculation is over by then."""
-COM1 = {"tcp": "SOCKET", "rfc2217": "RFC2217"}
+COM1 = {"tcp": "SOCKET", "rfc2217": "RFC2217", "pty": "PORT"}
 KEYS = {"SPACE": " ", "PRESS CR": "\r"}
 
 
@@ -64,15 +65,26 @@ class Session:
         return [by_start[start_ns] for start_ns in sorted(by_start)]
 
 
-def perform(program: int, form: str, directory: Path, *, link: str = "tcp", speed: float = 40, **added: Any) -> Session:
+def perform(
+    program: int,
+    form: str,
+    directory: Path,
+    *,
+    link: str = "tcp",
+    speed: float = 40,
+    prepare: Callable[[Bench], object] = lambda bench: None,
+    **added: Any,
+) -> Session:
     """Run a sample program to its end, with a controller that was switched on before.
 
-    `added` puts the controller on the bench.  The last characters of the program are transmitted before the return.
+    `added` puts the controller on the bench; `prepare` is called when the controller listens.  The last characters of
+    the program are transmitted before the return.
     """
     bench = Bench()
     session = Session(bench, bench.add(**{"model": "if1", **added}), form)
     bench.run(POWER_UP_S)
     session.listen()
+    prepare(bench)
     session.screen = asyncio.run(_serve(bench, session.controller.name, link, speed, program, directory))
     assert bench.run_until(lambda: session.controller.serial.pending == 0, timeout=10)
     return session
@@ -81,9 +93,9 @@ def perform(program: int, form: str, directory: Path, *, link: str = "tcp", spee
 async def _serve(bench: Bench, name: str, link: str, speed: float, program: int, directory: Path) -> str:
     server = Server(bench, speed=speed)
     try:
-        port = await server.open(name, parse(f"{link}://127.0.0.1:0"))
+        port = await server.open(name, parse("pty:" if link == "pty" else f"{link}://127.0.0.1:0"))
         server.start()
-        com1 = f"{COM1[link]}:{port.address}"
+        com1 = f"{COM1[link]}:{port.path if link == 'pty' else port.address}"
         # The interpreter lingers after hanging up, so when it has ended the loop has received everything.
         return await run_basic(source(runnable(program)), com1, KEYS, lambda: _read(bench, server.pacer), directory)
     finally:

@@ -7,6 +7,7 @@ from asyncio.subprocess import DEVNULL, PIPE, Process
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
 
+TIED_LINES = Path(__file__).with_name("tied_lines.py")
 SECONDS = 30
 """No program takes so long; one that does hangs."""
 
@@ -14,18 +15,20 @@ Patience = Callable[[], Awaitable[object]]
 """What a person does between the prompt and the key."""
 
 
-async def run_basic(program: str, com1: str, keys: Mapping[str, str], patience: Patience, directory: Path) -> str:
+async def run_basic(
+    program: str, com1: str, keys: Mapping[str, str], patience: Patience, directory: Path, seconds: float = SECONDS
+) -> str:
     """Run a program to its END or STOP; return everything that it has printed.
 
     `com1`: the device at COM1, in PC-BASIC's syntax.  `keys`: the answer to each prompt.  `directory`: an empty one,
-    for the program and for files of PC-BASIC.
+    for the program and for files of PC-BASIC.  `seconds`: the time limit.
     """
     file = directory / "PROGRAM.BAS"
     file.write_bytes(program.encode("ascii"))
     basic = await _start("--interface=none", f"--load={file}", "--exec=RUN", "--quit", f"--com1={com1}", home=directory)
     screen: list[str] = []
     try:
-        async with asyncio.timeout(SECONDS):
+        async with asyncio.timeout(seconds):
             await _converse(basic, screen, dict(keys), patience)
             await basic.wait()
     except TimeoutError:
@@ -40,8 +43,9 @@ async def run_basic(program: str, com1: str, keys: Mapping[str, str], patience: 
 async def _start(*options: str, home: Path) -> Process:
     homes = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME"), str(home))
     # The only message on stderr is that PC-BASIC cannot save its session, which is not needed.
+    starter = [str(TIED_LINES)] if any("=PORT:" in option for option in options) else ["-m", "pcbasic"]
     return await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "pcbasic", *options), env=os.environ | homes, stdin=PIPE, stdout=PIPE, stderr=DEVNULL
+        *(sys.executable, *starter, *options), env=os.environ | homes, stdin=PIPE, stdout=PIPE, stderr=DEVNULL
     )
 
 

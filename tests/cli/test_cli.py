@@ -112,6 +112,20 @@ def test_neither_version_nor_help_nor_a_bench_need_the_big_libraries():
     assert done.stdout == "[]\nTrue\nFalse\n"
 
 
+def test_a_server_answers_without_displays_checkers_and_files():
+    code = (
+        "import sys, axistwin.cli.serving.serve; from axistwin import Bench; "
+        "bench = Bench(); motor = bench.add('smartmotor'); bench.add('if1'); bench.run(1.5); "
+        "motor.serial.write(b'RP '); bench.run(0.1); print(motor.serial.read()); "
+        "names = 'numpy numba pydantic json hashlib shutil difflib shlex importlib.metadata simpy.rt'.split(); "
+        "names += ['axistwin.' + name for name in ('bench.acts', 'bench.codec', 'controllers.front', "
+        "'controllers.digiplan.checker', 'controllers.smartmotor.language.image')]; "
+        "print([name for name in names if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=True)
+    assert done.stdout == "b'0\\r'\n[]\n"
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("arguments", [["commands", "if1"], ["--help"], ["commands", "if1", "--json"]])
 def test_an_output_that_cannot_be_written_is_one_line(arguments):

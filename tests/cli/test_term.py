@@ -148,6 +148,7 @@ def test_what_cannot_be_opened(arguments, message):
     assert result.code == 2
     assert result.err.startswith(f"axistwin: {message}")
     assert result.err.count("\n") == 1
+    assert "Errno" not in result.err
 
 
 @pytest.fixture

@@ -107,12 +107,15 @@ def test_the_ports_for_machines():
 
 def completed(shell, *words):
     """Return the completions that a shell's script receives from the program."""
-    asked = {"COMP_WORDS": " ".join(("axistwin", *words)), "COMP_CWORD": str(len(words))}
+    place = words[-1] if shell == "fish" else str(len(words))
+    asked = {"COMP_WORDS": " ".join(("axistwin", *words)), "COMP_CWORD": place}
     with patch.dict(os.environ, asked | {"_AXISTWIN_COMPLETE": f"{shell}_complete"}):
         done = CliRunner().invoke(axistwin, prog_name="axistwin", catch_exceptions=False)
     assert done.exit_code == 0
     lines = done.stdout.splitlines()
-    return lines[1::3] if shell == "powershell" else [line.partition(",")[2] for line in lines]
+    if shell in ("powershell", "zsh"):  # type, value and description on three lines
+        return lines[1::3]
+    return [line.partition(",")[2].partition("\t")[0] for line in lines]
 
 
 @pytest.fixture
@@ -124,7 +127,7 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize("shell", ["bash", "powershell"])
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
 @pytest.mark.parametrize(
     ("words", "found"),
     [

@@ -170,3 +170,51 @@ def test_there_is_no_watch_before_all_four_are_defined(bench, board, missing):
     complete(bench, board, 0x33, *i32(2_000))
     assert messages(bench, board) == []
     assert position(bench, board) == 2_000
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda bench: bench.run(5),
+        lambda bench: [bench.run(0.0007) for _ in range(8000)],
+        lambda bench: bench.run_until(lambda: False, 5),
+    ],
+    ids=["at once", "in slices", "event by event"],
+)
+def test_a_wrong_ratio_becomes_a_stall_at_the_same_update_however_it_is_run(bench, board, run):
+    """4,100 encoder pulses are defined, 4,000 come: 100/4,100 of a pulse slips per pulse, 500 pulses are a tooth.
+
+    After k updates of 10 pulses the encoder has counted 1.6 k, rounded down, so that the slip is
+    (1000 k + 25,000 of the fraction) / 4,100.  It reaches 500 first for k = 2033, where the fraction is 0.8.
+    """
+    for command in ((0xB0, 0x61, 0xA8, 0x10, 0x04), (0x19, 1), (0xA7, 1)):
+        send(bench, board, *command)
+    start(bench, board, 0x32, 0)
+    run(bench)
+    assert messages(bench, board) == ["a7 00"]
+    assert (position(bench, board), number(bench, board, 0x9A)) == (20_330, 3252)
+
+
+def test_the_watch_of_a_long_move_costs_a_few_events(bench, board):
+    """Nothing can stall this motor, so one update covers the run; the last one is at most 2 ms before its end."""
+    start(bench, board, 0x32, 0)
+    bench.run(0.002)
+    events = next(bench.clock._eid)
+    bench.run(1000)
+    assert next(bench.clock._eid) - events < 10
+    assert bench.clock.next_event_ns() - bench.now <= 2 * MS
+
+
+def test_backlash_jams_and_pushes_in_a_watched_move(bench):
+    """A jam of 1 s in a move of 5 s is 5,000 pulses, ten teeth: less than the defined backlash, then more."""
+    for sigma, stalls in ((5_000, []), (4_000, ["a7 00"])):
+        board = tracked(bench, backlash=40)
+        for command in ((0xB2, *i32(sigma)), (0xA7, 1)):
+            send(bench, board, *command)
+        start(bench, board, 0x33, *i32(25_000))
+        bench.run(1)
+        board.axes["motor"].jam()
+        bench.run(1)
+        board.axes["motor"].jam(False)
+        bench.run(10)
+        assert messages(bench, board) == stalls

@@ -1,11 +1,13 @@
 """Chapter Velocity-streaming mode: the buffer and its alarm, markers, an empty buffer, stops, and reports meanwhile."""
 
+from fractions import Fraction
+
 import pytest
 
 from axistwin.units import MS
 
-from .programs import NEVER, distances, enter, free, pairs, velocities, words
-from .talking import ask, complete, message, messages, position, ready, send, until_idle
+from .programs import NEVER, accumulated, distances, enter, free, pairs, steps, velocities, words
+from .talking import ask, complete, message, messages, position, ready, send, status_word, until_idle
 
 USER_BIT_0 = 0x01
 
@@ -334,3 +336,52 @@ def test_what_a_velocity_leads_to_at_once_may_end_the_performance(bench):
     send(bench, board, 0x42, seconds=1)
     assert moving_at(board, 0)
     assert free(bench, board) == 600 - 5 * 2
+
+
+# Several velocities in one run
+
+
+RISING, FALLING, BACK = range(600, 660), range(660, 600, -1), range(0x8000 + 300, 0x8000 + 340)
+
+
+@pytest.mark.parametrize("limits", [{}, {"limits": (-10_000, 10_000)}])
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda bench: bench.run(0.4),
+        lambda bench: [bench.run(0.001) for _ in range(400)],
+        lambda bench: bench.run_until(lambda: False, 0.4),
+    ],
+    ids=["at once", "in slices", "event by event"],
+)
+def test_a_stream_is_the_same_however_it_is_run(bench, run, limits):
+    """Velocity number 1 is 5/3 pulses/s: 1,310,720/3 Hz, divided by 4, over 65,536.  The marker sets user bit 0."""
+    board = ready(bench, motor=limits)
+    enter(bench, board, 0x52, 2, 4, alarm=100, rate=2)
+    send(bench, board, 0xEE, 0xFF, 0xFF, 0x09, 0x00, 0x00)
+    velocities(bench, board, *RISING, 0xFFFF, *FALLING, *BACK, *[0] * 7)
+    send(bench, board, 0x42)
+    run(bench)
+
+    moves = board.axes["motor"].train.moves
+    there_ns = moves[1].start_ns
+    back_ns = there_ns + 120 * 2 * MS
+    there, back = ([Fraction(5, 3) * (v % 0x8000) for v in part] for part in ((*RISING, *FALLING), BACK))
+    assert steps(board) == accumulated(there, there_ns, 2 * MS) + accumulated(back, back_ns, 2 * MS)
+    # 16 velocities, then a new move with the next 16: 120 CW, 40 CCW
+    begins = [there_ns + n * 16 * 2 * MS for n in range(8)] + [back_ns + n * 16 * 2 * MS for n in range(3)]
+    assert [move.start_ns for move in list(moves)[1:]] == begins
+    assert messages(bench, board) == ["52 02 04 00 00 00 64 00 02"]
+    assert status_word(bench, board) & USER_BIT_0
+    assert free(bench, board) == 600
+
+
+def test_the_alarm_comes_with_its_velocity_in_a_long_run(bench):
+    """60 velocities are 126 bytes with the rest of the last command; 100 bytes are left as the 13th begins."""
+    board = ready(bench)
+    enter(bench, board, 0x52, 2, 4, alarm=100, rate=2)
+    velocities(bench, board, *RISING)
+    times: list[int] = []
+    board.bus.subscribe_received(lambda message: times.append(bench.now))
+    send(bench, board, 0x42, seconds=1)
+    assert times == [board.axes["motor"].train.moves[1].start_ns + 12 * 2 * MS]

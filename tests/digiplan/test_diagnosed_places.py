@@ -64,7 +64,7 @@ WRONG = {
     ":" + "X:" * 63 + "Y5:$": (SEQUENCES, "Y5:"),
     "@25001": ("Speed", "@"),
     ":X100@26000:$": ("Speed", "@"),
-    "X5 >4@4001": ("Speed", "@"),
+    "X5 >4@4001$": ("Speed", "@"),
     "X70000/Y5$": ("Constraints in linear interpolation mode", "X"),
 }
 

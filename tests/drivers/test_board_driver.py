@@ -4,6 +4,7 @@ import pytest
 
 import axistwin
 from axistwin.drivers import BusyError, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers.board import MESSAGE
 
 from .devices import answering, model_of, url_of
 
@@ -89,6 +90,21 @@ def test_a_reset_by_another_host_loses_the_position(twin, board):
     assert motor.wait(5).position == 310
     board.reset()
     assert "was reset" in motor.status().lost
+
+
+def test_messages_before_a_new_connection_are_discarded(twin, board):
+    board.command(0xA5, 1)  # a message at each end of motion
+    board.axes["motor"].move_to(50)
+    assert twin.run_until(lambda: model_of(twin).bus.read(1) & MESSAGE, 5)
+    board.close()
+    assert board.request(0x97) and not board.take_messages()
+
+
+def test_a_distance_beyond_the_counter_is_refused(board):
+    motor = board.axes["motor"]
+    motor.set_position(2**31 - 1)
+    with pytest.raises(RefusedError, match="at most 2147483647 pulses"):
+        motor.move_to(-10)
 
 
 def test_without_a_marker_a_reset_is_not_noticed(twin):

@@ -87,6 +87,13 @@ def test_a_run_that_is_stopped_has_its_true_position(twin, if1, ending):
     assert x.position() == true_position(twin)
 
 
+def test_a_port_that_is_opened_again_finds_the_controller_as_it_was(twin, if1):
+    if1.axes["X"].move_to(70)
+    if1.axes["X"].wait(5)
+    if1.close()
+    assert {name: status.position for name, status in if1.statuses().items()} == {"X": 70, "Y": 0, "Z": 0}
+
+
 def test_home_is_the_place_of_the_input_and_becomes_zero(twin, if1):
     x = if1.axes["X"]
     x.home(1)

@@ -1,11 +1,14 @@
 """Devices of ophyd-async in bluesky's plans."""
 
 import asyncio
+from itertools import pairwise
 
 import pytest
 
 import axistwin
-from axistwin.drivers import RefusedError
+from axistwin.drivers import RefusedError, SilentError
+from axistwin.errors import UsageError
+from axistwin.integrations import driver_inside
 
 from .devices import model_of, url_of
 
@@ -60,3 +63,74 @@ def test_a_move_that_a_limit_ends_fails(ophyd):
 
     with axistwin.serve("if1", speed=20.0, X={"limits": [-1000, 500]}) as twin:
         asyncio.run(session(twin))
+
+
+def scan_inside(ophyd, model, axis, points):
+    """Scan with the twin inside; return the points' times in ns and positions, and the final position."""
+    from bluesky import RunEngine
+    from bluesky.plans import list_scan
+
+    bench, seen, engine = axistwin.Bench(), [], RunEngine()
+    bench.add(model)
+    engine.subscribe(lambda name, found: seen.append((bench.now, found["data"]["m"])) if name == "event" else None)
+    controller = ophyd.Controller.inside(bench, model)
+    motor = controller.motor(axis, name="m", poll_s=0.2)
+    motor.axis.set_profile(velocity=300)
+
+    async def connect():
+        await motor.connect()
+
+    asyncio.run_coroutine_threadsafe(connect(), engine.loop).result(10)
+    engine(list_scan([], motor, points))
+    asyncio.run_coroutine_threadsafe(controller.close(), engine.loop).result(10)
+    return seen, bench[model].axes[axis].position
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+@pytest.mark.parametrize(("model", "axis"), [("if1", "X"), ("1811", "motor"), ("smartmotor", "shaft")])
+def test_a_scan_with_the_twin_inside_takes_virtual_time_only(ophyd, model, axis):
+    points = [0, 1800, -200, 1500]
+    seen, final = scan_inside(ophyd, model, axis, points)
+    assert [position for _, position in seen] == points and final == 1500
+    times = [ns for ns, _ in seen]
+    assert all(late - early > 5e9 for early, late in pairwise(times))  # 1700 counts at 300 per second
+    assert scan_inside(ophyd, model, axis, points) == (seen, final)
+
+
+def test_a_driver_inside_waits_in_virtual_time():
+    async def session():
+        bench = axistwin.Bench()
+        bench.add("if1")
+        driver = driver_inside(bench, "if1", timeout=3.0)
+        x = driver.axes["X"]
+        await x.move_at(100)
+        began = bench.seconds
+        with pytest.raises(SilentError, match="still moving after 60 s"):
+            await x.wait(60)
+        assert 60 <= bench.seconds - began < 61
+        await x.stop()
+        assert (await x.wait(5)).position == bench["if1"].axes["X"].position > 6000
+        bench["if1"].power(False)
+        with pytest.raises(SilentError, match=r"no answer to N|no answer to K"):
+            await x.status()
+        bench["if1"].power(True)
+        assert "power" in (await x.status()).lost
+        await driver.close()
+        await driver.clock.pause(0)
+        with pytest.raises(UsageError, match="no controller 'table': expected if1"):
+            driver_inside(bench, "table")
+
+    asyncio.run(session())
+
+
+def test_a_chain_inside():
+    async def session():
+        bench = axistwin.Bench()
+        motors = [bench.add("smartmotor", f"m{number}") for number in (1, 2)]
+        bench.chain(*motors, name="chain")
+        driver = driver_inside(bench, "chain")
+        await driver.axes["shaft2"].move_to(300)
+        await driver.axes["shaft2"].wait(5)
+        assert [motor.axes["shaft"].position for motor in motors] == [0, 300]
+
+    asyncio.run(session())

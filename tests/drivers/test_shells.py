@@ -80,11 +80,19 @@ def test_a_disconnected_port_is_opened_again():
         assert motor.axes["shaft"].position() == 40
 
 
-@pytest.mark.parametrize("url", ["socket://127.0.0.1:9", "/dev/nothing", "nonsense://x"])
-def test_a_port_that_cannot_be_opened(url):
-    with pytest.raises(PortError, match="cannot open"):
+@pytest.mark.parametrize(
+    ("url", "says"),
+    [
+        ("tcp://127.0.0.1:9", "connection refused: start its server, and check the address"),
+        ("/dev/nothing", "no such file or directory: check its name, the cable and its permissions"),
+        ("nonsense://x", "expected a port, e.g. socket://127.0.0.1:5001"),
+        ("tcp://x", "expected a port, e.g. socket://127.0.0.1:5001"),
+    ],
+)
+def test_a_port_that_cannot_be_opened(url, says):
+    with pytest.raises(PortError, match=f"cannot open {url}: .*{says}"):
         connect(url, "if1")
-    with pytest.raises(PortError, match="cannot open"):
+    with pytest.raises(PortError, match=f"cannot open {url}: .*{says}"):
         asyncio.run(connect_async(url, "if1"))
 
 

@@ -1,10 +1,24 @@
 """The driver of SmartMotors at served ports."""
 
+import asyncio
+from contextlib import suppress
+
 import pytest
 
 import axistwin
-from axistwin.drivers import PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers import (
+    AsyncController,
+    DriverError,
+    PositionLostError,
+    RefusedError,
+    SilentError,
+    WrongAnswerError,
+    connect,
+)
+from axistwin.drivers.models import make
 from axistwin.drivers.steps import Pause
+from axistwin.integrations import driver_inside
+from axistwin.integrations.inside import InnerPort
 
 from .devices import answering, model_of, url_of
 
@@ -197,3 +211,72 @@ def test_two_motors_on_an_rs485_line():
         assert [line.axes[name].wait(5).position for name in ("shaft1", "shaft2")] == [200, -300]
         assert [twin.do(lambda motor=motor: motor.axes["shaft"].position) for motor in motors] == [200, -300]
         assert {name: status.position for name, status in line.statuses().items()} == {"shaft1": 200, "shaft2": -300}
+
+
+class Interrupted(InnerPort):
+    """A port at which the power of the motor is cut after some characters of a message."""
+
+    def __init__(self, bench, name, message, after):
+        super().__init__(bench, name)
+        self.motor, self.message, self.after = bench[name], message, after
+
+    async def write(self, data):
+        if data == self.message:
+            self.message = b""
+            await super().write(data[: self.after])
+            await self.pause(0.02)
+            self.motor.power_cycle()
+            data = data[self.after :]
+        await super().write(data)
+
+
+async def move_with_a_power_cut(rs485, acceleration, message, after):
+    """Return true if the driver notices that the power was cut while it sets the acceleration of a move."""
+    bench = axistwin.Bench()
+    motor = bench.add("smartmotor")
+
+    async def port():
+        return Interrupted(bench, "smartmotor", message, after)
+
+    driver = AsyncController("", make("smartmotor", {"rs485": rs485}), opening=port)
+    shaft = driver.axes["shaft"]
+    await shaft.move_to(100)
+    await shaft.wait(5)
+    shaft.set_profile(acceleration=acceleration)
+    with suppress(DriverError):
+        await shaft.move_to(200)
+    lost = (await shaft.status()).lost
+    assert motor.axes["shaft"].position == 100
+    await shaft.set_position(100)
+    shaft.set_profile(acceleration=50_000)
+    await shaft.move_to(50)
+    assert (await shaft.wait(5)).position == motor.axes["shaft"].position == 50
+    return lost == "the power of shaft was cut"
+
+
+@pytest.mark.parametrize("rs485", [False, True])
+@pytest.mark.parametrize(
+    ("acceleration", "message"), [(30_000, b"A=A+40 RA\r"), (40_000, b"A=A+80 RA\r"), (15_000, b"A=A-20 RA\r")]
+)
+def test_a_power_cut_while_a_move_begins_is_noticed(rs485, acceleration, message):
+    """The power is cut between the reading of the state and the move; the acceleration before it is 79 units."""
+    for after in range(len(message) + 1):
+        assert asyncio.run(move_with_a_power_cut(rs485, acceleration, message, after)), after
+
+
+def test_accelerations_and_a_cut_line_leave_the_position():
+    async def session():
+        bench = axistwin.Bench()
+        motor = bench.add("smartmotor")
+        driver = driver_inside(bench, "smartmotor", timeout=0.2)
+        shaft = driver.axes["shaft"]
+        for number, acceleration in enumerate((20_000, 40_000, 80_000, 7_000, 300), 1):
+            shaft.set_profile(acceleration=acceleration)
+            await shaft.move_to(10 * number)
+            assert (await shaft.wait(5)).position == 10 * number
+            shaft.core._setting = shaft.core._set_acceleration + 1  # as after a request that was not answered
+            await driver.close()
+            assert not (await shaft.status()).lost
+        assert motor.axes["shaft"].position == 50
+
+    asyncio.run(session())

@@ -5,13 +5,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.bench import product
+from axistwin.bench.codec import codec_of
+from axistwin.controllers.compumotor.checker.program import acceptable
+from axistwin.controllers.smartmotor.language.program import OPENS, digits, word
+from axistwin.diagnostics.checking import read_acts, sessions
 from axistwin.editor.compumotor import Commands
 from axistwin.editor.digiplan import CommandLines
 from axistwin.editor.scene import Scenes
-from axistwin.editor.smartmotor import SourceEditing
+from axistwin.editor.smartmotor import SourceEditing, outline, parsed
 from axistwin.editor.talk import Conversations
 
 IF1, BOARD, MOTOR, TALK, SCENE = CommandLines(), Commands(product("1811")), SourceEditing(), Conversations(), Scenes()
+BOARD_CODEC = codec_of(BOARD.made)
 ALL = {"if1": IF1, "181x": BOARD, "sms": MOTOR, "talk": TALK, "toml": SCENE}
 
 
@@ -83,6 +88,44 @@ def test_only_valid_commands_are_completed():
     assert "perform_move" not in offered(BOARD, "53 01 04 00 00 00 00 00 02\n|")
 
 
+COMMAND = st.sampled_from(
+    ("D9 01", "define_sequence 2", "D8", "51 01 01", "53 01 04 00 00 00 00 00 02", "50", "33 00 00 00 05", "stop",
+     "E3 01 00 05", "! power off", "+1", "; D9 01", "D9", "FE", "go_relative x", "40 01", "41 01")
+)  # fmt: skip
+
+
+@given(st.lists(COMMAND, max_size=12))
+def test_modal_commands_decide_which_commands_the_board_accepts(lines):
+    """The reference reads all commands."""
+    acts, _ = read_acts(lines, ".181x", BOARD_CODEC)
+    listed = [session for host in sessions(acts, lines, ".181x", BOARD_CODEC) for session in host]
+    wanted = [command.opcode for command in acceptable(BOARD.made.commands, listed[-1])]
+    found = [BOARD.names[item.label].opcode for item in BOARD.complete([*lines, ""], len(lines) + 1, 0)]
+    assert found == wanted
+
+
+def test_completion_reads_only_modal_commands_of_a_long_program():
+    read = []
+
+    class Counted:
+        def placed(self, text):
+            read.append(text)
+            return BOARD.made.language.placed(text)
+
+        def read(self, text):
+            return bytes(each.byte for each in self.placed(text))
+
+    made = BOARD.made._replace(language=Counted())
+    Commands(made).complete(["33 00 00 00 05", "go_relative 5"] * 1000 + ["D9 01", ""], 2002, 0)
+    assert set(read) == {"D9 01"}
+
+
+def test_a_board_in_a_conversation_accepts_commands_by_its_own_mode():
+    lines = "; model: 1811\nleft: > D9 01\nright: > 33 00 00 00 05\n"
+    assert "wait_seconds" in offered(TALK, f"{lines}left: > |")
+    assert "wait_seconds" not in offered(TALK, f"{lines}right: > |")
+
+
 def test_values_of_a_parameter():
     assert {"on", "off"} <= set(offered(BOARD, "go_on |"))
     assert offered(BOARD, "default_velocity_and_acceleration |")[:2] == ["00", "01"]
@@ -128,6 +171,36 @@ def test_labels_variables_and_values():
     assert "MP" not in found
     assert {"UAI", "@P"} <= set(offered(MOTOR, "IF |"))
     assert offered(MOTOR, "a=1 'not |") == []
+
+
+STATEMENT = st.sampled_from(
+    ("a=1", "aa=bb+ccc", "C5", "C007", "C1000", "C5'x", "IF a==b", "ENDIF", "ELSE", "WHILE @P>z", "LOOP",
+     "SWITCH a", "CASE 3", "ENDS", "'IF a C5", 'PRINT("IF a C6 q",b,#13)', "aw[a]=7", "al[0] 1 2 3.", "b=Ba|UAI", "RB",
+     "GOSUB5", "END", "t=CTR", "x=(y*z)", "\t")
+)  # fmt: skip
+
+
+@given(st.lists(STATEMENT, max_size=8).map(" ".join))
+def test_the_outline_of_a_line_agrees_with_its_statements(line):
+    """The reference reads the statements.  Only IF, WHILE, SWITCH and their ends are parts."""
+    statements, found = parsed(line), outline(line)
+    assert found.labels == tuple((digits(each), begin + 1) for each, begin, _ in statements if word(each) == "Cn")
+    words = [word(each) for each, _, _ in statements]
+    assert list(found.parts) == [each for each in words if each in OPENS or each in OPENS.values()]
+    computed = {name for each, _, _ in statements for part in each.computed for name in part.names}
+    assert {name for name in computed if name.islower()} <= found.variables
+    assert found.variables <= set("abtxyzq") | {"aa", "bb", "ccc"}
+
+
+def test_completion_reads_no_statement_of_a_long_source_but_those_of_its_own_line():
+    lines = [f"a=a+{number} IF a>{number} G ENDIF" for number in range(1000)]
+    parsed.cache_clear()
+    assert "ENDIF" not in [item.label for item in MOTOR.complete([*lines, "aa=1 "], 1001, 5)]
+    assert parsed.cache_info().misses == 1
+    outline.cache_clear()
+    MOTOR.complete([*lines, "aa=1 "], 1001, 5)
+    MOTOR.complete([*lines, "aa=12 "], 1001, 6)
+    assert outline.cache_info().misses == len(lines) + 2
 
 
 def test_hover_over_commands_values_and_labels():

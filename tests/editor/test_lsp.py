@@ -1,12 +1,19 @@
 """The language server over standard input and output, as an editor uses it."""
 
+import asyncio
+import json
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
+from pygls.workspace import TextDocument
 
 from axistwin.cli.authoring import lsp
 from axistwin.cli.main import axistwin
+from axistwin.editor import checks
+from axistwin.editor.documents import Text
+from axistwin.editor.server import make
 from axistwin.errors import MissingExtraError
 
 from .lsp_client import ROOT, Client
@@ -74,6 +81,27 @@ def test_a_text_that_is_too_long_is_not_checked(client):
         "textDocument/didChange", {"textDocument": {"uri": uri, "version": 2}, "contentChanges": [{"text": ""}]}
     )
     assert client.diagnostics(uri, 2) == []
+
+
+def test_the_process_of_the_server_checks_nothing(monkeypatch):
+    """A check in this process would delay completion: one thread of Python runs at a time."""
+    written = []
+    server = make()
+    server.protocol.set_writer(SimpleNamespace(write=written.append))
+    monkeypatch.setattr(server, "text", lambda uri: Text(TextDocument(uri, "A100\n", version=3)))
+    monkeypatch.setattr(checks, "diagnose", None)
+
+    async def play():
+        server.publish("file:///a.sms")
+        await asyncio.gather(*(asyncio.all_tasks() - {asyncio.current_task()}))
+
+    asyncio.run(play())
+    server.shutdown()
+    head, _, body = written[0].partition(b"\r\n\r\n")
+    assert head == b"Content-Length: %d" % len(body)
+    published = json.loads(body)
+    assert (published["method"], published["params"]["version"]) == ("textDocument/publishDiagnostics", 3)
+    assert spans(published["params"]["diagnostics"]) == [("SM103", 0, 0, 4)]
 
 
 def test_the_exit_code_without_a_shutdown_request():

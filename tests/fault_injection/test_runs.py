@@ -1,7 +1,5 @@
 """Faults that wait for a line of a program: `motor runs 12`, `table runs 5`, `board runs 3:2`."""
 
-from dataclasses import replace
-
 import pytest
 
 from axistwin import Bench
@@ -146,7 +144,7 @@ def test_errors_have_a_remedy(request, fixture, sentence, message):
 
 def test_a_device_without_programs_refuses_the_trigger(table, monkeypatch):
     controller = table["table"]
-    monkeypatch.setattr(controller, "product", replace(controller.product, programs=()))
+    monkeypatch.setattr(controller, "product", controller.product._replace(programs=()))
     with pytest.raises(UsageError, match="table runs no programs: the model if1 stores none"):
         triggers.read("table runs 1", table)
     monkeypatch.setattr(controller, "_abilities", Abilities())

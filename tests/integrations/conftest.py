@@ -37,6 +37,15 @@ def free_port():
             return number
 
 
+@pytest.fixture(scope="session", autouse=True)
+def repeater():
+    """Hold the port of the CA repeater, so that no client starts one, which would outlive it and hold its pipes."""
+    with socket.socket(type=socket.SOCK_DGRAM) as held, pytest.MonkeyPatch.context() as patch:
+        held.bind(("127.0.0.1", 0))
+        patch.setenv("EPICS_CA_REPEATER_PORT", str(held.getsockname()[1]))
+        yield
+
+
 def environment(port):
     """Return the environment of a client that searches on this computer only."""
     return os.environ | {

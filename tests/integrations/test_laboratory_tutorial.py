@@ -5,15 +5,12 @@ Commands with `&` run until the end.
 
 import re
 import shlex
-import socket
 import subprocess
 import sys
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-
-import axistwin
 
 from ..test_tutorials import acts, lay_out, page
 from .conftest import environment, free_port
@@ -73,25 +70,3 @@ def test_a_section_prints_what_it_shows(title, tmp_path):
         for command, shown in ran:
             assert shell.run(command, shown) == shown, command
         assert len(ran) >= 2
-
-
-def test_the_driver_of_synapps_is_answered():
-    rows = re.findall(r"^\| (`R.*?) \|.*\| (\d)", section("A driver of synApps"), re.MULTILINE)
-    asked = [(report, answer) for reports, answer in rows for report in re.findall(r"`(R\w+)`", reports)]
-    with axistwin.serve("smartmotor", speed="manual") as twin:
-        twin.bench["smartmotor"].serial.write(b"UCI UDI ZS\r")
-        twin.advance(1)
-        url = twin.ports["smartmotor"]
-        with socket.create_connection((url.host, url.port), timeout=10) as driver:
-            for report, answer in asked:
-                driver.sendall(f"{report}\r".encode())
-                twin.advance(0.05)
-                assert driver.recv(64) == f"{answer}\r".encode(), report
-            driver.sendall(b"MP A=100 V=100000 P=500 G RBt\r")
-            twin.advance(0.05)
-            assert driver.recv(64) == b"1\r"
-            twin.advance(5)
-            driver.sendall(b"RP\r")
-            twin.advance(0.05)
-            assert driver.recv(64) == b"500\r"
-    assert [report for report, _ in asked] == ["RBt", "RP", "RBp", "RBm", "RBo", "RV"]

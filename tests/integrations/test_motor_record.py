@@ -228,8 +228,7 @@ def test_axes_of_an_if1_move_one_after_the_other():
 
 def test_a_limit_switch_a_fault_and_a_lost_position_are_alarms():
     async def session(lab):
-        x, if1 = lab.records["X"], lab.bench["if1"]
-        lab.machine.stations[0].driver.core.timeout = 0.1
+        x, if1, core = lab.records["X"], lab.bench["if1"], lab.machine.stations[0].driver.core
         with pytest.raises(RefusedError, match=r"X stopped before its target: limit: call clear_faults"):
             await x.put("VAL", 5000)
         await lab.until("X", HLS=1, DMOV=1)
@@ -238,8 +237,10 @@ def test_a_limit_switch_a_fault_and_a_lost_position_are_alarms():
         await x.put("CLEAR", 1)
         await x.put("VAL", 0)
         assert (x.values["SEVR"], x.values["FAULT"], x.values["HLS"]) == (0, "", 0)
+        patience, core.timeout = core.timeout, 0.1
         if1.power_cycle()
         await lab.until("X", STAT="UDF", SEVR=3)
+        core.timeout = patience
         with pytest.raises(DriverError, match="the position is not known"):
             await x.put("VAL", 10)
         await x.put("SET", 1)

@@ -1,5 +1,8 @@
 """The OPC UA server and asyncua's client."""
 
+import asyncio
+import shutil
+
 import pytest
 
 from .conftest import client, free_port, running
@@ -127,6 +130,30 @@ return found
     ]  # fmt: skip
 
 
+SIGN = """
+    from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
+    client.application_uri = "urn:test:client"
+    await client.set_security(SecurityPolicyBasic256Sha256, "FOLDER/NAME.der", "FOLDER/NAME.pem",
+                              server_certificate="FOLDER/keys/certificate.der")
+"""
+
+
+def make_certificate(folder, name):
+    """Make a client's certificate, NAME.der, and its key."""
+    from asyncua.crypto.cert_gen import setup_self_signed_certificate
+    from cryptography.x509.oid import ExtendedKeyUsageOID
+
+    usage, key, certificate = ExtendedKeyUsageOID.CLIENT_AUTH, folder / f"{name}.pem", folder / f"{name}.der"
+    asyncio.run(
+        setup_self_signed_certificate(key, certificate, "urn:test:client", "localhost", [usage], {"commonName": name})
+    )
+
+
+def signing(folder, name):
+    """Return the lines with which a client signs by its own certificate."""
+    return SIGN.strip().replace("FOLDER", str(folder)).replace("NAME", name)
+
+
 @pytest.mark.timeout(200)
 def test_users_and_certificates(scene_file, tmp_path):
     users, folder = tmp_path / "users.txt", tmp_path / "keys"
@@ -137,27 +164,13 @@ axis = client.get_node("ns=2;s=board.motor")
 moved = await code(axis.call_method("2:MoveTo", ua.Variant(1.0, ua.VariantType.Double)))
 return [moved, (await (await axis.get_child("2:Busy")).read_value()) in (True, False)]
 """
-    setup = f"""
-    from pathlib import Path
-    from asyncua.crypto.cert_gen import setup_self_signed_certificate
-    from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
-    from cryptography.x509.oid import ExtendedKeyUsageOID
-    folder = Path({str(tmp_path)!r})
-    await setup_self_signed_certificate(folder / "c.pem", folder / "c.der", "urn:test:client", "localhost",
-                                        [ExtendedKeyUsageOID.CLIENT_AUTH], {{"commonName": "client"}})
-    client.application_uri = "urn:test:client"
-    await client.set_security(SecurityPolicyBasic256Sha256, str(folder / "c.der"), str(folder / "c.pem"),
-                              server_certificate=str(folder / "keys" / "certificate.der"))
-    client.set_user(NAME)
-    client.set_password(PASSWORD)
-"""
+    make_certificate(tmp_path, "client")
     with running("opcua", str(scene_file), *words) as made:
         assert (folder / "key.pem").stat().st_mode & 0o777 == 0o600
 
         def as_user(name, password):
-            return converse(
-                made["url"], body, setup.strip().replace("NAME", repr(name)).replace("PASSWORD", repr(password))
-            )
+            signed_in = f"client.set_user({name!r}); client.set_password({password!r})"
+            return converse(made["url"], body, f"{signing(tmp_path, 'client')}\n    {signed_in}")
 
         assert as_user("anna", "k7Rw2p") == [None, True]
         assert as_user("bert", "x9Qv4t") == ["BadUserAccessDenied", True]
@@ -165,6 +178,21 @@ return [moved, (await (await axis.get_child("2:Busy")).read_value()) in (True, F
             as_user("anna", "wrong")
         with pytest.raises(AssertionError):
             converse(made["url"], body)
+
+
+@pytest.mark.timeout(200)
+def test_only_clients_with_a_trusted_certificate_connect(scene_file, tmp_path):
+    for name in ("friend", "stranger"):
+        make_certificate(tmp_path, name)
+    trusted = tmp_path / "keys" / "trusted"
+    trusted.mkdir(parents=True)
+    shutil.copy(tmp_path / "friend.der", trusted)
+    words = ["--port", str(free_port()), "--certificates", str(trusted.parent), "--speed", "20"]
+    body = 'return await client.get_node("ns=2;s=if1.Axes.X.Busy").read_value()'
+    with running("opcua", str(scene_file), *words) as made:
+        assert converse(made["url"], body, signing(tmp_path, "friend")) is False
+        with pytest.raises(AssertionError, match="BadCertificateUntrusted"):
+            converse(made["url"], body, signing(tmp_path, "stranger"))
 
 
 def test_errors_of_the_command_line(tmp_path, capsys):

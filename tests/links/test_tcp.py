@@ -1,5 +1,6 @@
 """Raw TCP: well-behaved and faulty clients."""
 
+import asyncio
 import socket
 import struct
 
@@ -7,7 +8,8 @@ import pytest
 
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.plug import CHUNK, FULL
-from axistwin.links.tcp import STALLED
+from axistwin.links.tcp import STALLED, _resolved
+from axistwin.links.urls import PortUrl
 from axistwin.sim import Flow, LineError
 
 from .serving import Served, ask, dial, receive
@@ -56,6 +58,23 @@ def test_a_port_listens_on_this_machine_only_and_tells_its_number(served):
     url = served.open(served.add(), "tcp://:0")
     assert url.host == "127.0.0.1"
     assert url.port > 0
+
+
+@pytest.mark.parametrize(("host", "looked_up"), [("127.0.0.1", False), ("localhost", True), ("::1", True)])
+def test_only_a_name_or_an_ipv6_address_is_looked_up(host, looked_up):
+    class Loop(asyncio.SelectorEventLoop):
+        async def getaddrinfo(self, *arguments, **options):
+            asked.append(arguments)
+            return await super().getaddrinfo(*arguments, **options)
+
+    asked, loop = [], Loop()
+    try:
+        family, address = loop.run_until_complete(_resolved(PortUrl("tcp", host, 5001)))
+    finally:
+        loop.close()
+    assert address[1] == 5001
+    assert family in (socket.AF_INET, socket.AF_INET6)
+    assert asked == ([(host, 5001)] if looked_up else [])
 
 
 def test_a_port_in_use_is_one_line(served, port):

@@ -1,7 +1,6 @@
 """The complete page: tabs, users, terminals, and a controller of another family."""
 
 import re
-from dataclasses import replace
 
 import pytest
 from nicegui import ui
@@ -48,7 +47,7 @@ def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched():
     def build():
         bench = bench_of("if1")()
         product = bench["if1"].product
-        bench["if1"].product = replace(product, model="x9", title="Something new", front=(), programs=())
+        bench["if1"].product = product._replace(model="x9", title="Something new", make_front=tuple, programs=())
         return bench
 
     def play(visit):

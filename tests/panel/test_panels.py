@@ -3,9 +3,10 @@
 import asyncio
 
 import httpx
+import pytest
 
 from axistwin import Bench, Session
-from axistwin.panel import Address, Panel
+from axistwin.panel import Address, Panel, web
 
 from .showing import stage
 
@@ -28,3 +29,11 @@ def test_two_panels_in_a_row_each_with_its_own_bench():
 
     stage.close()  # a process can have only one NiceGUI server at a time
     assert asyncio.run(both()) == ["VIRTUAL: one", "VIRTUAL: two"]
+
+
+@pytest.mark.parametrize(("host", "compressed"), [("0", False), ("[::1]:0", False), ("0.0.0.0:0", True)])
+def test_pages_are_compressed_only_for_other_machines(host, compressed, monkeypatch):
+    given = {}
+    monkeypatch.setattr(web.ui, "run_with", lambda application, **options: given.update(options))
+    web._application(Panel("one", Session(Bench), Address.read(host, None)), "one")
+    assert (given["gzip_middleware_factory"] is not None) is compressed

@@ -320,7 +320,8 @@ def test_whatever_a_browser_says_does_no_harm(what):
 def test_a_picture_is_sent_when_there_is_another_one_and_somebody_can_see_it(monkeypatch):
     def play(visit):
         sent = []
-        monkeypatch.setattr(visit.user.client, "run_javascript", sent.append)
+        outbox = visit.user.client.outbox
+        monkeypatch.setattr(outbox, "enqueue_message", lambda kind, data, _: sent.append(data["code"]))
         visit.frame()
         assert not sent
         visit.run(0.1)

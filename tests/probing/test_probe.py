@@ -14,7 +14,7 @@ from axistwin.testing import serve
 from ..command import run
 
 SMALL = Settings(Motion.SMALL)
-CASES = {"if1": 138, "if2": 138, "1810": 156, "1811": 156, "smartmotor": 192}
+CASES = {"if1": 138, "if2": 138, "1810": 156, "1811": 156, "smartmotor": 218}
 
 
 def controller(model, **options):
@@ -62,6 +62,19 @@ def test_an_option_that_explains_the_differences(model, option, value, text, set
     found = probe(model, end, settings)
     assert found.of(Verdict.DIFFERS)
     assert text in found.fits
+
+
+def test_the_test_plug_shows_the_outputs_of_an_if1():
+    made, end = controller("if1")
+    dialect(product("if1")).equip(made, {"plug": "True"})
+    found = probe("if1", end, Settings(Motion.SMALL, plug=True, find_options=False))
+    assert not differences(found)
+    (outputs,) = [result for result in found.results if result.case.name == "S: set output high, with the test plug"]
+    # outputs 1, 2 and 5; bits 8, 64 and 128 of the input status are set while inputs 1, 2 and 3 are low
+    assert [answer.data for answer in outputs.received[1:10:2]] == [b"200\r", b"192\r", b"0\r", b"64\r", b"200\r"]
+    _, end = controller("if1")
+    missing = probe("if1", end, Settings(Motion.SMALL, plug=True, find_options=False))
+    assert len(differences(missing)) == 5
 
 
 def test_late_answers_differ():
@@ -180,7 +193,8 @@ def test_wrong_ports():
         open_end("bus://127.0.0.1:1", None)
     done = run("probe", "/dev/no-such-port", "--model", "if1")
     assert done.code == 2
-    assert done.err.startswith("axistwin: cannot open /dev/no-such-port")
+    assert done.err.startswith("axistwin: cannot open /dev/no-such-port: ")
+    assert "Errno" not in done.err
     assert run("probe", "/dev/no-such-port", "--model", "if1", "--report", "x.txt").code == 2
 
 

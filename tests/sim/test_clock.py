@@ -268,3 +268,58 @@ def test_what_is_to_be_done_soon_comes_before_all_that_is_due():
     clock.soon(lambda: log.append("soon"))
     clock.run_to(0)
     assert log == ["soon", "due"]
+
+
+def test_a_procedure_may_skip_its_timeouts_and_everything_happens_in_the_same_order():
+    def happenings(skips):
+        clock, log = Clock(), []
+
+        def ticks(name, period, skips):
+            for _ in range(20):
+                log.append((clock.now, name))
+                if not (skips and clock.skip(period)):
+                    yield clock.timeout(period)
+
+        clock.process(ticks("a", 2, skips))
+        clock.process(ticks("b", 5, False))
+        for end in (7, 20, 21, 60, 200):
+            clock.run_to(end)
+            log.append((clock.now, "end"))
+        return log, next(clock._eid)
+
+    (log, events), (skipped, fewer) = happenings(False), happenings(True)
+    assert skipped == log
+    assert fewer < events
+
+
+def test_nothing_is_skipped_beyond_an_event_or_the_end_of_a_run():
+    clock, log = Clock(), []
+
+    def procedure():
+        yield clock.timeout(1)
+        log.extend((clock.free_ns, clock.skip(9), clock.skip(8), clock.now, clock.free_ns))
+
+    clock.process(procedure())
+    clock.call_later(10, lambda: None)
+    clock.run_to(20)
+    assert log == [9, False, True, 9, 1]
+    assert clock.now == 20
+
+
+def test_nothing_is_skipped_while_the_clock_is_observed_or_stepped():
+    clock, log = Clock(), []
+
+    def procedure():
+        while True:
+            yield clock.timeout(10)
+            log.append((clock.free_ns, clock.skip(1)))
+
+    clock.process(procedure())
+    clock.step()
+    clock.step()
+    end = clock.subscribe(lambda: None)
+    clock.run_to(20)
+    end()
+    assert log == [(0, False), (0, False)]
+    clock.run_to(35)
+    assert log[2:] == [(5, True)]

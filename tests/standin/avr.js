@@ -1,9 +1,10 @@
-// An AVR board on avr8js: `node avr.js NODE_MODULES MCU FIRMWARE.hex`.  One JSON request per line, one answer each.
+// An AVR board on avr8js: `node avr.js NODE_MODULES MCU FIRMWARE.hex [ADDRESSES]`.  One JSON request per line, one
+// answer each.  ADDRESSES: JSON list of byte addresses in the firmware, e.g. those of its interrupt handlers.
 //
 // Request: {"cycles": run to this cycle, "data": bytes for the board (hex), "pins": {"PC0": level}}.
-// Answer: {"data": bytes from the board (hex), "edges": [[pin, cycle, level], …]}.
+// Answer: {"data": [[byte from the board, cycle], …], "edges": [[pin, cycle, level], …], "calls": [[address, cycle], …]}.
 const fs = require("fs");
-const [, , modules, mcu, firmware] = process.argv;
+const [, , modules, mcu, firmware, addresses] = process.argv;
 const avr = require(`${modules}/avr8js`);
 
 const MEGA = {
@@ -43,7 +44,9 @@ cpu.writeHooks[0xc0] = (value, old, address, mask) => {
 };
 usart.UDRE.constant = true;
 
-let edges = [], sent = [];
+const observed = new Uint8Array(chip.flash / 2);
+for (const address of JSON.parse(addresses || "[]")) observed[address / 2] = 1;
+let edges = [], sent = [], calls = [];
 const waiting = [], ports = {};
 for (const letter of chip.ports) {
   const port = (ports[letter] = new avr.AVRIOPort(cpu, avr[`port${letter}Config`]));
@@ -52,7 +55,7 @@ for (const letter of chip.ports) {
       if ((value ^ old) & (1 << bit)) edges.push([`P${letter}${bit}`, cpu.cycles, (value >> bit) & 1]);
   });
 }
-usart.onByteTransmit = (byte) => sent.push(byte);
+usart.onByteTransmit = (byte) => sent.push([byte, cpu.cycles]);
 const feed = () => waiting.length && !usart.rxBusy && usart.writeByte(waiting[0]) && waiting.shift();
 usart.onRxComplete = feed;
 
@@ -62,10 +65,11 @@ require("readline").createInterface({ input: process.stdin }).on("line", (line) 
   waiting.push(...Buffer.from(request.data, "hex"));
   feed();
   while (cpu.cycles < request.cycles) {
+    if (observed[cpu.pc]) calls.push([2 * cpu.pc, cpu.cycles]);
     avr.avrInstruction(cpu);
     cpu.tick();
   }
   feed();
-  console.log(JSON.stringify({ data: Buffer.from(sent).toString("hex"), edges }));
-  [edges, sent] = [[], []];
+  console.log(JSON.stringify({ data: sent, edges, calls }));
+  [edges, sent, calls] = [[], [], []];
 });

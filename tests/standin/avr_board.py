@@ -47,17 +47,29 @@ def _build(source, mcu, cache):
         subprocess.run([*command, *target], check=True, capture_output=True, timeout=50)
 
 
-class AvrBoard:
-    """The firmware on the simulator avr8js; `run_to` advances its time."""
+def functions(image):
+    """Return the addresses of the firmware's functions by name, in bytes."""
+    said = subprocess.run(["avr-nm", image.with_suffix("")], check=True, capture_output=True, text=True)
+    lines = (line.split() for line in said.stdout.splitlines())
+    return {name.partition(".")[0]: int(address, 16) for address, kind, name in lines if kind in "tT"}
 
-    def __init__(self, mcu, steps):
+
+class AvrBoard:
+    """The firmware on the simulator avr8js; `run_to` advances its time.  `observed`: names of functions whose calls are
+    recorded.
+    """
+
+    def __init__(self, mcu, steps, observed=()):
         script, image = Path(__file__).with_name("avr.js"), firmware(mcu)
-        command = ["node", str(script), os.environ["AXISTWIN_AVR8JS"], mcu, str(image)]
+        self._names = {address: name for name, address in functions(image).items() if name in observed}
+        addresses = json.dumps(list(self._names))
+        command = ["node", str(script), os.environ["AXISTWIN_AVR8JS"], mcu, str(image), addresses]
         self._node = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self._steps = steps  # the direction pin of each step pin
-        self._to, self._from, self._pins = b"", b"", {}
+        self._to, self._from, self._pins = b"", [], {}
         self.now, self.start_s = 0, None
         self.levels, self.since, self.pulses = {}, {}, {pin: [] for pin in steps}
+        self.calls = []  # (function, cycle)
 
     def close(self):
         self._node.stdin.close()
@@ -77,7 +89,8 @@ class AvrBoard:
         self._node.stdin.write(json.dumps(request) + "\n")
         self._node.stdin.flush()
         answer = json.loads(self._node.stdout.readline())
-        self._from += bytes.fromhex(answer["data"])
+        self._from += answer["data"]
+        self.calls += [(self._names[address], cycle) for address, cycle in answer["calls"]]
         for pin, cycle, level in answer["edges"]:
             self.levels[pin], self.since[pin] = level, cycle
             if level and pin in self._steps:
@@ -86,9 +99,10 @@ class AvrBoard:
     def receive(self, data):
         self._to += data
 
-    def transmitted(self):
-        data, self._from = self._from, b""
-        return data
+    def responses(self, now):
+        """Return the bytes since the last call, each with its time, at most `now`."""
+        data, self._from = self._from, []
+        return [(min(self.time_s(cycle), now), bytes((byte,))) for byte, cycle in data]
 
     def time_s(self, cycle):
         return self.start_s + cycle / HZ

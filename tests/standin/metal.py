@@ -34,7 +34,8 @@ class Metal:
             self.small.run_to(self.now)
             each(self.now)
             if self.alive:
-                self.board.receive(self.wire(self.small.transmitted()), self.now)
+                for at_s, data in self.small.responses(self.now):
+                    self.board.receive(self.wire(data), at_s)
                 self.small.receive(self.wire(self.board.due(self.now)))
             self.events += self.board.events
             self.board.events.clear()

@@ -30,6 +30,32 @@ def test_the_board_makes_the_queued_pulses_at_their_times():
     assert sum(line.startswith("pulses") for line in metal.lines) < 600
 
 
+@pytest.mark.parametrize(("pause_s", "stopped"), [(0.45, False), (0.55, True)])
+def test_a_pause_of_the_program_within_the_horizon_stops_no_motor(pause_s, stopped):
+    """The sender goes on, but receives no pulses for this time; the horizon is 0.5 s."""
+    metal = Metal(horizon_s=0.5, watchdog_s=0.5).start()
+    times, begin, sent = metal.even(4000, 2000), metal.now + 0.7, [0]
+
+    def each(now):
+        upto = int(np.searchsorted(times, now))
+        if not begin < now < begin + pause_s and upto > sent[0] and round(now / TICK_S) % 5 == 0:
+            metal.board.queue("table.X", +1, times[sent[0] : upto])
+            sent[0] = upto
+
+    metal.run(3.0, each)
+    made = len(metal.small.pulses[2])
+    if stopped:
+        [stop] = kinds(metal, Stopped)
+        assert stop.reason.startswith("late by ")
+        assert stop.reason.endswith(" with a horizon of 500 ms")
+        assert stop.positions["table.X"] == made
+        assert 1380 <= made <= 1400  # those of the 0.7 s before, but perhaps the last block of 10 ms
+    else:
+        assert not kinds(metal, Stopped)
+        assert made == 4000
+        assert np.abs(metal.errors_us(2, times)).max() < 25
+
+
 def test_a_change_of_direction_and_an_inverted_pin():
     metal = Metal().start()
     metal.move("table.Y", +1, metal.even(30, 1000))
@@ -164,7 +190,7 @@ def test_the_user_continues_after_a_shutdown():
     metal.run(0.1)
     assert kinds(metal, Failed) == [Failed("the board has stopped: Missed scheduling of next digital out event")]
     metal.board.restart(metal.now)
-    metal.run(1.0)
+    metal.run(2.0)
     assert kinds(metal, Ready)[-1].positions == {"table.X": 100, "table.Y": 0}
     metal.move("table.X", -1, metal.even(40, 1000))
     assert len(metal.small.pulses[2]) == 140

@@ -113,7 +113,7 @@ def test_after_a_shutdown_of_the_board_the_user_must_continue(if1):
     if1.run(1.0)
     assert if1.lines == ["stopped: small: the board has stopped: Command request"]
     if1.driver.go_on(if1.metal.now)
-    if1.run(1.0)
+    if1.run(2.0)
     if1.say(b"X-200 $ \r", 1.5)
     assert if1.controller.axes["X"].position == 300
     assert len(if1.metal.small.pulses[2]) == 700

@@ -162,3 +162,15 @@ def test_a_drifting_clock_is_fitted(drift):
     assert fit.error_s < 50e-6
     assert abs(fit.hz / hz - 1) < 2e-6
     assert spread / hz < 3600 * 2e-6
+
+
+def test_a_late_reading_of_the_clock_moves_a_steady_line_by_20_us():
+    """Readings of a 16 MHz clock each 20 ms; then one that is late by 5 ms although its round trip seems short."""
+    fit = ClockFit(16e6)
+    for n in range(60):
+        fit.add(n * 0.02, n * 0.02 + 0.001, n * 320_000)
+    fit.steady = True
+    expected = fit.ticks(2.0)
+    fit.add(2.0, 2.001, 32_000_000 - 80_000)
+    assert abs(fit.ticks(2.0005) - (expected + 8000)) == pytest.approx(20e-6 * 16e6, rel=0.01)
+    assert abs(fit.hz - 16e6) <= 16e6 * 21e-6

@@ -169,6 +169,24 @@ def test_a_trace_ends_at_its_limit(tmp_path, traces):
     assert all(track.times == traces["csv"].tracks[name].times[: len(track)] for name, track in short.tracks.items())
 
 
+@pytest.mark.parametrize("ending", ["csv", "vcd"])
+def test_a_limited_trace_uses_the_allowed_size(tmp_path, traces, ending):
+    """All changes up to the reported time (in µs) are in the file, although they are written in large pieces."""
+    told = []
+    bench = workshop()
+    path = tmp_path / f"a.{ending}"
+    limit = traces[ending].path.stat().st_size // 2
+    with tracing(bench, path, ("*",), told.append, limit=limit):
+        work(bench)
+    assert limit - 200 < path.stat().st_size <= limit  # a line and a time are shorter than 200 characters
+    (ends_s,) = re.findall(r"ends at (\d+\.\d+) s", told[0])
+    short = read(path)
+    assert set(short.tracks) == set(traces[ending].tracks)
+    for name, track in short.tracks.items():
+        whole = [time_ns for time_ns in traces[ending].tracks[name].times if time_ns < float(ends_s) * 1e9 - 1000]
+        assert list(track.times[: len(whole)]) == whole
+
+
 def test_parquet_has_plain_columns_in_compact_encodings(traces):
     path = traces["parquet"].path
     table = pq.read_table(path)

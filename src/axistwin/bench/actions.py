@@ -11,7 +11,7 @@ from fractions import Fraction
 from functools import partial
 
 from axistwin.bench.bench import Bench
-from axistwin.bench.controller import Controller
+from axistwin.bench.controller import Controller, on_a_bus
 from axistwin.bench.line_format import line_format
 from axistwin.errors import ProgramError, UsageError
 from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shortened
@@ -157,11 +157,6 @@ def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, st
 def _exact(value: float) -> str:
     """Format a number exactly, without an exponent."""
     return f"{Decimal(repr(value)):f}"
-
-
-def on_a_bus(controller: Controller) -> bool:
-    """True if the controller has registers on a bus instead of a serial port."""
-    return controller.product.attend is not None
 
 
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:

@@ -1,9 +1,8 @@
 """A bench: controllers and machines on one clock.  Public functions use seconds, internal ones nanoseconds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from axistwin.bench.controller import Controller
 from axistwin.bench.fitting import fit_plug, fit_switches
@@ -23,8 +22,7 @@ if TYPE_CHECKING:
     from axistwin.fault_injection.injector import Faults
 
 
-@dataclass(frozen=True)
-class SharedLine:
+class SharedLine(NamedTuple):
     """A daisy chain or an RS-485 line: the host's port, and the motors in order."""
 
     port: SerialPort
@@ -125,18 +123,21 @@ class Bench:
         servo moves, at every sample.  Single pulses are no events: a condition on a stepper's position within a move is
         checked at the next event.  Raises UsageError for a time-out after the end of virtual time (292 years).
         """
-        deadline_ns = self.clock.later(to_ns(timeout))
+        clock = self.clock
+        deadline_ns = clock.later(to_ns(timeout))
         servos = [controller._servo for controller in self.controllers.values() if controller._servo is not None]
         while not condition():
-            samples_ns = (servo.next_sample_ns() for servo in servos)
-            due_ns = min((ns for ns in (self.clock.next_event_ns(), *samples_ns) if ns is not None), default=None)
+            due_ns = event_ns = clock.next_event_ns()
+            if servos:
+                samples_ns = (servo.next_sample_ns() for servo in servos)
+                due_ns = min((ns for ns in (event_ns, *samples_ns) if ns is not None), default=None)
             if due_ns is None or due_ns > deadline_ns:
-                self.clock.run_to(deadline_ns)
+                clock.run_to(deadline_ns)
                 return bool(condition())
-            if due_ns == self.clock.next_event_ns():
-                self.clock.step()
+            if due_ns == event_ns:
+                clock.step()
             else:
-                self.clock.run_to(due_ns)
+                clock.run_to(due_ns)
         return True
 
     def add(

@@ -242,3 +242,8 @@ class Controller:
         if self._abilities.uart is None or self._abilities.handshake is not None:
             raise UsageError(f"{self.name} cannot be in a daisy chain: that is for SmartMotors")
         return self._abilities.uart
+
+
+def on_a_bus(controller: Controller) -> bool:
+    """True if the controller has registers on a bus instead of a serial port."""
+    return controller.product.attend is not None

@@ -1,8 +1,12 @@
 """Endpoints of a bench that a host can connect to, by name: controllers, their second channels, and shared lines."""
 
-from axistwin.bench.actions import on_a_bus
+from typing import TYPE_CHECKING
+
 from axistwin.bench.bench import Bench
-from axistwin.bench.codec import CHARACTERS, Codec, codec_of
+from axistwin.bench.controller import on_a_bus
+
+if TYPE_CHECKING:
+    from axistwin.bench.codec import Codec
 
 
 def names(bench: Bench) -> list[str]:
@@ -18,8 +22,10 @@ def at_a_bus(bench: Bench, name: str) -> bool:
     return name in bench.controllers and on_a_bus(bench[name])
 
 
-def codec_at(bench: Bench, name: str) -> Codec:
+def codec_at(bench: Bench, name: str) -> "Codec":
     """Return the codec for data of this endpoint."""
+    from axistwin.bench.codec import CHARACTERS, codec_of  # lazy import: a server needs no codec to answer
+
     return codec_of(bench[name].product) if name in bench.controllers else CHARACTERS
 
 

@@ -11,9 +11,9 @@ from functools import partial
 from typing import Any
 
 from axistwin.bench import endpoints
-from axistwin.bench.actions import action_value, lead_value, line_action, on_a_bus
+from axistwin.bench.actions import action_value, lead_value, line_action
 from axistwin.bench.bench import Bench
-from axistwin.bench.controller import Controller
+from axistwin.bench.controller import Controller, on_a_bus
 from axistwin.fault_injection.injector import Fault
 from axistwin.fault_injection.sentences import write as written
 from axistwin.plant.servo_axis import ServoAxis

@@ -1,7 +1,7 @@
 """Parts that a bench connects to a controller: serial plugs and position switches."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from axistwin.bench.line_format import line_format
 from axistwin.controllers.product import Abilities, Device, Product
@@ -16,8 +16,7 @@ from axistwin.sim.serial_port import SerialPort
 from axistwin.sim.wirings import direct, shared_pair
 
 
-@dataclass(frozen=True)
-class Plug:
+class Plug(NamedTuple):
     """The serial connection of a controller, with its initial settings."""
 
     port: SerialPort

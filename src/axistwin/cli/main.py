@@ -6,24 +6,23 @@ the checked or executed program, 2 wrong usage (a missing file or port too), 130
 """
 
 import errno
-import json
 import os
 import sys
-from dataclasses import dataclass
 from importlib import import_module
 from io import TextIOWrapper
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
-from click.shell_completion import CompletionItem
 
 from axistwin.cli.common.names import unknown
 from axistwin.errors import AxistwinError, LinkError, PlacedError, UsageError, one_line
 from axistwin.version import VERSION
 
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
-@dataclass(frozen=True)
-class Command:
+
+class Command(NamedTuple):
     """A command of `axistwin`: its name, the folder of its module, its summary."""
 
     name: str
@@ -110,8 +109,10 @@ class LazyGroup(click.Group):
             raise unknown(kind="command", name=args[0], names=COMMANDS)
         return super().resolve_command(ctx, args)
 
-    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem]":
         """Return the commands that begin with the typed text, without importing the commands."""
+        from click.shell_completion import CompletionItem  # lazy import: needed only for shells
+
         found = [command for command in COMMANDS.values() if command.name.startswith(incomplete)]
         options = super(click.Group, self).shell_complete(ctx, incomplete) if incomplete.startswith("-") else []
         return [CompletionItem(command.name, help=command.summary) for command in found] + options
@@ -184,6 +185,8 @@ def _run(arguments: list[str] | None) -> int:
 
 def _print_error(message: str, code: int, place: PlacedError | None = None) -> None:
     """Print an error as one JSON object to stderr; a place is given by file, line and column."""
+    import json  # lazy import: needed only for errors
+
     found: dict[str, object] = {"error": one_line(message), "exit_code": code}
     if place is not None:
         found |= {"error": place.message, "file": place.file, "line": place.line, "column": place.column}

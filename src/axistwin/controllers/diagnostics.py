@@ -19,8 +19,7 @@ class Severity(StrEnum):
     WARNING = "warning"  # the command is accepted or ignored, but its effect is probably not intended
 
 
-@dataclass(frozen=True)
-class Rule:
+class Rule(NamedTuple):
     """A kind of problem that a checker reports, with its code and explanation."""
 
     code: str
@@ -135,8 +134,7 @@ def fixing(title: str, edits: Iterable[Edit], sure: bool = True) -> Fix | None:
     return Fix(title, listed, sure) if listed else None
 
 
-@dataclass(frozen=True)
-class Session:
+class Session(NamedTuple):
     """Data that a host sends between power-on and power-off of the controller."""
 
     characters: tuple[Sent, ...]
@@ -144,6 +142,8 @@ class Session:
     """True if the controller has been initialised before the first character."""
     stored: bool = False
     """True if the characters are a program stored in the controller, not data from a host."""
+    ended: bool = True
+    """False if the host may send more before power-off, as a user at a terminal may."""
 
 
 Checker = Callable[[Sequence[Session]], list[Diagnostic]]

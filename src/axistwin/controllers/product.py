@@ -1,15 +1,12 @@
 """Types that all families of controllers implement, so that a bench can build and use their controllers."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.diagnostics import Checker, Rule
-from axistwin.controllers.front import Group
 from axistwin.errors import with_article
 from axistwin.plant.axes import MakeAxis, stepper_axis
-from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
@@ -17,6 +14,11 @@ from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
+
+if TYPE_CHECKING:
+    from axistwin.controllers.diagnostics import Checker, Rule
+    from axistwin.controllers.front import Group
+    from axistwin.plant.joystick import JoystickInputs
 
 
 class Store(Protocol):
@@ -32,8 +34,7 @@ class Store(Protocol):
         """
 
 
-@dataclass(frozen=True)
-class Register:
+class Register(NamedTuple):
     """A number or text inside a controller that can be read without side effects.
 
     The value changes only at events, unless the register is `restless` or `Abilities.follow` reports the changes.
@@ -54,8 +55,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 """Function that is called with changes of registers: their times, register indexes and new values."""
 
 
-@dataclass(frozen=True)
-class Listing:
+class Listing(NamedTuple):
     """A program in the memory of a controller."""
 
     title: str
@@ -67,8 +67,7 @@ class Listing:
     """Indexes of lines that take no time and never run: labels, ends of blocks."""
 
 
-@dataclass(frozen=True)
-class ControlLines:
+class ControlLines(NamedTuple):
     """The four control lines of a serial connector."""
 
     dtr: Pin
@@ -77,8 +76,7 @@ class ControlLines:
     cts: Pin
 
 
-@dataclass(frozen=True)
-class Handshake:
+class Handshake(NamedTuple):
     """Control lines of a serial connector, at the connector and inside the device."""
 
     plug: ControlLines
@@ -86,8 +84,7 @@ class Handshake:
     """The lines inside the device, which depend on the wiring of the connector."""
 
 
-@dataclass(frozen=True)
-class Abilities:
+class Abilities(NamedTuple):
     """Optional abilities of a device; each default value means that the device lacks this ability."""
 
     uart: Uart | None = None
@@ -186,8 +183,7 @@ class BusHost(Protocol):
         """Stop using the registers."""
 
 
-@dataclass(frozen=True)
-class Order:
+class Order(NamedTuple):
     """A request that a host sends, e.g. to run a stored program, and its effect."""
 
     label: str
@@ -196,8 +192,7 @@ class Order:
     doc: str
 
 
-@dataclass(frozen=True)
-class Product:
+class Product(NamedTuple):
     """A controller model: all that a bench needs to build and use a controller of this model."""
 
     model: str
@@ -210,16 +205,16 @@ class Product:
     """Function that builds the hardware from the clock, the axes, the options and the memory."""
     make_axis: MakeAxis = stepper_axis
     """Function that creates an axis from its options; the bench connects its switches later."""
-    check: Checker | None = None
-    rules: tuple[Rule, ...] = ()
-    """Rules that `axistwin check` applies to programs of this model, in the order of the codes."""
+    check: "Checker | None" = None
+    make_rules: Callable[[], "tuple[Rule, ...]"] = tuple
+    """Function that imports and returns `rules`."""
     line: UartFormat | None = None
     """Default character format of the host; None: no serial port."""
     limit_pins: tuple[str, str] | None = None
     """Pins of the minus and the plus limit input, which the limit switches of all axes share."""
     closed_level: bool = True
     """Level of the `limit_pins` while their switches are closed."""
-    drive_fault_pins: Mapping[str, str] = field(default_factory=dict)
+    drive_fault_pins: Mapping[str, str] = MappingProxyType({})
     """Pins that are low while a drive has a fault, by the name of its axis."""
     home_pin: str | None = None
     brake_pin: str | None = None
@@ -244,8 +239,19 @@ class Product:
     """Largest number of lines in a program; None if the manual gives no limit."""
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Function that connects a host program to the registers of a board on a bus."""
-    joystick: JoystickInputs | None = None
-    front: tuple[Group, ...] = ()
+    joystick: "JoystickInputs | None" = None
+    make_front: Callable[[], "tuple[Group, ...]"] = tuple
+    """Function that imports and returns `front`."""
+
+    @property
+    def rules(self) -> "tuple[Rule, ...]":
+        """Rules that `axistwin check` applies to programs of this model, in the order of the codes."""
+        return self.make_rules()
+
+    @property
+    def front(self) -> "tuple[Group, ...]":
+        """The front panel: lamps, words and readings, in groups."""
+        return self.make_front()
 
     @property
     def indefinite(self) -> str:

@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, Protocol, Self
@@ -10,7 +10,7 @@ from typing import Any, Protocol, Self
 from axistwin.drivers.axis import Status
 from axistwin.drivers.blocking import POLL_S, SerialPort, nothing, set_profile, still_moving
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
-from axistwin.drivers.errors import PortError
+from axistwin.drivers.errors import PortError, cannot_open
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
@@ -35,11 +35,29 @@ class Port(Protocol):
     async def read(self, timeout: float) -> bytes:
         """Receive at least one byte, or b"" after `timeout` seconds."""
 
+    async def pause(self, seconds: float) -> None:
+        """Wait."""
+
+    def time(self) -> float:
+        """Return the time in seconds, from an arbitrary origin."""
+
     async def close(self) -> None:
         """Close the port."""
 
 
-class TcpPort:
+class WallClock:
+    """The time of a port of the real world."""
+
+    async def pause(self, seconds: float) -> None:
+        """Wait."""
+        await asyncio.sleep(seconds)
+
+    def time(self) -> float:
+        """Return the time in seconds, from an arbitrary origin."""
+        return time.monotonic()
+
+
+class TcpPort(WallClock):
     """A TCP connection."""
 
     def __init__(self, url: str, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -76,7 +94,7 @@ class TcpPort:
             await self._writer.wait_closed()
 
 
-class ThreadPort:
+class ThreadPort(WallClock):
     """A pyserial port whose blocking calls run in a separate thread."""
 
     def __init__(self, port: SerialPort, thread: ThreadPoolExecutor) -> None:
@@ -108,17 +126,22 @@ async def open_port(url: str, core: Core, baud: int | None) -> Port:
         try:
             return TcpPort(url, *await asyncio.open_connection(host.strip("[]"), int(number)))
         except (OSError, ValueError) as error:
-            raise PortError(f"cannot open {url}: {error}; expected a port, e.g. socket://127.0.0.1:5001") from None
+            raise cannot_open(url, error) from None
     thread = ThreadPoolExecutor(1, "axistwin-port")
     port = await asyncio.get_running_loop().run_in_executor(thread, SerialPort, url, core, baud)
     return ThreadPort(port, thread)
 
 
 class AsyncController:
-    """A controller at a port, for asyncio.  Public functions of the protocol core are coroutines of this object."""
+    """A controller at a port, for asyncio.  Public functions of the protocol core are coroutines of this object.
 
-    def __init__(self, url: str, core: Core, baud: int | None = None) -> None:
-        self.url, self.core, self._baud = url, core, baud
+    `opening`: returns another kind of port, opened; None: the port at the URL is opened.
+    """
+
+    def __init__(
+        self, url: str, core: Core, baud: int | None = None, opening: Callable[[], Awaitable[Port]] | None = None
+    ) -> None:
+        self.url, self.core, self._baud, self._opening = url, core, baud, opening
         self.axes = {name: AsyncAxis(self, axis) for name, axis in core.axes.items()}
         self._lock = asyncio.Lock()
         self._port: Port | None = None
@@ -148,12 +171,17 @@ class AsyncController:
         """Execute a function of the protocol core at the port.  Raises DriverError if the function fails."""
         async with self._lock:
             if self._port is None:
-                self._port = await open_port(self.url, self.core, self._baud)
+                self._port = await (self._opening() if self._opening else open_port(self.url, self.core, self._baud))
             try:
                 return await _drive(self.core.converse(procedure), self._port)
             except PortError:
                 await self._close()
                 raise
+
+    @property
+    def clock(self) -> WallClock | Port:
+        """The time in which the controller lives: that of its port."""
+        return self._port or WallClock()
 
 
 async def _drive(steps: Procedure[T], port: Port) -> T:
@@ -166,9 +194,9 @@ async def _drive(steps: Procedure[T], port: Port) -> T:
                 case Read(timeout):
                     result = await port.read(timeout)
                 case Pause(seconds):
-                    await asyncio.sleep(seconds)
+                    await port.pause(seconds)
                 case Clock():
-                    result = time.monotonic()
+                    result = port.time()
     except StopIteration as end:
         value: T = end.value
         return value
@@ -229,9 +257,9 @@ class AsyncAxis(ScaledAxis):
 
     async def wait(self, timeout: float, poll: float = POLL_S) -> Status:
         """Wait for the end of a motion; return the final status.  Raises SilentError after `timeout` seconds."""
-        end = time.monotonic() + timeout
+        end = self.controller.clock.time() + timeout
         while (status := await self.status()).moving:
-            if time.monotonic() > end:
+            if self.controller.clock.time() > end:
                 raise still_moving(name=self.name, timeout=timeout)
-            await asyncio.sleep(poll)
+            await self.controller.clock.pause(poll)
         return status

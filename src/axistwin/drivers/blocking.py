@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from axistwin.drivers.axis import Status
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
-from axistwin.drivers.errors import PortError, SilentError
+from axistwin.drivers.errors import PortError, SilentError, cannot_open
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
@@ -37,14 +37,13 @@ class SerialPort:
         import serial  # lazy import: asyncio on TCP needs no pyserial
 
         scheme, separator, rest = url.partition("://")
-        if separator and scheme in ("tcp", "bus"):
-            url = f"socket://{rest}"
+        opened = f"socket://{rest}" if separator and scheme in ("tcp", "bus") else url
         try:
             self._port = serial.serial_for_url(
-                url, baudrate=baud or core.line.baud, stopbits=core.line.stop_bits, timeout=0
+                opened, baudrate=baud or core.line.baud, stopbits=core.line.stop_bits, timeout=0
             )
         except (OSError, ValueError) as error:
-            raise PortError(f"cannot open {url}: {error}; expected a port, e.g. socket://127.0.0.1:5001") from None
+            raise cannot_open(url, error) from None
         self._url = url
 
     def write(self, data: bytes) -> None:

@@ -50,6 +50,8 @@ class Board(Core):
     `home_edge_ccw`, `home_percent`: the definition of HOME (38h).
     """
 
+    check = "check the power and the address; is a bus socket, bus://, at this port?"
+
     def __init__(
         self,
         timeout: float = 1.0,

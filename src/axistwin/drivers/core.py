@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from axistwin.drivers.axis import Scale, Status
 from axistwin.drivers.errors import DriverError, SilentError, WrongAnswerError
-from axistwin.drivers.steps import Procedure, Read, T, Write
+from axistwin.drivers.steps import Procedure, Read, T
 
 GAP_S = 0.1
 """Longest gap in seconds within an answer: one character at 110 baud."""
@@ -25,6 +25,8 @@ class Core(ABC):
     """Protocol of a controller, as generators that do no input or output."""
 
     line = Line(9600)
+    check = "check the power, the cable and the line format"
+    """What to do if there is no answer."""
 
     def __init__(self, timeout: float) -> None:
         self.timeout = timeout
@@ -64,9 +66,6 @@ class Core(ABC):
 
     # Bytes
 
-    def _send(self, data: bytes) -> Procedure[None]:
-        yield Write(data)
-
     def _until(self, end: bytes, what: str) -> Procedure[bytes]:
         """Receive up to `end`; return the bytes before `end`."""
         while end not in self._received:
@@ -87,9 +86,7 @@ class Core(ABC):
         data: bytes = yield Read(self.timeout)
         if not data:
             part = f", only {shown(self._received)}" if self._received else ""
-            raise SilentError(
-                f"no answer to {what} within {self.timeout:g} s{part}: check the power, the cable and the line format"
-            )
+            raise SilentError(f"no answer to {what} within {self.timeout:g} s{part}: {self.check}")
         self._received += data
         if len(self._received) > MOST_BYTES:
             raise WrongAnswerError(f"no end in the answer to {what}: {shown(self._received)}: is it the right port?")

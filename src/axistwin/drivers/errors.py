@@ -1,5 +1,7 @@
 """Errors of a driver: each message is one line with the fault and its remedy."""
 
+import os
+
 
 class DriverError(Exception):
     """Base class of all errors of a driver.
@@ -14,6 +16,21 @@ class PortError(DriverError):
     """Raised if a port cannot be opened, or is closed during an operation."""
 
     in_step = False
+
+
+def cannot_open(url: str, error: Exception) -> PortError:
+    """Return the error for a port that cannot be opened; `error` may be pyserial's wrapper of an error."""
+    cause = error.__context__ or error
+    if isinstance(cause, OSError) and cause.errno:
+        reason = os.strerror(cause.errno) if cause.errno > 0 else cause.strerror or str(cause)
+        remedy = (
+            "start its server, and check the address"
+            if "://" in url
+            else "check its name, the cable and its permissions"
+        )
+        return PortError(f"cannot open {url}: {reason.lower()}: {remedy}")
+    reason = "no port number" if isinstance(cause, TypeError) else str(error)
+    return PortError(f"cannot open {url}: {reason}; expected a port, e.g. socket://127.0.0.1:5001")
 
 
 class SilentError(DriverError):

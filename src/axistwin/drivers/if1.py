@@ -120,9 +120,7 @@ class IF1(Core):
                 return
             if answer:
                 raise WrongAnswerError(f"{shown(answer)} as the answer to '(': expected U; is an IF1 at this port?")
-        raise SilentError(
-            "no answer to '(' or I: check the power, the cable and the line format; is an IF1 at this port?"
-        )
+        raise SilentError(f"no answer to '(' or I: {self.check}; is an IF1 at this port?")
 
     def _probe(self) -> Procedure[bool]:
         """Return True if the controller is initialised; find its echo and terminator."""

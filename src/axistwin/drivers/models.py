@@ -1,6 +1,7 @@
 """Models and their protocol cores."""
 
 from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
 from axistwin.drivers.board import Board
@@ -23,6 +24,10 @@ def make(model: str, options: dict[str, Any]) -> Core:
     """Return the core of a model.  Raises DriverError for an unknown model or option."""
     if model not in MODELS:
         raise DriverError(f"unknown model {model!r}: expected {', '.join(MODELS)}")
+    known = signature(MODELS[model]).parameters
+    for name in options:
+        if name not in known:
+            raise DriverError(f"no option {name!r} for {model}: expected {', '.join(known)}")
     try:
         return MODELS[model](**options)
     except (TypeError, ValueError) as error:

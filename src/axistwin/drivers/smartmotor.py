@@ -73,7 +73,8 @@ class SmartMotors(Core):
         for shaft in self._shafts:
             if not (found if shaft is first else (yield from self._find(shaft))):
                 raise SilentError(
-                    f"no answer from {shaft.name} to RSP: check the power, the cable, the baud rate and the address"
+                    f"no answer from {shaft.name} to RSP: check the power, the cable, the baud rate and the address; "
+                    "is a SmartMotor at this port?"
                 )
             yield from shaft.prepare()
 
@@ -214,10 +215,16 @@ class Shaft(AxisCore):
         self._set_acceleration = 0
         self._homing = 0
         self._lost = ""
+        self._setting = 0
+        """Acceleration that is being set; 0 if none is.  Without an answer, the motor may have it or not."""
 
     def prepare(self) -> Procedure[None]:
         """Repeat the settings of the motor if a power cut has cleared them."""
         _, _, acceleration = yield from self._read()
+        if self._setting:
+            if acceleration not in (self._set_acceleration, self._setting):
+                acceleration = 0  # the power was cut
+            self._set_acceleration, self._setting = acceleration or self._set_acceleration, 0
         if self._set_acceleration and acceleration:
             return
         if self._set_acceleration:
@@ -261,17 +268,23 @@ class Shaft(AxisCore):
             raise RefusedError(f"{self.name} does not move: {'; '.join(map(str, faults))}")
 
     def _set_profile(self) -> Procedure[None]:
-        """Set a new acceleration.  An acceleration of 0 before it shows that the power was cut."""
-        units = self._units()
-        if units == self._set_acceleration:
+        """Change the acceleration.
+
+        The change is relative: a motor whose power was cut has neither the old nor the new acceleration afterwards,
+        even if it received a part of the message only.
+        """
+        before, units = self._set_acceleration, self._units()
+        if units == before:
             return
-        (before,) = yield from self._line.ask(self.prefix, "RA" if self._line.one_by_one else f"RA A={units}")
-        if not whole(before, "RA"):
+        if units == 2 * before:
+            units += 1  # otherwise a power cut before the change would result in the old acceleration
+        self._setting = units
+        (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
+        self._setting = 0
+        if whole(found, "RA") != units:
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
             raise RefusedError(f"{self.name} does not move: {self._lost}")
-        if self._line.one_by_one:
-            yield from self._line.send(self.prefix, f"A={units}")
         self._set_acceleration = units
 
     def move_to(self, target: int) -> Procedure[None]:

@@ -1,66 +1,117 @@
-"""Work in the background: long checks in a thread, so that the server answers other requests meanwhile."""
+"""Work in the background: long checks in a process of their own, so that the server answers other requests meanwhile.
+
+A thread is not enough: one thread of Python runs at a time, and a check would delay every answer.
+"""
 
 import asyncio
+import os
+import pickle
+import signal
+import subprocess
 import sys
-from collections.abc import Callable, Iterator
+import traceback
+from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import contextmanager, suppress
-from functools import partial
+from contextlib import suppress
 from threading import Thread
-from typing import TypeVar
+from typing import Any, ParamSpec, TypeVar
 
-SWITCH_S = 0.001
-"""Time in seconds after which Python gives other threads their turn."""
+Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
-TURN_S = 0.1
-"""The same while the server answers a request."""
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Let the threads in the background wait within this context."""
-    before_s = sys.getswitchinterval()
-    sys.setswitchinterval(TURN_S)
-    try:
-        yield
-    finally:
-        sys.setswitchinterval(before_s)
+COMMAND = [sys.executable, "-P", "-c", "from axistwin.editor.background import work; work()"]
 
 
 class Background:
-    """Executes one function at a time, in a thread that does not delay the end of the process."""
+    """Executes one function at a time in a process, which the first function starts."""
 
     def __init__(self) -> None:
         self._one = asyncio.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._closed = False
 
-    async def run(self, function: Callable[[], Result]) -> Result:
-        """Return the result of a function that is executed in a thread, after the functions before it.
+    async def run(self, function: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result:
+        """Return the result of a function of a module, executed in the process after the functions before it.
 
         A cancelled caller gets no result, but the function is executed to its end before the next one.
+        Raises RuntimeError with the traceback if the function raises an exception, or if it ends the process twice.
         """
+        task = pickle.dumps((function, given, named))
         await self._one.acquire()
         loop = asyncio.get_running_loop()
         done: Future[Result] = Future()
         done.set_running_or_notify_cancel()
         done.add_done_callback(lambda _: loop.call_soon_threadsafe(self._one.release))
-        Thread(target=_work, args=(function, done), daemon=True).start()
+        Thread(target=self._settle, args=(task, done), daemon=True).start()
         return await asyncio.wrap_future(done)
 
+    def close(self) -> None:
+        """End the process; the result of a running function is lost."""
+        self._closed = True
+        self._end()
 
-def _work(function: Callable[[], Result], done: "Future[Result]") -> None:
-    before_s = sys.getswitchinterval()
-    sys.setswitchinterval(SWITCH_S)
+    def _settle(self, task: bytes, done: "Future[Any]") -> None:
+        """Set the result of a task, in a thread."""
+        answer = self._execute(task) or self._execute(task) or (False, "the process of the checks has ended")
+        if self._closed:
+            return  # the event loop may have ended
+        succeeded, result = answer
+        if succeeded:
+            done.set_result(result)
+        else:
+            done.set_exception(RuntimeError(result))
+
+    def _execute(self, task: bytes) -> tuple[bool, Any] | None:
+        """Return the answer of the process to a task; None if the process ends before."""
+        if self._closed:
+            return None
+        if self._process is None:
+            self._process = _started()
+        stdin, stdout = self._process.stdin, self._process.stdout
+        assert stdin is not None
+        assert stdout is not None
+        try:
+            stdin.write(task)
+            stdin.flush()
+            answer: tuple[bool, Any] = pickle.load(stdout)  # noqa: S301  # our own process
+        except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # ended, or closed by `close`
+            self._end()
+            return None
+        return answer
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout):
+                with suppress(OSError):
+                    pipe.close()  # type: ignore[union-attr]
+
+
+def _started() -> "subprocess.Popen[bytes]":
+    path = os.pathsep.join(part or os.getcwd() for part in sys.path)
+    return subprocess.Popen(
+        COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+    )  # fmt: skip
+
+
+def work() -> None:
+    """Execute tasks until the end of standard input: the main function of the process."""
+    with suppress(ValueError):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, and the server's end ends this process
+    tasks, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # printed text must not mix with the answers
+    with suppress(EOFError, BrokenPipeError):
+        while True:
+            function, given, named = pickle.load(tasks)  # noqa: S301  # from our own parent process
+            pickle.dump(_answer(function, given, named), answers)
+            answers.flush()
+
+
+def _answer(function: Callable[..., Any], given: tuple[Any, ...], named: dict[str, Any]) -> tuple[bool, Any]:
     try:
-        result = function()
-    except Exception as error:  # noqa: BLE001  # raised again by `run`
-        _settle(partial(done.set_exception, error))
-    else:
-        _settle(partial(done.set_result, result))
-    finally:
-        sys.setswitchinterval(before_s)
-
-
-def _settle(settle: Callable[[], None]) -> None:
-    with suppress(RuntimeError):  # the event loop has ended meanwhile
-        settle()
+        return True, function(*given, **named)
+    except Exception:  # noqa: BLE001  # raised again by `run`
+        return False, traceback.format_exc()

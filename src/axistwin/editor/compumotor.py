@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 from axistwin.bench.codec import codec_of
-from axistwin.controllers.compumotor.checker.program import acceptable
+from axistwin.controllers.compumotor.checker.program import MODAL, acceptable
 from axistwin.controllers.compumotor.checker.texts import SWITCHES, name_of
 from axistwin.controllers.compumotor.language import DontCare, Number, OneOf, Opcode, Ranges, Switch
 from axistwin.controllers.compumotor.parts.library import Kind
@@ -80,6 +80,12 @@ class Commands:
             found.append(_sequence(*defining, (len(lines), len(lines[-1]) + 1)))
         return found
 
+    def is_modal(self, line: str) -> bool:
+        """Return True for a modal command, and for an action such as `! power off`."""
+        text = line.partition(";")[0]
+        command = self._first_command(text)
+        return text.lstrip().startswith("!") or (command is not None and command.opcode in MODAL)
+
     def _first_command(self, text: str) -> Opcode | None:
         """Return the command at the beginning of a text; None if there is none."""
         first = (text.split() or [""])[0]
@@ -102,8 +108,9 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Parse these lines; return the session of commands."""
+        """Return the session of the modal commands in these lines, which decide what the board accepts next."""
         codec = codec_of(self.made)
+        lines = [line if self.is_modal(line) else "" for line in lines]
         acts, _ = read_acts(lines, self.suffix, codec)
         listed = [session for host in sessions(acts, lines, self.suffix, codec) for session in host]
         return listed[-1] if listed else Session(())

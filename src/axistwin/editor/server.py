@@ -5,32 +5,27 @@ In the protocol, columns are in UTF-16 units and the first line is 0.
 
 import asyncio
 from collections.abc import Callable
-from pathlib import Path
 
 from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
 from pygls.workspace import TextDocument
 
-from axistwin.controllers.diagnostics import Diagnostic, Fix, Severity
-from axistwin.diagnostics.checking import SCENE, diagnose_text, product_for
-from axistwin.diagnostics.scenes import diagnose_scene
-from axistwin.editor.answers import Editing, Item, Symbol
-from axistwin.editor.background import Background, undisturbed
-from axistwin.editor.compumotor import Commands
-from axistwin.editor.digiplan import CommandLines
+from axistwin.editor import checks
+from axistwin.editor.answers import Item, Symbol
+from axistwin.editor.background import Background
+from axistwin.editor.checks import Snapshot
+from axistwin.editor.documents import Text
 from axistwin.editor.scene import Scenes
-from axistwin.editor.smartmotor import SourceEditing, parsed
-from axistwin.editor.talk import Conversations
-from axistwin.errors import UsageError
+from axistwin.editor.smartmotor import SourceEditing
 from axistwin.version import VERSION
 
-LIMIT = 1 << 17
-"""Largest number of characters of a text that is checked while the user types."""
 PAUSE_S = 0.2
 """Pause in typing, in seconds, after which diagnostics are sent to the editor."""
-_ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", " "))
-"""Characters that end a line in Python but not in the protocol."""
-SEVERITIES = {Severity.ERROR: lsp.DiagnosticSeverity.Error, Severity.WARNING: lsp.DiagnosticSeverity.Warning}
+EXAMPLES = {
+    "a.sms": "", "a.if1": "", "a.181x": "", "a.talk": "; model: 1811\n> ", "b.talk": "; model: if1\n! ",
+    "a.toml": '[[controller]]\nmodel = "smartmotor"\nmaster = ',
+}  # fmt: skip
+"""Texts of each kind that end at a completion."""
 ITEMS = {
     "command": lsp.CompletionItemKind.Keyword,
     "value": lsp.CompletionItemKind.Value,
@@ -48,76 +43,6 @@ SYMBOLS = {
 }
 
 
-class Text:
-    """A document with its current text in the editor."""
-
-    def __init__(self, document: TextDocument) -> None:
-        self.document = document
-        self.path = Path(document.path or document.uri)
-        try:
-            self.text = document.source.translate(_ODD_ENDS)
-        except (OSError, UnicodeDecodeError):  # the document has been closed, and its file cannot be read
-            self.text = ""
-        self.lines = self.text.splitlines() or [""]
-        if self.text.endswith(("\n", "\r")):
-            self.lines.append("")
-
-    @property
-    def editing(self) -> Editing | None:
-        """The language support for this kind of text; None if there is none, or if the text is too long."""
-        if self.too_long:
-            return None
-        match self.path.suffix.lower():
-            case ".if1":
-                return CommandLines()
-            case ".181x":
-                return Commands(product_for(".181x", self.text))
-            case ".sms":
-                return SourceEditing()
-            case ".talk":
-                return Conversations()
-            case ".toml":
-                return Scenes()
-        return None
-
-    @property
-    def too_long(self) -> bool:
-        """True if the text is too long for checking during typing."""
-        return len(self.text) > LIMIT
-
-    def diagnose(self) -> list[Diagnostic]:
-        """Return the diagnostics of the document.  A TOML file without [[controller]] is not a scene."""
-        suffix = self.path.suffix.lower()
-        if self.editing is None:
-            return []
-        if suffix == ".sms":
-            for line in self.lines:
-                parsed(line)  # so that the next completion needs no line to be read
-        if suffix == SCENE:
-            return diagnose_scene(self.path, self.text) if "[[controller]]" in self.text else []
-        try:
-            return diagnose_text(self.text, suffix, product_for(suffix, self.text))
-        except UsageError as error:
-            return [Diagnostic(1, 1, Severity.WARNING, str(error))]
-
-    def position(self, line: int, column: int) -> lsp.Position:
-        """Convert a line and a column, both from 1, to a position of the protocol."""
-        here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
-        if self.lines[here.line].isascii():
-            return here  # for ASCII lines this is exact, and the codec is slow for long lines
-        return self.document.position_codec.position_to_client_units(self.lines, here)
-
-    def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:
-        """Convert two places (line and column from 1) to a range of the protocol."""
-        return lsp.Range(self.position(*begin), self.position(*end))
-
-    def at(self, position: lsp.Position) -> tuple[int, int]:
-        """Convert a position of the protocol to a line from 1 and an index into that line."""
-        here = self.document.position_codec.position_from_client_units(self.lines, position)
-        line = min(here.line, len(self.lines) - 1)
-        return line + 1, min(here.character, len(self.lines[line]))
-
-
 class Server(LanguageServer):
     """The language server for one editor."""
 
@@ -127,7 +52,6 @@ class Server(LanguageServer):
         self._background = Background()
         self._due: dict[str, asyncio.TimerHandle] = {}
         self._checks: dict[str, asyncio.Task[None]] = {}
-        self._published: dict[str, tuple[str, list[Diagnostic]]] = {}
 
     def text(self, uri: str) -> Text:
         """Return the document with its current text."""
@@ -139,31 +63,32 @@ class Server(LanguageServer):
         self._checks[uri] = asyncio.get_running_loop().create_task(self._publish(uri))
 
     async def _publish(self, uri: str) -> None:
-        text = self.text(uri)
-        listed = await self.found(text)
-        found = [_diagnostic(text, each) for each in listed]
-        found += [_too_long(text)] if text.too_long else []
-        params = lsp.PublishDiagnosticsParams(uri, found, text.document.version)
-        self.text_document_publish_diagnostics(params)
+        message = await self._background.run(checks.notification, self._snapshot(uri))
+        assert self.protocol.writer is not None, "the server has been started"
+        self.protocol.writer.write(b"Content-Length: %d\r\n\r\n%s" % (len(message), message))
 
     def publish_soon(self, uri: str) -> None:
         """Send the diagnostics of a document after a pause in typing."""
         self._cancel(uri)
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE_S, self.publish, uri)
 
-    async def found(self, text: Text) -> list[Diagnostic]:
-        """Return the diagnostics of a document; those of the last check are reused if the text is unchanged."""
-        about, found = self._published.get(text.document.uri, ("", []))
-        if about != text.text:
-            found = await self._background.run(text.diagnose)
-            self._published[text.document.uri] = text.text, found
-        return found
+    async def actions(self, uri: str, wanted: lsp.Range) -> list[lsp.CodeAction]:
+        """Return the fixes of the diagnostics in a range."""
+        return await self._background.run(checks.actions, self._snapshot(uri), wanted)
 
     def close_document(self, uri: str) -> None:
         """Remove the diagnostics of a closed document."""
         self._cancel(uri)
-        self._published.pop(uri, None)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+
+    def shutdown(self) -> None:
+        """End the checks, and the server."""
+        self._background.close()
+        super().shutdown()  # type: ignore[no-untyped-call]
+
+    def _snapshot(self, uri: str) -> Snapshot:
+        document = self.text(uri).document
+        return Snapshot(uri, document.source, document.version, document.position_codec.encoding)
 
     def _cancel(self, uri: str) -> None:
         for due in (self._due.pop(uri, None), self._checks.pop(uri, None)):
@@ -180,7 +105,15 @@ def make() -> Server:
     server.feature(lsp.TEXT_DOCUMENT_COMPLETION, options)(complete)
     actions = lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix])
     server.feature(lsp.TEXT_DOCUMENT_CODE_ACTION, actions)(code_actions)
+    _load_languages(server)
     return server
+
+
+def _load_languages(server: Server) -> None:
+    """Load what the first completion of each kind needs, so that this completion is as fast as the later ones."""
+    for name, lines in EXAMPLES.items():
+        text = Text(TextDocument(f"file:///{name}", lines))
+        server.protocol._converter.unstructure(_completions(text, len(text.lines), len(text.lines[-1])))
 
 
 # Documents
@@ -206,21 +139,6 @@ def shutdown(server: Server, _: None) -> None:
     server.asked_to_end = True
 
 
-def _too_long(text: Text) -> lsp.Diagnostic:
-    message = f"more than {LIMIT:,} characters: not checked during typing, use axistwin check"
-    return lsp.Diagnostic(text.span((1, 1), (1, 1)), message, lsp.DiagnosticSeverity.Information, source="axistwin")
-
-
-def _diagnostic(text: Text, found: Diagnostic) -> lsp.Diagnostic:
-    return lsp.Diagnostic(
-        text.span((found.line, found.column), found.end),
-        found.message + (f" (manual: {found.chapter})" if found.chapter else ""),
-        SEVERITIES[found.severity],
-        code=found.code,
-        source="axistwin",
-    )
-
-
 # Requests
 
 
@@ -237,11 +155,13 @@ def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
 
 def complete(server: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
     """Return the completions at the cursor."""
-    with undisturbed():
-        text = server.text(params.text_document.uri)
-        line, at = text.at(params.position)
-        found = text.editing.complete(text.lines, line, at) if text.editing is not None else []
-        return lsp.CompletionList(False, [_item(each, number) for number, each in enumerate(found)])
+    text = server.text(params.text_document.uri)
+    return _completions(text, *text.at(params.position))
+
+
+def _completions(text: Text, line: int, at: int) -> lsp.CompletionList:
+    found = text.editing.complete(text.lines, line, at) if text.editing is not None else []
+    return lsp.CompletionList(False, [_item(each, number) for number, each in enumerate(found)])
 
 
 def _item(item: Item, number: int) -> lsp.CompletionItem:
@@ -272,29 +192,7 @@ def _symbol(text: Text, symbol: Symbol) -> lsp.DocumentSymbol:
 
 async def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
     """Return the fixes of the diagnostics in a range."""
-    text = server.text(params.text_document.uri)
-    found = [(each, _diagnostic(text, each)) for each in await server.found(text)]
-    return [
-        _action(text, each.fix, diagnostic)
-        for each, diagnostic in found
-        if each.fix is not None and _overlap(diagnostic.range, params.range)
-    ]
-
-
-def _overlap(one: lsp.Range, other: lsp.Range) -> bool:
-    return one.start <= other.end and other.start <= one.end
-
-
-def _action(text: Text, fix: Fix, diagnostic: lsp.Diagnostic) -> lsp.CodeAction:
-    edits = [lsp.TextEdit(text.span(edit[:2], edit[2:4]), edit.text) for edit in fix.edits]
-    change = lsp.WorkspaceEdit(changes={text.document.uri: edits})
-    return lsp.CodeAction(
-        fix.title[:1].upper() + fix.title[1:],
-        lsp.CodeActionKind.QuickFix,
-        diagnostics=[diagnostic],
-        is_preferred=fix.sure,
-        edit=change,
-    )
+    return await server.actions(params.text_document.uri, params.range)
 
 
 def definition(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:

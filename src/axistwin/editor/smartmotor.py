@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import pairwise
+from itertools import chain, pairwise
 
 from axistwin.controllers.smartmotor.chapters.variables import TABLE, Variable, find
 from axistwin.controllers.smartmotor.commands import COMMANDS
@@ -17,10 +17,14 @@ from axistwin.numbers import NumberError, clipped, whole
 
 _COMMENT = re.compile(r"""(?:[^"']|"[^"]*"?)*'""")
 _NAME = re.compile(r"@[A-Z]+|B[a-z]|[A-Za-z]+\d*|\d+")
-_LET = re.compile(r"([a-z]{1,3})=")
+_QUIET = re.compile(r"""'.*|"[^"]*"?""")
+"""A comment, or a string of a PRINT."""
+_LABEL = re.compile(r"(?<![^ \t])C[0-9]+(?![^ \t])")
+_USED = re.compile(r"(?<![A-Za-z@])([a-z])\1{0,2}(?![A-Za-z])")
+"""A variable: a…z, aa…zz, aaa…zzz."""
+_PART = re.compile(rf"(?<![^ \t])(?:{'|'.join((*OPENS, *OPENS.values()))})(?![^ \t])")
 LINES = 1 << 16
-"""Number of different lines that are kept as read, so that an edit needs one line to be read again."""
-_VARIABLE = re.compile(r"[a-z]{1,3}")
+"""Number of different lines that are kept as read, so that a completion reads only what has been typed."""
 CALLS = ("GOTO", "GOSUB")
 LABELLED = ("Cn", "GOTOn", "GOSUBn")
 """Codes of the commands that define or call a label."""
@@ -29,30 +33,34 @@ Span = tuple[int, int, int]
 ARRAYS = ("ab", "aw", "al")
 
 
-@dataclass(frozen=True)
-class Line:
-    """One line of a source, as the motor reads the line."""
+@lru_cache(maxsize=LINES)
+def parsed(line: str) -> tuple[tuple[Statement, int, int], ...]:
+    """Return each statement of a line with its begin and its end.  A statement never continues on the next line."""
+    return tuple((read(line[begin:end]), begin, end) for begin, end in statements(line))
 
-    statements: tuple[tuple[Statement, int, int], ...]
-    """Each statement with its begin and its end in the line."""
+
+@dataclass(frozen=True)
+class Outline:
+    """What completion uses of a line: found without reading the statements, because a text has thousands of lines."""
+
     labels: tuple[tuple[int, int], ...]
     """Each label that the line defines, with its column from 1."""
-    names: frozenset[str]
-    """The variables and values in expressions, and the variables that get a value."""
-    parts: tuple[tuple[str, int], ...]
-    """Keywords that begin or end a block, each with the end of its statement."""
+    variables: frozenset[str]
+    parts: tuple[str, ...]
+    """Keywords that begin or end a block."""
 
 
 @lru_cache(maxsize=LINES)
-def parsed(line: str) -> Line:
-    """Return the statements of a line.  A statement never continues on the next line."""
-    listed = tuple((read(line[begin:end]), begin, end) for begin, end in statements(line))
-    labels = tuple((digits(each), begin + 1) for each, begin, _ in listed if word(each) == "Cn")
-    used = {name for each, _, _ in listed for part in each.computed for name in part.names}
-    given = {found[1] for each, _, _ in listed if (found := _LET.match(each.text))}
-    codes = ((str(each.command.code) if each.command is not None else "", end) for each, _, end in listed)
-    parts = tuple((code, end) for code, end in codes if code in OPENS or code in OPENS.values())
-    return Line(listed, labels, frozenset(used | given), parts)
+def outline(line: str) -> Outline:
+    """Return the outline of a line."""
+    text = _QUIET.sub(_blanks, line) if "'" in line or '"' in line else line
+    labels = tuple((digits(each), m.start() + 1) for m in _LABEL.finditer(text) if word(each := read(m[0])) == "Cn")
+    return Outline(labels, frozenset(m[0] for m in _USED.finditer(text)), tuple(_PART.findall(text)))
+
+
+def _blanks(found: re.Match[str]) -> str:
+    """Replace the characters of a string or a comment; a blank would end a statement."""
+    return ("." if found[0].startswith('"') else " ") * len(found[0])
 
 
 @dataclass(frozen=True)
@@ -66,13 +74,13 @@ class Source:
         """Line and column of each label; for a repeated label, the first place."""
         found: dict[int, tuple[int, int]] = {}
         for number, line in enumerate(self.lines, start=1):
-            for label, column in parsed(line).labels:
+            for label, column in outline(line).labels:
                 found.setdefault(label, (number, column))
         return found
 
     def statement(self, line: int, at: int) -> tuple[Statement, int] | None:
         """Return the statement at a place, and its begin in the line."""
-        listed = parsed(self.lines[line - 1]).statements
+        listed = parsed(self.lines[line - 1])
         return next(((each, begin) for each, begin, end in listed if begin <= at <= end), None)
 
     def label_at(self, line: int, at: int) -> int | None:
@@ -83,14 +91,13 @@ class Source:
     def open_blocks(self, line: int, at: int) -> list[str]:
         """Return the IF, WHILE and SWITCH blocks that enclose a place, innermost last."""
         blocks: list[str] = []
-        for number, text in enumerate(self.lines[:line], start=1):
-            for keyword, end in parsed(text).parts:
-                if number == line and end >= at:
-                    break
-                if keyword in OPENS.values():
-                    blocks.append(keyword)
-                elif blocks[-1:] == [OPENS[keyword]]:
-                    blocks.pop()
+        before = (keyword for text in self.lines[: line - 1] for keyword in outline(text).parts)
+        here = (word(each) for each, _, end in parsed(self.lines[line - 1]) if end < at)
+        for keyword in chain(before, here):
+            if keyword in OPENS.values():
+                blocks.append(keyword)
+            elif keyword in OPENS and blocks[-1:] == [OPENS[keyword]]:
+                blocks.pop()
         return blocks
 
 
@@ -126,7 +133,7 @@ class SourceEditing:
         return [
             (number, begin + 1, end - begin)
             for number, text in enumerate(lines, start=1)
-            for statement, begin, end in parsed(text).statements
+            for statement, begin, end in parsed(text)
             if label is not None and word(statement) in LABELLED and digits(statement) == label
         ]
 
@@ -212,8 +219,7 @@ def _variables(source: Source) -> Iterator[Item]:
 
 
 def _names(source: Source) -> list[str]:
-    used: set[str] = set().union(*{parsed(line).names for line in source.lines})
-    return sorted(name for name in used if _VARIABLE.fullmatch(name) and name not in ARRAYS)
+    return sorted(set().union(*(outline(line).variables for line in source.lines)))
 
 
 def _commands(blocks: list[str] | None) -> Iterator[Item]:

@@ -57,7 +57,7 @@ class Conversations:
             return []
         match found["mark"]:
             case ">":
-                return _data_completions(made, found["rest"], partial(_session, lines[: line - 1], made))
+                return _data_completions(made, found["rest"], partial(_session, lines[: line - 1], made, found["name"]))
             case "!" | "=":
                 return _acts(made.model, found["mark"], found["rest"])
         return []
@@ -109,11 +109,19 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
     return smartmotor.following(piece, smartmotor.Source(()), None)
 
 
-def _session(lines: list[str], made: Product) -> Session:
-    codec = codec_of(made)
-    acts, _ = read_acts(lines, ".talk", codec)
+def _session(lines: list[str], made: Product, name: str | None) -> Session:
+    """Return the session of the modal commands that the host has sent to the controller `name`."""
+    codec, commands = codec_of(made), compumotor.Commands(made)
+    acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
     listed = [session for host in sessions(acts, lines, ".talk", codec) for session in host]
     return listed[-1] if listed else Session(())
+
+
+def _is_modal(line: str, name: str | None, commands: compumotor.Commands) -> bool:
+    found = _LINE.match(line)
+    if found is None or found["name"] != name:
+        return False
+    return found["mark"] == "!" or (found["mark"] == ">" and commands.is_modal(found["rest"]))
 
 
 def _sequences(line: str, number: int) -> Iterator[Symbol]:

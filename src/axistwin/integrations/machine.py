@@ -71,7 +71,7 @@ def at_port(
     period_s: float = 0.1,
 ) -> Machine:
     """Return the controller at a port.  Raises UsageError for an unknown model, option, axis or register."""
-    driver = AsyncController(url, _core(model, options), baud)
+    driver = AsyncController(url, core_of(model, options), baud)
     units = units or {}
     for axis in units:
         if axis not in driver.axes:
@@ -103,8 +103,8 @@ async def of_scene(
         for name in names:
             kind = "bus" if endpoints.at_a_bus(bench, name) else "tcp"
             url = await server.open(name, parse(f"{kind}://127.0.0.1:0"))
-            model, given, own = _of_bench(bench, name)
-            driver = AsyncController(str(url), _core(model, {**given, **options.get(name, {})}))
+            model, given, own = of_bench(bench, name)
+            driver = AsyncController(str(url), core_of(model, {**given, **options.get(name, {})}))
             stations.append(Station(name, model, driver, own | _after(name, units or {}), _registers(name, registers)))
         _check_names(stations, [*(units or {}), *registers])
     except BaseException:
@@ -114,14 +114,15 @@ async def of_scene(
     return Machine(stations, period_s, server)
 
 
-def _core(model: str, options: Mapping[str, Any]) -> Core:
+def core_of(model: str, options: Mapping[str, Any]) -> Core:
+    """Return the protocol core of a model.  Raises UsageError for an unknown model or option."""
     try:
         return make(model, dict(options))
     except DriverError as error:
         raise UsageError(str(error)) from None
 
 
-def _of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
+def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
     """Return the model, the options of the driver and the units of the axes."""
     model = "smartmotor"
     given: dict[str, Any] = {}

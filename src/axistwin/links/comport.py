@@ -40,7 +40,7 @@ class Code(IntEnum):
 
 
 class Control(IntEnum):
-    """Values of SET-CONTROL.  `ASK` values request the present state of the setting that follows them."""
+    """Values of SET-CONTROL.  A value `ASK_…` asks for the setting whose values come after it in this list."""
 
     ASK_FLOW = 0
     FLOW_NONE = 1

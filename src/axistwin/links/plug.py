@@ -154,7 +154,8 @@ class Plug(SingleClient[SerialClient]):
         self.pacer.sync()
         self.serial.write(data)
         self.pacer.work()
-        if (self.serial.pending > FULL or self._behind) and not self.full and self.client is not None:
+        pending = self.serial.pending
+        if pending > FEW and (pending > FULL or self._behind) and not self.full and self.client is not None:
             self.client.pause()
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
@@ -210,8 +211,9 @@ class Plug(SingleClient[SerialClient]):
         self.client.deliver(data, errors)
 
     def _received(self, _: int, errors: LineError) -> None:
-        self.request_flush()
-        if errors:
+        if not self._flush_requested:
+            self.request_flush()
+        if errors is not SOUND:
             self._errors |= errors
 
     def flush_pending(self) -> None:

@@ -213,9 +213,7 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
     """Listen at the address of `url`; port 0: any free port, see `url` of the result.  Raises LinkError."""
     loop = asyncio.get_running_loop()
     try:
-        infos = await loop.getaddrinfo(url.host, url.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        family, _, _, _, address = infos[0]
-        sock = _listening_socket(family, address)
+        sock = _listening_socket(*await _resolved(url))
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise LinkError(
@@ -224,6 +222,20 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
     server = await loop.create_server(make, sock=sock)
     host, port, *_ = sock.getsockname()
     return TcpPort(replace(url, host=host, port=port), server)
+
+
+async def _resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
+    """Return the address family and the socket address of `url`; an IPv4 address needs no look-up, which would start a
+    thread.
+    """
+    try:
+        socket.inet_pton(socket.AF_INET, url.host)
+    except OSError:
+        loop = asyncio.get_running_loop()
+        infos = await loop.getaddrinfo(url.host, url.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, _, _, _, address = infos[0]
+        return family, address
+    return socket.AF_INET, (url.host, url.port)
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:

@@ -13,6 +13,7 @@ the start, with fraction) is therefore exact at any time, and the n-th pulse tim
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from math import gcd, lcm
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -44,29 +45,38 @@ class Profile:
     ) -> None:
         """`phase`: fraction of a pulse left over from the motion before; `before`: rate at the end of that motion."""
         self.phase, self.before = phase, before
-        self.segments: Sequence[Segment] = tuple(segment for segment in segments if segment.seconds != 0)
-        self.ticks = lcm(*(s.seconds.denominator for s in self.segments if s.seconds is not None))
-        self.per_rate = lcm(phase.denominator, *(s.rate.denominator for s in self.segments))
+        self.segments: Sequence[Segment] = tuple(s for s in segments if s.seconds is None or s.seconds)
+        self.ticks = lcm(*{s.seconds.denominator for s in self.segments if s.seconds is not None})
+        self.per_rate = lcm(phase.denominator, *{s.rate.denominator for s in self.segments})
         self.parts = self.per_rate * self.ticks
         self.rates: list[int] = []  # pulse rates in parts per tick
-        self.starts, self.phases = [0], [int(phase * self.parts)]
+        self.starts, self.phases = [0], [phase.numerator * (self.parts // phase.denominator)]
         self._lay_out(self.segments)
 
-    def _lay_out(self, segments: Sequence[Segment]) -> None:
-        """Append segments to the integer tables."""
+    def _lay_out(self, segments: Sequence[Segment]) -> bool:
+        """Append segments to the integer tables.  Return False if the common denominators do not fit."""
+        per_rate, per_second, start, phase = self.per_rate, self.ticks, self.starts[-1], self.phases[-1]
+        duration, ticks, rest = None, 0, 0
         for rate, seconds in segments:
-            number = rate.numerator * (self.per_rate // rate.denominator)
+            numerator, denominator = rate.as_integer_ratio()
+            number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
+            if seconds is not None and seconds is not duration:  # consecutive segments often share their duration
+                numerator, denominator = seconds.as_integer_ratio()
+                duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
+            if unfit or rest:
+                return False
             if seconds is None:
                 break
-            ticks = seconds.numerator * (self.ticks // seconds.denominator)
-            self.starts.append(self.starts[-1] + ticks)
-            self.phases.append(self.phases[-1] + number * ticks)
+            start, phase = start + ticks, phase + number * ticks
+            self.starts.append(start)
+            self.phases.append(phase)
         self.endless = len(self.starts) == len(self.segments)
         self.pulses: int | None = None if self.endless else self.phases[-1] // self.parts
         """Total number of pulses; None for an endless motion."""
         self.end_ns: int | None = None if self.endless else self.starts[-1] * S // self.ticks
         """Time in ns from the start to the end of the last segment; None for an endless motion."""
+        return True
 
     def _segment_at(self, ticks_s: int) -> int:
         """Return the index of the segment at a time given in ticks * S."""
@@ -102,9 +112,10 @@ class Profile:
             return Fraction(0)
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
-    def fraction_at(self, elapsed_ns: int) -> Fraction:
-        """Return the fraction of a pulse at this time, which must not be after the end."""
-        return Fraction(self._phase_s(elapsed_ns), self.parts * S) % 1
+    def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
+        """Return the pulses and the fraction of a pulse before this time, which must not be after the end."""
+        pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
+        return pulses, Fraction(rest_s, self.parts * S)
 
     def trend(self, elapsed_ns: int) -> int:
         """Return +1 while the pulse rate rises, -1 while it falls, 0 at constant rate and at rest."""
@@ -127,21 +138,17 @@ class Profile:
         since_s = ticks_s - self.starts[j] * S
         added = tuple(segment for segment in then if segment.seconds is None or segment.seconds)
         if since_s:
-            added = (Segment(self.segments[j].rate, Fraction(since_s, S * self.ticks)), *added)
+            added = (Segment(self.segments[j].rate, _seconds(since_s, S * self.ticks)), *added)
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
         """Return the first `kept` segments followed by `added`; None if the common denominators do not fit."""
-        for rate, seconds in added:
-            if self.per_rate % rate.denominator or (seconds is not None and self.ticks % seconds.denominator):
-                return None
         profile = Profile.__new__(Profile)
         profile.__dict__.update(self.__dict__)
         profile.segments = (*self.segments[:kept], *added)
         profile.rates = self.rates[:kept]
         profile.starts, profile.phases = self.starts[: kept + 1], self.phases[: kept + 1]
-        profile._lay_out(added)
-        return profile
+        return profile if profile._lay_out(added) else None
 
     def scaled(self, ratio: Fraction) -> "Profile":
         """Return the profile with all rates multiplied by `ratio`; the durations do not change."""
@@ -200,3 +207,9 @@ class Profile:
             count *= whole
             piece += count
             piece += base + offset_ns
+
+
+@lru_cache(maxsize=1024)
+def _seconds(parts: int, per_second: int) -> Fraction:
+    """Return a duration in seconds; the velocities of a stream have equal durations."""
+    return Fraction(parts, per_second)

@@ -1,4 +1,4 @@
-"""Send a new page to the browser such that the browser draws the page once.
+"""Messages to the browser: JavaScript without an answer, and a new page such that the browser draws the page once.
 
 A browser draws the whole page again at each update.  Therefore the elements inside the new views are sent first, which
 the browser only stores, and then the elements that contain the views.
@@ -11,6 +11,15 @@ from nicegui import Client, ui
 
 AT_A_TIME = 60
 """Number of elements in one message; the server needs about a millisecond for them."""
+
+
+def execute(client: Client, code: str) -> None:
+    """Execute JavaScript in the browser without an answer.
+
+    `Client.run_javascript` would create a task of the event loop for each call, in case that the answer is awaited.
+    """
+    if not client.is_deleted:
+        client.outbox.enqueue_message("run_javascript", {"code": code}, client.id)
 
 
 class Outbound:

@@ -18,7 +18,7 @@ from axistwin.panel import layout
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful
 from axistwin.panel.memory import Memory, release
-from axistwin.panel.outbound import Outbound
+from axistwin.panel.outbound import Outbound, execute
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
 from axistwin.panel.views.driving import driving
@@ -26,6 +26,7 @@ from axistwin.panel.views.faults import faults, power
 from axistwin.panel.views.front import front
 from axistwin.panel.views.machines import machines
 from axistwin.panel.views.operator import operator
+from axistwin.panel.views.parts import folded
 from axistwin.panel.views.pins import pins
 from axistwin.panel.views.program import program
 from axistwin.panel.views.scope import scope
@@ -42,6 +43,8 @@ KEPT = 3
 SCRIPTS = "keys.js", "scope.js", "state.js"
 """Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
+LOAD = 'import("nicegui-echart"); import("nicegui-xterm")'
+"""JavaScript that loads the large libraries while the server builds the views."""
 BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
 """JavaScript that shows the page after it has been built."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
@@ -63,6 +66,7 @@ async def page(enter: Callable[[], Context]) -> None:
     await client.connected()  # this call also returns if the browser does not connect
     if client.is_deleted:
         return
+    execute(client, LOAD)
     context = enter()
     visits = context.common(Visits)
     visits.begin(client, context.person)
@@ -180,10 +184,15 @@ def _body(context: Context) -> Iterator[Refresh]:
         for name in context.bench.lines:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 ui.label(name).classes("machine-name")
-                yield terminal(context, name)
+                with folded(context, f"{name} tabs", "Terminal"):
+                    yield terminal(context, name)
         with ui.element("div").classes("beside wide"):
-            yield scope(context)
-            with ui.card().classes("machine").props("role=region aria-label=faults"):
+            with folded(context, "scope", "Oscilloscope"):
+                yield scope(context)
+            with (
+                folded(context, "faults", "Faults"),
+                ui.card().classes("machine").props("role=region aria-label=faults"),
+            ):
                 ui.label("Faults").classes("machine-name")
                 yield faults(context)
 
@@ -203,9 +212,10 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
     kinds["Pins"] = partial(pins, context, name)
     with ui.element("div").classes("work"):
         yield machines(context, name)
-        with ui.element("div").classes("side"):
+        with folded(context, f"{name} tabs", "Host, program and pins"), ui.element("div").classes("side"):
             yield tabs(context, name, kinds)
-    yield front(context, name)
+    with folded(context, f"{name} front", "Front panel"):
+        yield front(context, name)
 
 
 class _Frames:

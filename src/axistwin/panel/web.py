@@ -9,6 +9,7 @@ from importlib import resources
 
 import uvicorn
 from fastapi import FastAPI, Request
+from fastapi.middleware.gzip import GZipMiddleware
 from nicegui import app, ui
 
 from axistwin.errors import LinkError, UsageError
@@ -125,6 +126,8 @@ def _application(panel: Panel, title: str) -> FastAPI:
         show_welcome_message=False,
         reconnect_timeout=RECONNECT_S,
         tailwind=False,
+        # on this machine, compressing the libraries takes longer than sending them, and delays the bench
+        gzip_middleware_factory=None if is_loopback(panel.address.host) else GZipMiddleware,
     )
     return application
 

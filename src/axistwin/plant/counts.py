@@ -4,7 +4,7 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from axistwin.errors import UsageError
 from axistwin.units import to_seconds
@@ -17,8 +17,7 @@ SAMPLES = 10
 """Number of stored samples with motion for each move in the option `history`."""
 
 
-@dataclass(frozen=True, slots=True)
-class Samples:
+class Samples(NamedTuple):
     """Positions of an axis at `start_ns`, `start_ns + period_ns`, …; they are final.
 
     `positions`: encoder counts from 0 when the bench was made.  `commanded`: the setpoints for the same samples in the

@@ -54,6 +54,15 @@ class Encoder:
         return self._count(self._dragged(self._began, position))
 
     @property
+    def counts_per_pulses(self) -> tuple[int, int, int]:
+        """Counts per number of pulses in a motion in one direction, and the largest deviation from it in counts.
+
+        The deviation: 1 count of the shaft's position, the backlash, and 1 count at each end if the encoder miscounts.
+        """
+        counts, pulses = self.data.counts_per_rev * self._of, self.data.pulses_per_rev * self._out_of
+        return counts, pulses, -(-(1 + self.data.backlash) * abs(self._of) // self._out_of) + 2
+
+    @property
     def at_index(self) -> bool:
         """True while the index mark is at the sensor."""
         disc = self._load + self._displaced + self._turned

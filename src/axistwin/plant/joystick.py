@@ -6,7 +6,7 @@ ends.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock, Procedure
@@ -18,8 +18,7 @@ FASTEST = 2_000_000
 """Maximum rate of the joystick, in pulses per second."""
 
 
-@dataclass(frozen=True)
-class JoystickInputs:
+class JoystickInputs(NamedTuple):
     """Names of the controller's inputs for AT ZERO, pulses and direction."""
 
     at_zero: str

@@ -1,10 +1,9 @@
 """The external encoder, or step source, whose two lines are wired to pins A and B of a servo motor."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from axistwin.errors import UsageError
 from axistwin.numbers import shortened
@@ -53,8 +52,7 @@ class Followed(Protocol):
         """
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
+class Run(NamedTuple):
     """A motion at constant speed: from count `base`, `counts` edges spread evenly over `duration_ns` from `start_ns`
     on.
     """

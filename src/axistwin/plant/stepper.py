@@ -49,6 +49,11 @@ class EncoderView:
         self._axis.on_push.emit()
 
     @property
+    def counts_per_pulses(self) -> tuple[int, int, int]:
+        """Counts per number of pulses in a motion in one direction, and the largest deviation in counts."""
+        return self._encoder.counts_per_pulses
+
+    @property
     def at_index(self) -> bool:
         """True while the encoder's channel Z is active."""
         _ = self.count
@@ -152,7 +157,10 @@ class StepperAxis:
     def replace(self, profile: Profile) -> None:
         """Replace the profile of the present move; `profile` is given from the start of the move."""
         self.train.replace(profile)
-        self._replan()
+        if self._loses_no_steps:
+            self.on_motion.emit()
+        else:
+            self._replan()
 
     def halt(self) -> None:
         """Stop the pulses at once."""
@@ -162,6 +170,15 @@ class StepperAxis:
     def encoder_count(self) -> int | None:
         """Encoder counts after quadrature, or None without an encoder."""
         return self._encoder.count if self._encoder else None
+
+    def counts_per_pulses(self) -> tuple[int, int, int] | None:
+        """Return encoder counts per number of pulses in this move, and the largest deviation in counts.
+
+        None while the motor loses steps, or its output is held.
+        """
+        if not self.predictable:
+            return None
+        return self._encoder.counts_per_pulses if self._encoder else (0, 1, 0)
 
     def wire_index(self, pin: SensedPin) -> None:
         """Connect the encoder's channel Z to a terminal, if there is an encoder."""
@@ -196,6 +213,11 @@ class StepperAxis:
     def predictable(self) -> bool:
         """True if positions are predictable up to the next move; lost steps make positions unpredictable."""
         return not self._slips and self._made is None
+
+    @property
+    def free(self) -> bool:
+        """True if a new profile has no effect but its pulses: the motor is ideal, and nothing follows its motion."""
+        return self._loses_no_steps and not self.on_motion
 
     @property
     def follows(self) -> None:
@@ -399,6 +421,11 @@ class StepperAxis:
         """True if the rotor cannot turn, because it is blocked or has no torque."""
         return self.jammed or not self.strength
 
+    @property
+    def _loses_no_steps(self) -> bool:
+        """True for an ideal motor that can turn, since its last change."""
+        return self._motor is None and not (self._slips or self._was_held)
+
     def _fall_in(self) -> None:
         """Move a free rotor to the next tooth, so that the lost pulses are whole teeth."""
         if self._lost and not self._held:
@@ -416,7 +443,7 @@ class StepperAxis:
             return []
         motor = self._motor
         if motor is None:
-            if not self.jammed and self.strength:
+            if not self._was_held:
                 return []
             motor = StepperMotor(torque=((0.0, 0.0),), pulses_per_rev=1, rotor_teeth=1)
         return slips(motor, self._torque_needed, self.train.move.profile, elapsed_ns, out_of_step)
@@ -433,8 +460,8 @@ class StepperAxis:
 
     def _replan(self) -> None:
         """Predict the future loss of steps again after a change of profile or load."""
-        if self._motor is None and not (self._slips or self._was_held or self._held):
-            self.on_motion.emit()  # an ideal motor that can turn loses no steps
+        if self._loses_no_steps and not self._held:
+            self.on_motion.emit()
             return
         self._update_held()
         elapsed_ns = self.clock.now - self.train.move.start_ns

@@ -13,8 +13,8 @@ from time import perf_counter
 from typing import Any
 
 from axistwin.bench import FAMILIES, Bench, Controller
-from axistwin.bench.actions import on_a_bus
 from axistwin.bench.codec import codec_of, unpadded
+from axistwin.bench.controller import on_a_bus
 from axistwin.controllers.front import Item, Lamp
 from axistwin.diagnostics import diagnose_text
 from axistwin.diagnostics.checking import MODELS, PROGRAMS

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 
-from axistwin.bench import FAMILIES
+from axistwin.bench import FAMILIES, Controller
 from axistwin.controllers.product import Product
 from axistwin.probing.ends import End
 
@@ -22,10 +22,24 @@ class Case:
     """True if the case changes a setting."""
     depends: bool = False
     """True if the answer depends on the machine or on earlier settings; its value is then not compared."""
+    form: bool = False
+    """True if only the form of the answer is compared, because its value changes without a command."""
     wait_s: float = 0.0
     """Seconds to wait for the effect of each request."""
     timed: bool = True
     """False if the time of the answer depends on the machine."""
+    stores: bool = False
+    """True if the case needs programs or data in nonvolatile memory, whose contents the probe restores."""
+    bare: bool = False
+    """True if the case may be performed only without a machine: it follows inputs, or changes switches and brakes."""
+    plug: bool = False
+    """True if the case needs the test plug, which connects outputs to inputs."""
+    waits: tuple[tuple[int, float], ...] = ()
+    """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
+
+    def wait(self, number: int, otherwise: float) -> float:
+        """Return the seconds to wait for the answer to a request, by its number."""
+        return dict(self.waits).get(number, otherwise)
 
 
 @dataclass
@@ -38,20 +52,32 @@ class Condition:
     """Reason why the probe must not change settings; "" if the probe may change settings."""
     no_motion: str = ""
     """Reason why the probe must not move the motors; "" if motion is possible."""
+    no_memory: str = ""
+    """Reason why the probe must not write nonvolatile memory; "" if the probe may write and restore the memory."""
+    machine: str = ""
+    """Reason why neither motion nor programs are possible, unless the controller has no machine (`as_new`)."""
+    saved: list[bytes] = field(default_factory=list)
+    """Requests that restore what the probe has saved."""
 
 
 @dataclass(frozen=True)
 class Dialect:
     """The functions and data of a probe that depend on the family of the controller."""
 
-    cases: Callable[[Product, str], list[Case]]
-    """Function that returns the cases for a product; its second argument is the terminator of messages, or ""."""
+    cases: Callable[[Product, Mapping[str, str]], list[Case]]
+    """Function that returns the cases for a product; its second argument is the facts of the controller and `line`."""
     examine: Callable[[End, Product], Condition]
     """Function that sets a known state without motion; it raises LinkError if the controller does not answer."""
     first: bytes
     """Request that is used to test if the port keeps real time."""
     answer_form: Callable[[bytes], bytes]
     """Function that returns the form of an answer, without its values."""
+    equip: Callable[[Controller, Mapping[str, str]], None] = lambda controller, facts: None
+    """Function that gives a new twin the wiring that the facts of the controller show."""
+    save: Callable[[End, Condition], None] = lambda end, condition: None
+    """Function that reads nonvolatile memory and variables before the cases, into `condition.saved`."""
+    restore: Callable[[End, Condition], str] = lambda end, condition: ""
+    """Function that restores what `save` has read; it returns an error, or an empty text."""
     initialise: Callable[[End], None] = lambda end: None
     """Function that brings a new twin into the state in which it answers."""
     patience_s: float = 0.0
@@ -59,7 +85,20 @@ class Dialect:
     definitions: tuple[int, ...] = ()
     """First bytes of answers that exist only if a move or a sequence has been defined."""
     candidates: Callable[[Mapping[str, bytes]], dict[str, list[object]]] = lambda answers: {}
-    """Function that returns the values of options that the answers suggest."""
+    """Function that returns the values of options that the answers suggest; the answers of each case are joined."""
+
+
+def connect(controller: Controller, output: str, *inputs: str) -> None:
+    """Connect an output of a controller to inputs of the same controller, as a test plug does."""
+    pins = controller.pins
+    source = pins[output]
+
+    def follow(_: object) -> None:
+        for name in inputs:
+            pins[name].drive(source.level)
+
+    source.subscribe(follow)
+    follow(source)
 
 
 def dialect(product: Product) -> Dialect:

@@ -67,6 +67,8 @@ class Probe:
     times_judged: bool = False
     fits: list[str] = field(default_factory=list)
     """Options that remove differences, such as `busy="ignore"`."""
+    not_restored: str = ""
+    """What the probe could not restore in nonvolatile memory, and the remedy; "" if everything is as before."""
 
     def of(self, verdict: Verdict) -> list[Result]:
         """Return the results that have this verdict."""
@@ -81,7 +83,8 @@ class Probe:
         return {
             "model": self.model, "facts": asdict(self.condition)["facts"], "times_judged": self.times_judged,
             "counts": {str(verdict): len(self.of(verdict)) for verdict in Verdict}, "fits": self.fits,
-            "seen_on_real_hardware": sections, "results": [result.as_dict() for result in self.results],
+            "not_restored": self.not_restored, "seen_on_real_hardware": sections,
+            "results": [result.as_dict() for result in self.results],
         }  # fmt: skip
 
 
@@ -97,6 +100,12 @@ class Settings:
     """True if the probe shall also find options of the twin that remove differences."""
     report: Callable[[int, int], None] = lambda done, total: None
     """Function that is called with the number of finished cases and the number of all cases."""
+    memory: bool = False
+    """True if the probe may write programs and the data EEPROM; it restores both."""
+    plug: bool = False
+    """True if a test plug connects outputs of the controller to its inputs."""
+    first_difference: bool = False
+    """True if the probe shall end at the first difference."""
 
 
 def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | None" = None) -> Probe:
@@ -108,47 +117,75 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
     made = product(model)
     family = dialect(made)
     found = Probe(made.model, family.examine(end, made))
-    every = family.cases(made, found.condition.facts.get("terminator", ""))
-    wanted = [case for case in every if _reason(case, found.condition, settings.motion) is None]
-    twin = twin or Twin(made, family, wanted, settings.line, {})
+    facts = {**found.condition.facts, "line": str(settings.line or made.line or ""), "plug": str(settings.plug)}
+    every = [case for case in family.cases(made, facts) if _permitted(case, settings)]
+    wanted = [case for case in every if _reason(case, found.condition, settings) is None]
+    twin = twin or Twin(made, family, wanted, settings.line, {}, facts)
     tolerance = _tolerance(end, family, twin)
     found.times_judged = tolerance is not None
-    for number, case in enumerate(every):
-        reason = _reason(case, found.condition, settings.motion)
-        if reason is None:
-            found.results.append(_compare(case, end, twin.answers[case], family, settings, tolerance))
-        elif case.moves and settings.motion is Motion.NONE:
-            continue
-        else:
-            found.results.append(Result(case, Verdict.INCONCLUSIVE, reason))
-        settings.report(number + 1, len(every))
+    saving = any(case.stores for case in wanted)
+    if saving:
+        family.save(end, found.condition)
+    try:
+        for number, case in enumerate(every):
+            reason = _reason(case, found.condition, settings)
+            if reason is None:
+                found.results.append(_compare(case, end, twin.answers[case], family, settings, tolerance))
+            else:
+                found.results.append(Result(case, Verdict.INCONCLUSIVE, reason))
+            settings.report(number + 1, len(every))
+            if settings.first_difference and found.results[-1].verdict is Verdict.DIFFERS:
+                break
+    finally:
+        if saving:
+            found.not_restored = family.restore(end, found.condition)
     if settings.find_options and found.of(Verdict.DIFFERS):
-        found.fits = _fits(made, family, wanted, found, settings, tolerance)
+        found.fits = _fits(made, family, wanted, found, settings, tolerance, facts)
     return found
 
 
-def _reason(case: Case, condition: Condition, motion: Motion) -> str | None:
-    """Return the reason why a case is not performed, or None."""
-    if case.moves and (motion is Motion.NONE or condition.no_motion):
-        return condition.no_motion or "may move something: use --motion small"
-    return condition.no_writes if case.writes and condition.no_writes else None
+def _permitted(case: Case, settings: Settings) -> bool:
+    """True if the settings permit a case."""
+    moves = settings.motion is not Motion.NONE
+    permitted = (moves or not case.moves) and (settings.memory or not case.stores)
+    return permitted and (settings.as_new or not case.bare) and (settings.plug or not case.plug)
+
+
+def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:
+    """Return the reason why a permitted case is not performed, or None."""
+    reasons = [condition.no_writes if case.writes else "", condition.no_motion if case.moves else "",
+               condition.no_memory if case.stores else ""]  # fmt: skip
+    if not settings.as_new and (case.moves or case.stores):
+        reasons.append(condition.machine)
+    return next(filter(None, reasons), None)
 
 
 class Twin:
     """A new controller in virtual time, and its answers to the cases."""
 
     def __init__(
-        self, made: Product, family: Dialect, cases: Sequence[Case], line: UartFormat | None, options: Mapping[str, Any]
+        self,
+        made: Product,
+        family: Dialect,
+        cases: Sequence[Case],
+        line: UartFormat | None,
+        options: Mapping[str, Any],
+        facts: Mapping[str, str] | None = None,
     ) -> None:
         bench = Bench()
         keywords: dict[str, Any] = {} if line is None else {"line": line}
-        self.end = VirtualEnd(bench, bench.add(made.model, **keywords, **options))
+        controller = bench.add(made.model, **keywords, **options)
+        family.equip(controller, facts or {})
+        self.end = VirtualEnd(bench, controller)
         bench.run(POWER_UP_S)
         family.initialise(self.end)
         family.examine(self.end, made)
         self.first = [self.end.ask(family.first) for _ in range(EXCHANGES)][-1]
         self.answers = {
-            case: tuple(self.end.ask(said, 0, case.wait_s if case.moves else family.patience_s) for said in case.says)
+            case: tuple(
+                self.end.ask(said, 0, case.wait(number, case.wait_s if case.moves else family.patience_s))
+                for number, said in enumerate(case.says)
+            )
             for case in cases
         }
 
@@ -167,13 +204,14 @@ def _tolerance(end: End, family: Dialect, twin: Twin) -> float | None:
 def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
-    if case.moves and not end.exact:
-        tolerance = None  # a case with motion is not repeated, so its times are not compared
+    if (case.moves or case.stores) and not end.exact:
+        tolerance = None  # a case with motion or a program is not repeated, so its times are not compared
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
-    for _ in range(1 if case.moves else ATTEMPTS):
+    for _ in range(1 if case.moves or case.stores else ATTEMPTS):
         received = tuple(
-            end.ask(said, len(answer.data), case.wait_s) for said, answer in zip(case.says, expected, strict=True)
+            end.ask(said, len(answer.data), case.wait(number, case.wait_s), family.patience_s)
+            for number, (said, answer) in enumerate(zip(case.says, expected, strict=True))
         )
         if _only_late(expected, received):  # a loaded computer can only delay an answer, so the shortest time is used
             best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
@@ -199,13 +237,15 @@ def _judge(
 ) -> tuple[Verdict, str]:
     depends = case.depends and not settings.as_new
     said, got = ([answer.data for answer in answers] for answers in (expected, received))
+    if case.form:
+        said, got = (list(map(family.answer_form, answers)) for answers in (said, got))
     if said != got:
         if depends and list(map(family.answer_form, said)) == list(map(family.answer_form, got)):
             return Verdict.INCONCLUSIVE, "the value depends on the machine"
         if depends and _sometimes_silent(family, said, got):
             return Verdict.INCONCLUSIVE, "the answer depends on earlier settings"
         return Verdict.DIFFERS, "another answer"
-    if tolerance is not None and case.timed:
+    if tolerance is not None and case.timed and not case.form:
         for before, now in zip(expected, received, strict=True):
             if abs(now.seconds - before.seconds) > tolerance:
                 return Verdict.DIFFERS, f"the answer takes {now.seconds:.4f} s instead of {before.seconds:.4f} s"
@@ -227,14 +267,17 @@ def _fits(
     found: Probe,
     settings: Settings,
     tolerance: float | None,
+    facts: Mapping[str, str],
 ) -> list[str]:
     """Return the options with which the twin differs less from the controller, the best first."""
     received = {result.case: result.received for result in found.results if result.received}
-    suggested = family.candidates({case.name: answers[0].data for case, answers in received.items()})
+    suggested = family.candidates(
+        {case.name: b"".join(answer.data for answer in answers) for case, answers in received.items()}
+    )
     fitting = []
     for name, value in other_values(made, suggested):
         try:
-            answers = Twin(made, family, cases, settings.line, {name: value}).answers
+            answers = Twin(made, family, cases, settings.line, {name: value}, facts).answers
         except AxistwinError:  # the twin does not answer with this value of the option
             continue
         left = sum(

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Mapping
 
+from axistwin.bench import Controller
 from axistwin.controllers.compumotor.language import Opcode
 from axistwin.controllers.product import Product
 from axistwin.errors import LinkError
-from axistwin.probing.cases import Case, Condition, Dialect, around
+from axistwin.probing.cases import Case, Condition, Dialect, around, connect
 from axistwin.probing.ends import MESSAGE, End
 
-USER_BITS = (0x08, 0x09, 0x0A)
+WRITE_BITS, SET_BIT, CLEAR_BIT = USER_BITS = (0x08, 0x09, 0x0A)
 MOVE, TOO_HIGH = 0x32, 0xC0
 """Number of the move that the cases define and delete; it must be free.  A number above 32h is not stored."""
 MOVE_PARAMETERS, MODE, MOVING, FREE, PART = 0x91, 0x90, 0x8C, 0xE2, 0xFD
@@ -23,10 +24,18 @@ STATUS = b""
 UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
 
 
-def cases(product: Product, _: str) -> list[Case]:
+def cases(product: Product, _: Mapping[str, str]) -> list[Case]:
     """Return the cases: requests in three forms, user bits, definitions of a move, commands to ignore; then moves."""
     commands = {command.opcode: command for command in product.commands if isinstance(command, Opcode)}
-    return [*_requests(commands), *_bits(commands), *_definitions(commands), *_ignored(commands), *_moves(commands)]
+    return [
+        *_requests(commands),
+        *_bits(commands),
+        *_definitions(commands),
+        *_ignored(commands),
+        *_moves(commands),
+        *_plugged(commands),
+        *_bare(commands),
+    ]
 
 
 def _asked(code: int) -> bool:
@@ -58,7 +67,8 @@ def _bits(commands: dict[int, Opcode]) -> list[Case]:
         (parameter,) = command.fields
         for words, value in around(parameter.low, parameter.high).items():
             if 0 <= value <= 0xFF:
-                says = (bytes((code, value)), STATUS, b"\x97")
+                before = bytes((WRITE_BITS, 0x00 if code == SET_BIT else 0x07))
+                says = (before, bytes((code, value)), STATUS, b"\x97")
                 name = f"{code:02X}h {command.name}: {words}, {value}"
                 found.append(Case(name, command.chapter, says, writes=True, depends=True))
     return found
@@ -115,6 +125,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
 
     there, back = "33 00 00 00 C8", "33 FF FF FF 38"
     return [
+        Case("outputs low", commands[0x0D].chapter, (b"\x0d\0",), moves=True, writes=True, plug=True),
         case(0x31, "31 00 00 00 00 03 E8 00 00 27 10", "33 00 00 00 07", "30", "83", "9A"),
         case(0x2F, "2F 00 00 00 07", "9A", "30", "9A"),
         case(0x33, "33 00 00 00 32", "33 FF FF FF CE"),
@@ -123,11 +134,14 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         case(0x40, "C8 32 00 00 00 03 E8 00 00 27 10 00 00 00 32", "40 32", "91 32"),
         case(0xCB, "CB 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "40 32", "91 32"),
         case(0xD6, "A5 01", "D6 00 00 01 2C", "33 00 00 00 64", "33 FF FF FF 9C", "D6 00 00 00 00", "A5 00"),
+        case(0xD6, "A5 01", "D6 00 00 01 2C", "31 00 00 00 00 03 E8 00 00 00 64", "33 00 00 00 64", "33 FF FF FF 9C",
+             "D6 00 00 00 00", "31 00 00 00 00 03 E8 00 00 27 10", "A5 00", name="a slow ramp from the start velocity"),
         case(0x2E, "2E 00 00 03 E8", "33 00 00 00 0A"),
         case(0xD9, "D9 0F", "33 00 00 00 0A", "29 00 00 07 D0", "33 FF FF FF F6", "D8", "92 0F", "41 0F"),
         case(0x79, "79", "DA 0F"),
         case(0x20, "D9 0F", "20 01 00 03", "33 00 00 00 05", "D8", "92 0F", "41 0F", "DA 0F", "92 0F"),
-        case(0x94, "94", "97", "0C 01", "97", "0B 01", "97", "0C 02", "97", "0B 02", "97", name="triggers and outputs"),
+        case(0x94, "94", "97", "0C 01", "97", "0B 01", "97", "0C 02", "97", "0B 02", "97", "0D 00",
+             name="triggers and outputs"),
         case(0xB0, "9C", "B0 00 02 00 01", "9C", "B0 00 01 00 01", "9C", name="ratio"),
         case(0xB1, "9D", "B1 00 00 03 E8", "9D", "B1 00 00 61 A8", "9D", name="motor resolution"),
         case(0xB2, "9E", "B2 00 00 00 05", "9E", "B2 00 00 00 00", "9E", name="backlash sigma"),
@@ -163,7 +177,8 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
         case(0xB4, "B0 00 01 00 01", "B1 00 00 61 A8", "B4 00 00 00 32", "2E 00 0F 42 40", "9B", "2E 00 00 00 00"),
         case(0xD4, "D4 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "91 32", "D7 32"),
         case(0xD5, "D5 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "91 32", "D7 32"),
-        case(0x73, "31 00 00 00 00 01 F4 00 00 27 10", "33 00 00 01 2C", "73", "8D", "78", wait_s=0.2),
+        case(0x73, "31 00 00 00 00 01 F4 00 00 27 10", "33 00 00 01 2C", "73", "8D", "00", "00", "00", "8C", "78",
+             wait_s=0.2),
     ]  # fmt: skip
 
 
@@ -184,7 +199,7 @@ def _sequences(case: Callable[..., Case]) -> list[Case]:
         sequence(0x2B, "2B 00 01", then=("79",)),
         sequence(0x2C, "2C 02 01", name="wait for a high level of trigger 2"),
         sequence(0x2C, "2C 02 00", name="wait for a low level of trigger 2"),
-        sequence(0x71, wait, then=("71",), wait_s=0.05),
+        sequence(0x71, wait, then=("71", "88", "88", "88", "88"), wait_s=0.05),
         sequence(0x72, wait, then=("72", "88", "88", "88", go_on), wait_s=0.1),
         sequence(0x7A, wait, then=("7A", "88", "88", go_on), wait_s=0.1),
         sequence(0x79, wait, then=("79", "88", "88"), wait_s=0.1),
@@ -207,10 +222,113 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
         stream(0x52, "52 09 10 00 00 00 10 00 64", "90", "E1 00 10 80 10" + zeros[:30], "E2", "42"),
         stream(0x53, mode, "90", "E3 03 00 05 FF FB 00 00", "E2", "42", "80"),
         stream(0xE3, mode, "E3 04 00 05 00 05 FF F6 00 00", "42", "83", wait_s=0.15),
+        stream(0xEE, mode, "EE 7F FF 01 07 00", there, "E3 02 7F FF 00 00", back, "42", name="a marker in the stream"),
+        stream(
+            0xE3,
+            mode,
+            "E3 07 00 01 00 02 00 03 00 02 00 01 FF FB FF FC",
+            "E3 01 00 00",
+            "42",
+            "83",
+            name="seven steps",
+            wait_s=1.0,
+        ),
+        stream(
+            0x70,
+            "51 09 10 00 00 00 10",
+            "E0 00 10 00 02 00 10 00 02 00 10 00 02",
+            "42",
+            "8C",
+            "70",
+            "8C",
+            name="stop after a stream",
+        ),
         stream(0xEE, mode, there, "EE 00 01 01 07 00", back, "42"),
         stream(0x7B, mode, there, "E2", "7B", "E2"),
         stream(0x7B, mode, there, back, "42", "7B", "E2", name="kill streaming buffer, during the stream", wait_s=0.05),
     ]
+
+
+def _plugged(commands: dict[int, Opcode]) -> list[Case]:
+    """Return cases in which output 1 is connected to triggers 1 and 2 and a limit, output 2 to trigger 6 and home."""
+
+    def case(code: int, *texts: str, name: str = "", wait_s: float = 0.4) -> Case:
+        command = commands[code]
+        words = f"{code:02X}h {name or command.name}, with the test plug"
+        asks = (0x88, 0x8C, 0x94, 0x97)
+        says = (*(bytes.fromhex(text) for text in texts), *(bytes((ask,)) for ask in asks))
+        return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s, plug=True)
+
+    slow, move = "31 00 00 00 00 00 C8 00 00 27 10", "33 00 00 01 90"
+    sequence = ("D9 0F", "29 00 00 07 D0", "01 07", "D8")
+    found = [
+        case(0x0B, "0C 01", "94", "0B 01", "94", "0C 02", "8A", "0B 02", "8A"),
+        case(0x0D, "0D 00", "94", "8A", "0D 02", "94", "8A", "0D 04", "94", "8A", "0D 06", "94", "8A"),
+        case(0x2C, "0D 06", "D9 0F", "2C 02 00", "01 07", "D8", "41 0F", "0D 04", "0D 06", "79", "DA 0F"),
+    ]
+    for trigger, low in ((1, "0D 04"), (6, "0D 02")):
+        number = f"{trigger:02X}"
+        found += [
+            case(0xAC, low, f"AC {number} 01", "0D 06", low, "0D 06", f"AC {number} 00", low, "0D 06",
+                 name=f"interrupt on trigger {trigger}"),
+            *(
+                case(code, low, f"{code:02X} {number} {on}", slow, move, "0D 06", "8C", low, "0D 06", "78",
+                     name=f"{commands[code].name} {trigger}, {on}")
+                for code in (0x74, 0x7C, 0x77) for on in ("01 01", "01 00", "00 01")[: 3 if trigger == 1 else 1]
+            ),
+            *(
+                case(code, low, *sequence, f"{code:02X} {number} {on}", "41 0F", "0D 06", "48", "88", "79", "DA 0F",
+                     f"{code:02X} {number} 00 00", name=f"{commands[code].name} {trigger}, {on}")
+                for code in (0x75, 0x76, 0x7D, 0x7E) for on in ("01 01", "01 00")[: 2 if trigger == 1 else 1]
+            ),
+            case(0x7F, "53 03 10 00 00 00 00 00 64", low, f"7F {number} 01 01", "E3 01 00 05" + " 00" * 12, "E2",
+                 "0D 06",
+                 "E2", f"7F {number} 00 00", "78", "50", name=f"{commands[0x7F].name} {trigger}"),
+        ]  # fmt: skip
+    return [
+        *found,
+        *(
+            case(code, "0D 00", f"{code:02X} 01", "31 00 00 00 00 00 C8 00 00 27 10", "33 FF FF FE 70", "0D 02", "89",
+                 "88", "0D 00",
+                 "33 FF FF FF FB", f"{code:02X} 00", name=f"{commands[code].name}, and its time")
+            for code in (0xAA, 0xAB)
+        ),
+        case(0x0D, "0D 00", "31 00 00 00 00 03 E8 00 00 27 10", name="outputs low"),
+    ]  # fmt: skip
+
+
+def _bare(commands: dict[int, Opcode]) -> list[Case]:
+    """Return cases for a board without a machine: shutdown, joystick, home."""
+
+    def case(code: int, *texts: str, plug: bool = False, wait_s: float = 0.4) -> Case:
+        command = commands[code]
+        says = tuple(bytes.fromhex(text) for text in (*texts, "88", "8C", "97"))
+        words = f"{code:02X}h {command.name}, without a machine"
+        return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s, bare=True, plug=plug)
+
+    return [
+        case(0x10, "95", "11", "95", "33 00 00 00 05", "83", "10", "95", "33 00 00 00 05", "83"),
+        *(
+            case(code, "0D 00", "31 00 00 00 00 00 C8 00 00 27 10", "A0 01", "83", text, "83", "78", "83")
+            for code, text in {0x35: "35 00 00 00 28", 0x36: "36 00 00 00 28"}.items()
+            if code in commands
+        ),
+        case(0x12, "94", "12 01", "94", "33 00 00 00 05", "83", "12 00", "94", "33 00 00 00 05", "83", plug=True),
+        case(0x13, "13 01", "0D 04", "94", "0D 06", "94", "13 00", "0D 04", "94", "0D 06", "94", plug=True),
+        case(0x14, "0D 00", "14 00", "33 00 00 00 05", "94", "14 01", "33 00 00 00 05", "94", "14 00", plug=True),
+        case(0x39, "0D 04", "38 01 00 32 00", "31 00 00 00 00 01 F4 00 00 27 10", "A4 01", "39 00", "8C", "0D 00",
+             "0D 04",
+             "78", "8A", "0D 00", "A4 00", plug=True, wait_s=0.6),
+    ]  # fmt: skip
+
+
+def equip(controller: Controller, facts: Mapping[str, str]) -> None:
+    """Connect outputs of a twin to its inputs if the board has the test plug."""
+    if facts.get("plug") == str(True):
+        connect(controller, "output1", "trigger1", "trigger2", "shutdown_in", "ccw_limit")
+        connect(controller, "output2", "trigger6", "home")
+        connect(controller, "shutdown", "trigger3")
+        connect(controller, "direction", "trigger4")
 
 
 def examine(end: End, _: Product) -> Condition:
@@ -248,4 +366,6 @@ def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
     return {}
 
 
-DIALECT = Dialect(cases, examine, b"\x01\x07", answer_form, definitions=(MOVE_PARAMETERS, LISTS), candidates=candidates)
+DIALECT = Dialect(
+    cases, examine, b"\x01\x07", answer_form, equip=equip, definitions=(MOVE_PARAMETERS, LISTS), candidates=candidates
+)  # fmt: skip

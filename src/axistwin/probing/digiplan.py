@@ -4,11 +4,13 @@ A message without `$` only stores parameters, so settings can be tested without 
 """
 
 import re
+from collections.abc import Mapping
 
+from axistwin.bench import Controller
 from axistwin.controllers.digiplan.language import Accept, Instruction
 from axistwin.controllers.product import Product
 from axistwin.errors import LinkError
-from axistwin.probing.cases import Case, Condition, Dialect, around
+from axistwin.probing.cases import Case, Condition, Dialect, around, connect
 from axistwin.probing.ends import End
 
 SPOIL = b"~"
@@ -20,17 +22,27 @@ LEGAL = {"<": 4, ">": 1, "@": 400, "^": 4, "D": 0}
 """Legal values of the settings; the cases end with these values."""
 UNKNOWN = "!\"&'.;?\\_`abcdefghijklmnopqrstuvwxyz{|}"
 IN_MOTION = 1
+PLUGGED = "125"
+"""Outputs that the test plug connects to the inputs 1, 2 and 3."""
 RECALCULATION_S = 1.2
 """Longest time for the calculation of a new ramp, in seconds; answers are delayed during this time."""
+RAMP_S = 0.06
 HAND_OVER_S = 3.0
 """Longest duration of the steps before a hand-over."""
 
 
-def cases(product: Product, terminator: str) -> list[Case]:
+def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
     """Return the cases: requests, the limits of each setting, wrong messages; then moves."""
-    end = terminator.encode()
+    end = facts.get("terminator", "\r").encode()
     commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
-    return [*_requests(commands, end), *_settings(commands, end), *_wrong(commands, end), *_moves(commands, end)]
+    return [
+        *_requests(commands, end),
+        *_settings(commands, end),
+        *_wrong(commands, end),
+        *_moves(commands, end),
+        *_plugged(commands, end),
+        _ramp(commands, end),
+    ]
 
 
 def _requests(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
@@ -160,6 +172,38 @@ def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]
     return found
 
 
+def _ramp(commands: dict[str | int, Instruction], end: bytes) -> Case:
+    """Return a case with the time of the calculation of a ramp, which "takes up to 1 second"."""
+    says = (b"^7" + end, b"F" + end, b"^4" + end, b"F" + end)
+    waits = ((0, RAMP_S), (2, RAMP_S))
+    return Case("the time of a calculation", commands["^"].chapter, says, writes=True, waits=waits, bare=True)
+
+
+def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
+    """Return cases in which the inputs 1 to 3 show the levels of the outputs 1, 2 and 5."""
+
+    def case(code: str, *texts: bytes) -> Case:
+        says = tuple(text + end for text in (*texts, b"E", b"F"))
+        name = f"{code}: {commands[code].name}, with the test plug"
+        return Case(name, commands[code].chapter, says, moves=True, writes=True, wait_s=1.5, timed=False, plug=True,
+                    waits=((0, 0.1),) if code == "P" else ())  # fmt: skip
+
+    return [
+        case("S", b"R125$", b"I", b"S1$", b"I", b"S25$", b"I", b"R2$", b"I", b"R15$", b"I"),
+        case("R", b"S125$", b"I", b"R125$", b"I"),
+        case("P", b":P2,99:$", b"I", b" ", b"I"),
+        case("L", b"S1$", b":L1:X+10:$", b"E", b"#", b"E", b"R1$", b":L1:X-10:$", b"N"),
+        case("H", b"R1$", b":H1:X+10:$", b"E", b"#", b"E", b"S1$", b":H1:X-10:$", b"N", b"R1$"),
+    ]
+
+
+def equip(controller: Controller, facts: Mapping[str, str]) -> None:
+    """Connect the outputs 1, 2 and 5 of a twin to its inputs 1 to 3 if the interface has the test plug."""
+    if facts.get("plug") == str(True):
+        for number, output in zip("123", PLUGGED, strict=True):
+            connect(controller, f"output{output}", f"input{number}")
+
+
 def examine(end: End, made: Product) -> Condition:
     """Find the terminator of the messages, clear the fault flags and read the state.
 
@@ -222,4 +266,6 @@ def answer_form(answer: bytes) -> bytes:
     return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))
 
 
-DIALECT = Dialect(cases, examine, b"E", answer_form, initialise, RECALCULATION_S)
+DIALECT = Dialect(
+    cases, examine, b"E", answer_form, equip=equip, initialise=initialise, patience_s=RECALCULATION_S
+)  # fmt: skip

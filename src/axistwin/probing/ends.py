@@ -11,6 +11,7 @@ import serial
 from axistwin.bench import Bench, Controller
 from axistwin.errors import LinkError, UsageError
 from axistwin.links import parse
+from axistwin.links.devices import error_text
 from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 
@@ -44,12 +45,12 @@ class End(ABC):
     has_line = True
     """True if the port has a baud rate and a frame."""
 
-    def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0) -> Answer:
+    def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0, patience_s: float = 0.0) -> Answer:
         """Send `data` and collect the answer.
 
         The answer is complete after `expected` bytes and a silence.  If bytes are missing, the answer ends after
-        `LONGEST_S`.  A request without an answer takes `wait_s` seconds.  No `data`: the answer is the user
-        bits of a board's status byte.
+        `LONGEST_S`, or `patience_s` later for a controller that holds back answers.  A request without an answer
+        takes `wait_s` seconds.  No `data`: the answer is the user bits of a board's status byte.
         """
         if not data:
             return Answer(bytes((self.user_bits,)), 0.0)
@@ -60,7 +61,7 @@ class End(ABC):
         while True:
             since = self.now - began
             silent = since if not received else self.now - last
-            complete = len(received) >= expected or since > wait_s + LONGEST_S
+            complete = len(received) >= expected or since > wait_s + LONGEST_S + patience_s
             if complete and silent >= (QUIET_S if received else max(wait_s, QUIET_S)):
                 return Answer(bytes(received), last - began)
             if more := self.receive():
@@ -103,6 +104,7 @@ class VirtualEnd(End):
     grain_s = 0.0005
     exact = True
     _STEP_S, _PHASE_NS = 0.02, 10 * MS
+    _BUS_GRAIN_S = 0.00002
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
         self.bench, self.controller = bench, controller
@@ -114,6 +116,8 @@ class VirtualEnd(End):
         else:
             controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
         self.messages = controller.product.attend is not None
+        if self.messages:
+            self.grain_s = self._BUS_GRAIN_S  # without a sample clock, whose phase differs between two controllers
         self.has_line = not self.messages
 
     def set_line(self, line: UartFormat) -> None:
@@ -171,7 +175,9 @@ class SerialEnd(End):
                 url, **_settings(line), timeout=0.01,
             )  # fmt: skip
         except (serial.SerialException, ValueError, OSError) as error:
-            raise LinkError(f"cannot open {name}: {error}: check the name, and close other programs") from None
+            raise LinkError(
+                f"cannot open {name}: {error_text(error)}: check the name, and close other programs"
+            ) from None
 
     @property
     def now(self) -> float:
@@ -220,7 +226,7 @@ class BusEnd(End):
         try:
             self._socket = socket.create_connection((host, port), timeout=5)
         except OSError as error:
-            raise LinkError(f"cannot open {name}: {error}: check the address") from None
+            raise LinkError(f"cannot open {name}: {error_text(error)}: check the address") from None
         self._lines = self._socket.makefile("rw", encoding="ascii", newline="\n")
 
     @property

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
 from axistwin.bench import FAMILIES, Bench, Controller, product
-from axistwin.bench.actions import on_a_bus
 from axistwin.bench.acts import Act, Do, Say, Wait
+from axistwin.bench.controller import on_a_bus
 from axistwin.bench.hosts import Host, host_of
 from axistwin.controllers.product import Language
 from axistwin.conversations import conversation

@@ -11,11 +11,11 @@ from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
 from axistwin.errors import UsageError
-from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interruption, Process
+from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interrupt, Interruption, Process
 from axistwin.sim.signal import Signal
 from axistwin.units import MOST_NS
 
-__all__ = ["Clock", "Event", "Procedure", "Process", "interrupt", "kill"]
+__all__ = ["Clock", "Event", "Interrupt", "Procedure", "Process", "interrupt", "kill"]
 
 Procedure = Generator[Event, Any, Any]
 """A device procedure: a generator that yields events and is resumed when the events have happened."""
@@ -49,6 +49,8 @@ class Clock(Environment):
         self.interrupted: set[Process] = set()
         self.by_itself = False
         """True while the bench itself performs an action at a machine, by its script or a fault."""
+        self._unobserved = False
+        """True while `run_to` executes events, and nobody observes the clock between the events."""
         self._ends: Signal[[]] = Signal()
 
     @property
@@ -67,11 +69,29 @@ class Clock(Environment):
         Raises UsageError for a time after the end of virtual time.
         """
         end = self._last_at(_possible(end_ns))
+        self._unobserved = not self._ends
         try:
             while end.callbacks is not None:  # `callbacks` is None after the end event
                 self.step()
         finally:
+            self._unobserved = False
             self._withdraw(end)  # has an effect only after an exception; otherwise the event has happened
+
+    @property
+    def free_ns(self) -> int:
+        """Time from now to the next event, in which nothing else happens; 0 if the clock is observed event by event."""
+        return int(self._queue[0][0]) - self.now if self._unobserved else 0
+
+    def skip(self, duration_ns: int) -> bool:
+        """Advance time without an event, if nothing else happens until `duration_ns` from now.  Return True if so.
+
+        A procedure that is resumed by a timeout of its own may skip its next timeout: the effect is the same.
+        """
+        end_ns = self._now + duration_ns
+        if self._unobserved and self._queue[0][0] > end_ns:
+            self._now = end_ns
+            return True
+        return False
 
     def later(self, duration_ns: int) -> int:
         """Return the time `duration_ns` after now.  Raises UsageError for a time after the end of virtual time."""
@@ -106,6 +126,7 @@ class Clock(Environment):
 
         The callback may read the bench but must not change it.  Without subscribers there is no cost.
         """
+        self._unobserved = False
         unsubscribe = self._ends.subscribe(callback)
         self.step = self._observed_step  # type: ignore[method-assign]
 

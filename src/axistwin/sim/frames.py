@@ -11,7 +11,7 @@ from enum import Flag
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import pairwise, product
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 from axistwin.errors import UsageError
 from axistwin.units import S
@@ -174,8 +174,7 @@ class Frame:
         return self.start_ns * self.per + self.spaces[-1][1] * self.bit
 
 
-@dataclass(frozen=True)
-class Break:
+class Break(NamedTuple):
     """A break: space for longer than a character."""
 
     duration_ns: int

@@ -130,6 +130,8 @@ class Pin:
 
     def set(self, level: bool) -> None:
         """Set the level of the connected part: an output stage, a switch or a wire."""
+        if level is self._source and not self._flash_ns:
+            return
         before, self._source, self._flash_ns = self.level, level, 0
         self._update(before)
 

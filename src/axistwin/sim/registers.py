@@ -12,6 +12,7 @@ messages to subscribers.
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
@@ -84,17 +85,19 @@ class RegisterPort:
 
     def read(self, offset: int) -> int:
         """Read a register, in no virtual time: 0 the output data buffer, 1 the status byte."""
-        check_byte("offset", offset, CONTROL)
+        if not (type(offset) is int and 0 <= offset <= CONTROL):
+            check_byte("offset", offset, CONTROL)
         if not self.powered:
             return NOBODY_DRIVES
         if offset == CONTROL:
-            return self.status
+            return self._status
         return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
         """Write a register, in no virtual time: 0 the input data buffer, 1 the control byte."""
-        check_byte("offset", offset, CONTROL)
-        check_byte("value", value)
+        if not (type(offset) is type(value) is int and 0 <= offset <= CONTROL and 0 <= value <= 0xFF):
+            check_byte("offset", offset, CONTROL)
+            check_byte("value", value)
         if not self.powered:
             return
         if offset == DATA:
@@ -157,8 +160,7 @@ class ReadData:
     """Action of a host: read the output data buffer."""
 
 
-@dataclass(frozen=True, slots=True)
-class WriteRegister:
+class WriteRegister(NamedTuple):
     """Action of a host: write a register."""
 
     offset: int

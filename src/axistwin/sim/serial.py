@@ -139,13 +139,13 @@ class Line:
         """Send a character or a break now.  Return the ns for which it occupies the wire."""
         if isinstance(item, Break):
             return self._carry_break(item)
-        now_ns = self.clock.now
-        if not self._disturbances and not self._cuts and self._free_ns <= now_ns and self.receiver.understands(sent):
+        delayed = self._free_ns and self._free_ns > self.clock.now
+        if not (delayed or self._disturbances or self._cuts) and self.receiver.understands(sent):
             byte = item & ((1 << sent.bytesize) - 1)
             if self.instant:
                 self.receiver.take(byte, SOUND)
                 return 0
-            if self._begin_whole(sent, byte, now_ns):
+            if self._begin_whole(sent, byte, self.clock.now):
                 return sent.frame_ns
         passage = self._passage(sent)
         if not self._cuts:
@@ -353,7 +353,7 @@ class Uart:
 
     def understands(self, sent: UartFormat) -> bool:
         """Return True if characters sent in this format are received correctly."""
-        return self.format is not None and self.format.shape == sent.shape
+        return self.format is sent or (self.format is not None and self.format.shape == sent.shape)
 
     def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
         """Return the format for a character that begins with the line low for `low_ns`."""
@@ -379,8 +379,7 @@ class Uart:
             assert self.format is not None
             if line.instant and not line.ready:
                 return
-            taken_ns = line.carry(self.format, queue.popleft())
-            if taken_ns:
+            if taken_ns := line.carry(self.format, queue.popleft()):
                 self.sending = True
                 self.clock.call_later(taken_ns, self._sent)
         if self._empty is not None and not queue:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
@@ -28,44 +28,38 @@ class Flow(Enum):
 # Actions of a host at its end of a line, as data
 
 
-@dataclass(frozen=True, slots=True)
-class Write:
+class Write(NamedTuple):
     """Action of a host: queue data for transmission."""
 
     data: bytes
 
 
-@dataclass(frozen=True, slots=True)
-class SendBreak:
+class SendBreak(NamedTuple):
     """Action of a host: send a break."""
 
     seconds: float
 
 
-@dataclass(frozen=True, slots=True)
-class SetFormat:
+class SetFormat(NamedTuple):
     """Action of a host: set the format of its line."""
 
     format: UartFormat
 
 
-@dataclass(frozen=True, slots=True)
-class SetLine:
+class SetLine(NamedTuple):
     """Action of a host: set one of its output lines."""
 
     line: Literal["dtr", "rts"]
     on: bool
 
 
-@dataclass(frozen=True, slots=True)
-class SetFlow:
+class SetFlow(NamedTuple):
     """Action of a host: set its flow control."""
 
     flow: Flow
 
 
-@dataclass(frozen=True, slots=True)
-class Hold:
+class Hold(NamedTuple):
     """Stop the host's transmission, or resume transmission."""
 
     on: bool
@@ -76,8 +70,7 @@ class DropPending:
     """Discard the queued characters that have not been sent."""
 
 
-@dataclass(frozen=True, slots=True)
-class SetInstant:
+class SetInstant(NamedTuple):
     """Action: characters take no time from now on, or their real time again."""
 
     on: bool

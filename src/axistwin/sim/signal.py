@@ -10,17 +10,22 @@ class Signal(Generic[P]):
     """Callbacks, called in the order of their subscription.  `bool(signal)` is True if there are callbacks."""
 
     def __init__(self) -> None:
-        self._callbacks: list[Callable[P, object]] = []
+        self._callbacks: tuple[Callable[P, object], ...] = ()
 
     def __bool__(self) -> bool:
         return bool(self._callbacks)
 
     def subscribe(self, callback: Callable[P, object]) -> Callable[[], None]:
         """Call `callback` at every `emit` from now on.  Return an unsubscribe function."""
-        self._callbacks.append(callback)
-        return lambda: self._callbacks.remove(callback)
+        self._callbacks = (*self._callbacks, callback)
+        return lambda: self._unsubscribe(callback)
+
+    def _unsubscribe(self, callback: Callable[P, object]) -> None:
+        left = list(self._callbacks)
+        left.remove(callback)
+        self._callbacks = tuple(left)
 
     def emit(self, *args: P.args, **kwargs: P.kwargs) -> None:
         """Call all present callbacks, even a callback that is unsubscribed during this call."""
-        for callback in tuple(self._callbacks):
+        for callback in self._callbacks:
             callback(*args, **kwargs)

@@ -12,19 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import LinkError
 from axistwin.standin.channel import RECEIVE_WINDOW
-from axistwin.standin.clock_fit import SAMPLES, WORST_S, ClockFit
+from axistwin.standin.clock_fit import SAMPLES, WORST_S
 from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
-from axistwin.standin.step_stream import LEAD_S, Motor, StepStream
+from axistwin.standin.step_stream import LEAD_S, TOLERANCE_S, Motor, StepStream
+from axistwin.standin.timetable import Timetable
 from axistwin.standin.wiring import InputPin, Objects, Wiring, objects, open_input
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-REPORT_S = 0.1
-"""Interval at which the board repeats the state of its triggers, as responses may be lost."""
 IDENTIFY_BYTES = 40
 SPARE_MOVES = 6
 """Number of entries of the board's queue that are never used."""
@@ -60,7 +59,7 @@ class Board:
         """Controllers whose axes are stopped; their pulses are discarded."""
         self.connection = Connection(self.fail)
         self._stream = StepStream(self.connection, journal)
-        self._objects = Objects()
+        self._objects, self._timetable = Objects(), Timetable(wiring, 1.0)
         self._levels: dict[str, bool] = {}
         self._next_feed_s = 0.0
         self._stopping: set[str] = set()
@@ -122,6 +121,7 @@ class Board:
         yield from self._identify()
         self.wiring.check_pins(connection.dictionary)
         made = objects(self.wiring, connection.dictionary)
+        self._timetable = Timetable(self.wiring, connection.dictionary.clock_hz)
         yield from self._configure(made)
         self._objects = made
         yield from self._fit_clock()
@@ -176,11 +176,11 @@ class Board:
 
     def _fit_clock(self) -> Procedure:
         connection = self.connection
-        connection.clock, connection.starting = ClockFit(connection.dictionary.clock_hz), True
-        for _ in range(SAMPLES):
+        connection.forget_clock()
+        for _ in range(2 * SAMPLES):
             yield "clock", None, b""
             if connection.clock.good:
-                connection.starting = False
+                connection.clock.steady = True
                 break
         else:
             raise LinkError(
@@ -222,8 +222,9 @@ class Board:
         self._handled.discard(group)
 
     def _start_trigger(self, oid: int) -> None:
-        self.connection.send("trsync_start", oid=oid, report_clock=self.connection.soon(),
-                             report_ticks=self.connection.ticks(REPORT_S), expire_reason=0)  # fmt: skip
+        clock = self._timetable.reporting(oid, self.connection.soon()) & 0xFFFF_FFFF
+        self.connection.send("trsync_start", oid=oid, report_clock=clock, report_ticks=self._timetable.report,
+                             expire_reason=0)  # fmt: skip
 
     def _report_change(self, given: InputPin) -> None:
         """Configure the board to report the next change of an input."""
@@ -238,11 +239,11 @@ class Board:
         self._home(given, given.stops_at, self._objects.groups[given.controller], reason)
 
     def _home(self, given: InputPin, level: bool, trsync: int, reason: int) -> None:
-        connection = self.connection
-        connection.send("endstop_home", oid=self._objects.endstops[given.to], clock=connection.soon(), sample_ticks=0,
-                        sample_count=1, rest_ticks=connection.ticks(self.wiring.interval_s(given)),
-                        pin_value=int(level is not given.pin.inverted), trsync_oid=trsync,
-                        trigger_reason=reason)  # fmt: skip
+        connection, timetable = self.connection, self._timetable
+        connection.send("endstop_home", oid=self._objects.endstops[given.to], sample_ticks=0, sample_count=1,
+                        clock=timetable.reading(given, connection.soon()) & 0xFFFF_FFFF,
+                        rest_ticks=timetable.interval(given), pin_value=int(level is not given.pin.inverted),
+                        trsync_oid=trsync, trigger_reason=reason)  # fmt: skip
 
     def _triggered(self, oid: int, reason: int) -> None:
         """Handle the report of a trigger; ignore repeated reports of the same trigger."""
@@ -265,7 +266,7 @@ class Board:
         connection, oid = self.connection, self._objects.endstops[given.to]
         state = yield from connection.ask("endstop_query_state", "endstop_state", oid=oid)
         next_sample = connection.clock.unwrapped(state["next_clock"])
-        return connection.clock.time_s(next_sample - connection.ticks(self.wiring.interval_s(given)))
+        return connection.clock.time_s(next_sample - self._timetable.interval(given))
 
     def _stopped_by(self, given: InputPin, group: str) -> Procedure:
         at_s = yield from self._trigger_s(given)
@@ -315,7 +316,9 @@ class Board:
 
     # Pulses and outputs
 
-    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
+    def queue(
+        self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float = TOLERANCE_S
+    ) -> None:
         """Plan pulses one horizon (a constant delay) after these times, within the limits; direction: +1 or -1."""
         motor = self._stream.motors.get(axis)
         if self.state is not State.READY or not len(times_s) or motor is None or motor.pins.controller in self.stopped:
@@ -326,7 +329,7 @@ class Board:
         refused = refused or open_input(self.wiring.inputs, self._levels, motor.pins, direction)
         if not refused:
             try:
-                self._stream.add(motor, direction, wanted)
+                self._stream.add(motor, direction, wanted, tolerance_s)
             except ValueError as error:
                 refused = f"{axis}: {error}"
         if refused:

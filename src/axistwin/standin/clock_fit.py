@@ -2,12 +2,20 @@
 
 from collections import deque
 
-SAMPLES = 64
+SAMPLES = 128
 """Number of clock samples to which the line is fitted."""
-ENOUGH = 8
-"""Smallest number of clock samples for a usable fit."""
+ENOUGH = 40
+"""Smallest number of clock samples for a usable fit: they cover 0.8 s, so that the slope is good to some 5 ppm."""
+MOST_DEVIATION = 0.01
+"""Largest relative deviation of a board's clock from its nominal frequency; ceramic resonators have up to 0.5 %."""
 WORST_S = 50e-6
 """Largest error, in seconds, of the line at the start of motion."""
+NOISE_S = 10e-6
+"""Error of a sample with the shortest round trip; of any other sample, half of the extra time may be error too."""
+LEAST_SPREAD_S = 0.01
+"""Smallest standard deviation of the samples' times from which a slope is computed."""
+MOST_SHIFT_S, MOST_SLOPE = 20e-6, 20e-6
+"""Largest change of a steady line by one sample: at the sample's time, and relative, of its slope."""
 _WRAP = 1 << 32
 
 
@@ -21,6 +29,8 @@ class ClockFit:
         self._time_s, self._ticks, self.hz = 0.0, 0.0, nominal_hz
         self.error_s = float("inf")
         """Largest difference in seconds between the line and a sample with a short round trip."""
+        self.steady = False
+        """True in motion: a line that moves by more than the time between two pulses would stop the motors."""
 
     @property
     def ready(self) -> bool:
@@ -44,18 +54,26 @@ class ClockFit:
         return self._latest + ((clock - self._latest + (_WRAP >> 1)) % _WRAP) - (_WRAP >> 1)
 
     def _fit(self) -> None:
-        """Fit the line to the samples with the shortest round trips."""
+        """Fit the line; the weight of a sample decreases with the extra time of its round trip."""
+        before_s, before, before_hz = self._time_s, self._ticks, self.hz
         shortest = min(trip for _, _, trip in self._samples)
-        good = [(at, ticks) for at, ticks, trip in self._samples if trip <= 1.5 * shortest + 50e-6]
-        mean_s = sum(at for at, _ in good) / len(good)
-        base = good[0][1]
-        mean_ticks = sum(ticks - base for _, ticks in good) / len(good)
-        spread = sum((at - mean_s) ** 2 for at, _ in good)
-        if spread > 1e-4:
-            self.hz = sum((at - mean_s) * (ticks - base - mean_ticks) for at, ticks in good) / spread
-            self.hz = min(max(self.hz, 0.999 * self.nominal_hz), 1.001 * self.nominal_hz)
+        base = self._samples[0][1]
+        good = [(at, ticks - base, (NOISE_S + (trip - shortest) / 2) ** -2) for at, ticks, trip in self._samples]
+        total = sum(weight for _, _, weight in good)
+        mean_s = sum(weight * at for at, _, weight in good) / total
+        mean_ticks = sum(weight * ticks for _, ticks, weight in good) / total
+        spread = sum(weight * (at - mean_s) ** 2 for at, _, weight in good)
+        if spread / total > LEAST_SPREAD_S**2:
+            self.hz = sum(weight * (at - mean_s) * (ticks - mean_ticks) for at, ticks, weight in good) / spread
+            least, most = (self.nominal_hz * (1 + sign * MOST_DEVIATION) for sign in (-1, +1))
+            self.hz = min(max(self.hz, least), most)
         self._time_s, self._ticks = mean_s, base + mean_ticks
-        self.error_s = max(abs(self.ticks(at) - ticks) for at, ticks in good) / self.hz
+        if self.steady:
+            self.hz = _within(self.hz, before_hz, MOST_SLOPE * before_hz)
+            now_s, now = self._samples[-1][0], self.ticks(self._samples[-1][0])
+            self._ticks += _within(now, before + (now_s - before_s) * before_hz, MOST_SHIFT_S * self.hz) - now
+        short = [(at, ticks) for at, ticks, trip in self._samples if trip <= 1.5 * shortest + 50e-6]
+        self.error_s = max(abs(self.ticks(at) - ticks) for at, ticks in short) / self.hz
 
     def ticks(self, time_s: float) -> float:
         """Convert a time of the host's clock to ticks of the board's clock."""
@@ -64,3 +82,7 @@ class ClockFit:
     def time_s(self, ticks: float) -> float:
         """Convert ticks of the board's clock to a time of the host's clock."""
         return self._time_s + (ticks - self._ticks) / self.hz
+
+
+def _within(value: float, center: float, most: float) -> float:
+    return min(max(value, center - most), center + most)

@@ -13,8 +13,10 @@ SOON_S = 0.05
 """Longest time in seconds for a command to reach a working board."""
 MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
 """A board has failed if it acknowledges nothing for this time; a board that has just been reset takes longer."""
-CLOCK_S, CLOCK_AT_START_S = 1.0, 0.02
-"""Intervals in seconds at which the board's clock is read: in motion, and while the board is being started."""
+MOST_CLOCK_S, LEAST_CLOCK_S = 1.0, 0.02
+"""Longest and shortest interval in seconds at which the board's clock is read."""
+CLOCKS = 40
+"""The interval is the time since the start divided by this number, so that the samples cover ever more time."""
 ANSWER_S, MOST_REQUESTS = 0.25, 24
 """Time after which an unanswered request is sent again, and largest number of times that it is sent."""
 
@@ -42,11 +44,9 @@ class Connection:
         self.now_s = 0.0
         self.channel, self.dictionary = Channel(), Dictionary()
         self.clock = ClockFit(1.0)
-        self.starting = True
-        """True until the clock fit is good enough for motion; short intervals later would make its slope uncertain."""
         self._requests: list[_Request] = []
         self._clock_sent_s: float | None = None
-        self._next_clock_s = 0.0
+        self._clock_from_s = self._next_clock_s = 0.0
 
     def restart(self, now_s: float) -> None:
         """Discard all knowledge of the board's firmware, because the board may have been reset."""
@@ -123,19 +123,25 @@ class Connection:
 
     # Clock
 
+    def forget_clock(self) -> None:
+        """Fit a new line to the board's clock, from now on."""
+        self.clock = ClockFit(self.dictionary.clock_hz)
+        self._clock_from_s = self.now_s
+
     def read_clock(self) -> None:
-        """Request the time of the board's clock at regular intervals."""
+        """Request the time of the board's clock, at intervals that grow."""
         if self.now_s >= self._next_clock_s:
-            self._next_clock_s = self.now_s + (CLOCK_AT_START_S if self.starting else CLOCK_S)
+            interval_s = (self.now_s - self._clock_from_s) / CLOCKS
+            self._next_clock_s = self.now_s + min(max(interval_s, LEAST_CLOCK_S), MOST_CLOCK_S)
             self._clock_sent_s = None
             self.channel.send(self.dictionary.encode("get_clock"), self._clock_request_sent)
 
     def _clock_request_sent(self, at_s: float) -> None:
         self._clock_sent_s = at_s
 
-    def soon(self) -> int:
-        """Return the latest arrival time of a command that is sent now, in ticks of the board (32 bits)."""
-        return int(self.clock.ticks(self.now_s + SOON_S)) & 0xFFFF_FFFF
+    def soon(self) -> float:
+        """Return the latest arrival time of a command that is sent now, in ticks of the board."""
+        return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:
         """Convert a duration in seconds to ticks of the board's clock."""

@@ -45,7 +45,7 @@ class Output(Protocol):
     def wiring(self) -> Wired:
         """Axes and outputs on the board."""
 
-    def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]") -> None:
+    def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]", tolerance_s: float, /) -> None:
         """Plan pulses one horizon (a constant delay) after these times, in s of the host's clock."""
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
@@ -129,8 +129,9 @@ class Driver:
         """Send the pulses since the last call; must be called at least five times per horizon, when no event is due."""
         if self.live:
             for whole, board in self._board.items():
-                for direction, times in self._motors[whole].runs():
-                    board.queue(whole, direction, times / S + self._offset_s)
+                motor = self._motors[whole]
+                for direction, times in motor.runs():
+                    board.queue(whole, direction, times / S + self._offset_s, motor.tolerance_s(times))
             self._let_go()
             self.collected.emit(self.bench.now / S + self._offset_s)
 

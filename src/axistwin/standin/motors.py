@@ -1,10 +1,12 @@
 """The pulses of an axis on the bench: those of a step output, or the encoder counts of a servo motor."""
 
 from collections.abc import Callable, Iterator
+from math import floor
 from typing import TYPE_CHECKING, Protocol
 
 from axistwin.plant import Samples, ServoAxis, StepperAxis
-from axistwin.units import MS
+from axistwin.standin.step_stream import TOLERANCE_S
+from axistwin.units import MS, S
 
 if TYPE_CHECKING:
     import numpy as np
@@ -12,6 +14,10 @@ if TYPE_CHECKING:
 
 MARK_NS = 5 * MS
 """Interval at which the position of a servo motor becomes pulses: its samples alone would be an uneven pulse train."""
+THRESHOLD = 0.75
+"""Part of a count that must have passed for a pulse; above a half, so that no pulses go back and forth at rest."""
+TOLERANCE_PARTS, MOST_TOLERANCE_S = 4, 100e-6
+"""Tolerance of counts, whose times are known to a sample of 246 µs: a part of the time between two, and a limit."""
 
 Run = tuple[int, "NDArray[np.int64]"]
 """Direction and times of consecutive pulses."""
@@ -30,6 +36,9 @@ class Motor(Protocol):
 
     def runs(self) -> Iterator[Run]:
         """Yield the pulses since the last call, in order."""
+
+    def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
+        """Return the largest permitted error, in s, of pulses at these times."""
 
     def hold(self, made: int) -> None:
         """Hold the axis at this net number of pulses, where the real motor has stopped, until `let_go`."""
@@ -61,6 +70,10 @@ class Steps:
         """True if a move is in progress."""
         return self._axis.moving
 
+    def tolerance_s(self, _times: "NDArray[np.int64]") -> float:
+        """Return the largest permitted error, in s, of a pulse."""
+        return TOLERANCE_S
+
     def runs(self) -> Iterator[Run]:
         """Yield the pulses since the last call, in order."""
         begin_ns, self._collected_ns = self._collected_ns, self._axis.clock.now
@@ -68,13 +81,22 @@ class Steps:
 
 
 class Counts:
-    """The encoder counts of a servo motor as pulses, spread evenly between two marks."""
+    """The encoder counts of a servo motor as pulses.
+
+    The encoder has whole counts and a sample every 246 µs, so the times of its counts are uneven.  A smooth position is
+    the mean over `MARK_NS`, at each mark, and a line between two marks; a pulse follows when this position has passed
+    three quarters of a count.
+    """
 
     def __init__(self, axis: ServoAxis) -> None:
         self._axis = axis
         self.pulses = axis.position
-        """Position at the latest mark."""
+        """Net pulses up to now."""
         self._mark_ns = axis.clock.now // MARK_NS * MARK_NS
+        self._smooth = float(self.pulses)
+        """Smooth position at the latest mark."""
+        self._before = self.pulses
+        """Position before the first of the samples."""
         self._samples: list[Samples] = []
         self._release: Callable[[], None] | None = None
         axis.subscribe(self._samples.append)
@@ -84,31 +106,62 @@ class Counts:
         """True if the shaft turns or a trajectory is in progress."""
         return self._axis.moving
 
+    def tolerance_s(self, times: "NDArray[np.int64]") -> float:
+        """Return the largest permitted error of a pulse in s: a part of the shortest time between two."""
+        import numpy as np
+
+        return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
+
     def runs(self) -> Iterator[Run]:
         """Yield the pulses from the mark of the last call to the latest mark, in order."""
         import numpy as np
 
         self._axis.catch_up()
-        marks = np.arange(self._mark_ns + MARK_NS, self._axis.clock.now + 1, MARK_NS, dtype=np.int64)
+        marks = np.arange(self._mark_ns + MARK_NS, self._axis.clock.now - MARK_NS // 2 + 1, MARK_NS, dtype=np.int64)
         if not len(marks):
             return
-        before, self._mark_ns = self.pulses, int(marks[-1])
-        steps = np.diff(self._positions(marks), prepend=before)
-        for direction, some in _by_direction(steps):
-            yield direction, _spread(marks[some], np.abs(steps[some]))
+        way = 0
+        times: list[NDArray[np.float64]] = []
+        for mark, smooth in zip(marks.tolist(), self._smooth_at(marks).tolist(), strict=True):
+            direction, some = self._advance(mark, smooth)
+            if direction and direction != way:
+                if way:
+                    yield way, np.concatenate(times).astype(np.int64)
+                way, times = direction, []
+            times.append(some)
+        if way:
+            yield way, np.concatenate(times).astype(np.int64)
 
-    def _positions(self, marks: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the positions at these marks, and drop the samples up to the last mark."""
+    def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
+        """Return the mean positions around these marks, and drop the samples that are no longer needed."""
         import numpy as np
 
-        samples, last = self._samples, int(marks[-1])
+        samples, half = self._samples, MARK_NS // 2
+        ends = np.append(marks - half, marks[-1] + half)
+        begin = int(ends[0])
         times = [each.start_ns + each.period_ns * np.arange(len(each), dtype=np.int64) for each in samples]
-        known = np.concatenate([[-1], *times])
-        positions = np.concatenate([[self.pulses], *(np.asarray(each.positions, np.int64) for each in samples)])
-        found: NDArray[np.int64] = positions[np.searchsorted(known, marks, side="right") - 1]
-        samples[:] = [each for each in samples if each.time_ns(len(each) - 1) > last]
-        self.pulses = int(found[-1])
-        return found
+        last = int(max(ends[-1], times[-1][-1] if times else 0))
+        at = np.concatenate([[begin], *(np.maximum(each, begin) for each in times), [last]])
+        positions = np.concatenate([[self._before], *(np.asarray(each.positions, np.int64) for each in samples)])
+        area = np.concatenate([[0.0], np.cumsum(np.diff(at) * (positions - self.pulses))])
+        means: NDArray[np.float64] = self.pulses + np.diff(np.interp(ends, at, area)) / MARK_NS
+        while samples and samples[0].time_ns(len(samples[0]) - 1) <= ends[-1]:
+            self._before = int(samples.pop(0).positions[-1])
+        return means
+
+    def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
+        """Advance to a mark with this smooth position; return the direction and times of the pulses."""
+        import numpy as np
+
+        first, since = self._smooth, self._mark_ns
+        self._smooth, self._mark_ns = smooth, mark
+        direction = 1 if smooth > first else -1
+        number = floor(direction * (smooth - self.pulses) + 1 - THRESHOLD)
+        if number <= 0:
+            return 0, np.empty(0)
+        passed = self.pulses + direction * (np.arange(number) + THRESHOLD)
+        self.pulses += direction * number
+        return direction, np.asarray(since + (passed - first) / (smooth - first) * (mark - since), np.float64)
 
     def hold(self, made: int) -> None:
         """Block the shaft at this position, where the real motor has stopped, until `let_go`."""
@@ -118,7 +171,8 @@ class Counts:
             axis.push(made - axis.position)
         if self._release is None:
             self._release = axis.seize()
-        self.pulses, self._mark_ns = made, axis.clock.now
+        self.pulses = self._before = made
+        self._smooth, self._mark_ns = float(made), axis.clock.now
         self._samples.clear()
 
     def let_go(self) -> None:
@@ -126,24 +180,3 @@ class Counts:
         if self._release is not None:
             self._release()
             self._release = None
-
-
-def _by_direction(steps: "NDArray[np.int64]") -> "Iterator[tuple[int, NDArray[np.intp]]]":
-    """Yield direction and indices of consecutive steps in one direction; 0 belongs to any direction."""
-    import numpy as np
-
-    moved = np.flatnonzero(steps)
-    if len(moved):
-        turns = np.flatnonzero(np.diff(np.sign(steps[moved]))) + 1
-        for some in np.split(moved, turns):
-            yield int(np.sign(steps[some[0]])), some
-
-
-def _spread(marks: "NDArray[np.int64]", counts: "NDArray[np.int64]") -> "NDArray[np.int64]":
-    """Return the times of these counts, spread evenly over the interval before each mark."""
-    import numpy as np
-
-    first = np.cumsum(counts) - counts
-    number = np.arange(1, int(counts.sum()) + 1, dtype=np.int64) - np.repeat(first, counts)
-    times: NDArray[np.int64] = np.repeat(marks - MARK_NS, counts) + MARK_NS * number // np.repeat(counts, counts)
-    return times

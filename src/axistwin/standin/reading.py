@@ -41,9 +41,10 @@ class Plan:
 
 
 def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
-    """Return the stand-in of a scene; `port` replaces the port of its only board.
+    """Return the plan of a stand-in, which drives real motors in place of a controller; `port` replaces the port of the
+    only board in the scene.
 
-    Raises SceneError with the place in the file; UsageError if the scene has no stand-in.
+    Raises SceneError with the place in the scene file; UsageError if the scene has no stand-in.
     """
     table = scene.stand_in
     if table is None:

@@ -89,10 +89,10 @@ class Sender(Thread):
         while self._board.events:
             self._deliver(self, self._board.events.popleft())
 
-    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
+    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float) -> None:
         """Plan pulses one horizon (a constant delay) after these times, in s of the host's clock."""
         with self._lock:
-            self._board.queue(axis, direction, times_s)
+            self._board.queue(axis, direction, times_s, tolerance_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
         """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TOLERANCE_S = 0.5e-6
-"""Largest difference in seconds between the planned time and the requested time of a pulse."""
+"""Largest difference in seconds between the planned time and the requested time of a pulse of a step output."""
 LEAD_S = 0.01
 """Shortest time in seconds from sending a step command to its first pulse."""
 
@@ -66,7 +66,7 @@ class StepStream:
         """Assume from now on that the board's queue is empty."""
         self._in_queue.clear()
 
-    def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]") -> None:
+    def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]", tolerance_s: float) -> None:
         """Plan pulses at these ticks of the board's clock.  Raises ValueError if no step command can produce them."""
         connection = self._connection
         base, now = motor.last, connection.clock.ticks(connection.now_s)
@@ -74,7 +74,7 @@ class StepStream:
             base = int(wanted[0]) - connection.ticks(LEAD_S / 2)
             motor.last = None
         start, last = base if motor.last is None else None, base
-        for steps in plan(wanted, base, TOLERANCE_S * connection.clock.hz):
+        for steps in plan(wanted, base, tolerance_s * connection.clock.hz):
             motor.waiting.append((start, last + steps.interval, direction, steps))
             start, last = None, last + steps.ticks
         motor.last = last

@@ -137,13 +137,9 @@ class Wiring:
     outputs: tuple[OutputPin, ...] = ()
     watchdog_s: float = 0.1
     stop_sample_s: float = 100e-6
-    """Seconds between two readings of an input that stops motion."""
+    """Shortest time between two readings of an input that stops motion."""
     sample_s: float = 1e-3
-    """Seconds between two readings of any other input."""
-
-    def interval_s(self, given: InputPin) -> float:
-        """Return the seconds between two readings of this input by the board."""
-        return self.sample_s if given.stops is None else self.stop_sample_s
+    """Approximate time between two readings of any other input."""
 
     @cached_property
     def groups(self) -> tuple[str, ...]:

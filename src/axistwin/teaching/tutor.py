@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 
 from axistwin.bench import FAMILIES, Controller
-from axistwin.bench.actions import on_a_bus
 from axistwin.bench.acts import Act
+from axistwin.bench.controller import on_a_bus
 from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, Severity
 from axistwin.diagnostics.codes import tables
 from axistwin.errors import PlacedError
@@ -158,7 +158,11 @@ class Tutor:
         check = self.controller.product.check
         assert check is not None, "every family has a checker"
         numbered = (sent._replace(line=number) for number, line in enumerate(lines, start=1) for sent in line)
-        return [found for found in check([Session(tuple(numbered), initialised=True)]) if found.line == len(lines)]
+        return [
+            found
+            for found in check([Session(tuple(numbered), initialised=True, ended=False)])
+            if found.line == len(lines)
+        ]
 
     def _handled(self, act: str, *_values: object) -> None:
         if act == ManualAct.POWER:  # lines from before a power-up have no effect any more

@@ -8,6 +8,7 @@ import serial
 
 from axistwin.bench import line_format
 from axistwin.errors import LinkError
+from axistwin.links.devices import error_text
 from axistwin.links.urls import parse
 from axistwin.sim.frames import UartFormat
 
@@ -78,7 +79,7 @@ def _open(target: str, line: str | None) -> serial.Serial:
             url, baudrate=fmt.baudrate, bytesize=fmt.bytesize, parity=fmt.parity, stopbits=fmt.stopbits, timeout=0.1
         )
     except (serial.SerialException, ValueError, OSError) as error:
-        raise LinkError(f"cannot open {target}: {error}") from None
+        raise LinkError(f"cannot open {target}: {error_text(error)}") from None
 
 
 def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:

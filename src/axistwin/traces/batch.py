@@ -33,6 +33,17 @@ class Batch:
     def __len__(self) -> int:
         return len(self.times)
 
+    def part(self, begin: int, end: int) -> "Batch":
+        """Return some of the changes."""
+        return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
+
+    def middle(self) -> int:
+        """Return the index near the middle at which a new time begins; the number of changes if there is no such."""
+        import numpy as np
+
+        half_ns = self.times[len(self) // 2]
+        return int(np.searchsorted(self.times, half_ns) or np.searchsorted(self.times, half_ns, side="right"))
+
 
 class ChangeQueue:
     """Changes that have not been written yet, as a list for each signal."""

@@ -36,7 +36,8 @@ class Output:
         """Replace the last `of` bytes by a block.  Raises OSError; the bytes are then restored."""
         start = self._size - of
         if self._limit is not None and start + len(data) > self._limit:
-            raise LimitReachedError(f"the file has reached its limit of {self._limit / 1e6:g} MB")
+            size = f"{self._limit / 1e6:g} MB" if self._limit >= 1000 else f"{self._limit} bytes"
+            raise LimitReachedError(f"the file has reached its limit of {size}")
         os.lseek(self._file, start, os.SEEK_SET)
         before = os.read(self._file, of)
         try:

@@ -24,8 +24,8 @@ from axistwin.fault_injection.injector import Fault
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.traces.axes import ServoTrace, StepperTrace
-from axistwin.traces.batch import ChangeQueue, Part, Rows, Value, merged
-from axistwin.traces.files import WAVES, Sink, ending, sink_for, supported
+from axistwin.traces.batch import Batch, ChangeQueue, Part, Rows, Value, merged
+from axistwin.traces.files import WAVES, Sink, TextSink, ending, sink_for, supported
 from axistwin.traces.gtkwave import write_save_file
 from axistwin.traces.output import LimitReachedError, Output
 from axistwin.traces.provenance import provenance
@@ -350,5 +350,17 @@ class Tracer:
         if self.consumer is not None and parts:
             self.consumer(parts, texts)
         elif self.sink is not None and parts:
-            self.sink.write(merged(parts, texts))
+            self._write_batch(self.sink, merged(parts, texts))
         self.written_ns, self._writing = before_ns, False
+
+    def _write_batch(self, sink: Sink, batch: Batch) -> None:
+        """Write changes; if the file reaches its limit, write the changes that fit, and raise the error."""
+        try:
+            sink.write(batch)
+        except LimitReachedError:
+            at = batch.middle()
+            if not isinstance(sink, TextSink) or at == len(batch):
+                raise
+            self._write_batch(sink, batch.part(0, at))
+            self.written_ns = int(batch.times[at])
+            self._write_batch(sink, batch.part(at, len(batch)))

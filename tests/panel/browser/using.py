@@ -26,6 +26,8 @@ AT = """() => {
   const visible = (each) => each?.getClientRects().length > 0;
   return {
     folded: visible(document.querySelector('button.more')) && !visible(document.querySelector('.speed-box')),
+    parts: [...document.querySelectorAll('.fold-title')].filter(
+      (each) => visible(each) && each.ariaExpanded === 'false').map((each) => each.dataset.test),
     open: [...document.querySelectorAll('.q-menu, .q-dialog')].some(visible),
     drives: [...document.querySelectorAll('button')].some(
       (each) => visible(each) && each.innerText.includes('you drive')),
@@ -224,6 +226,8 @@ class Panel:
             strike(self.page, "Escape")
         if at["folded"]:
             click(self.button("more controls"))
+        for part in at["parts"]:
+            click(self.page.get_by_test_id(part))
         if not at["drives"]:  # a failed test may have left another driver
             click(self.page.get_by_role("button", name="drives").first)
             click(self.button("Drive"))

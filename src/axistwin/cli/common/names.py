@@ -1,13 +1,14 @@
 """The error for a mistyped name."""
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 from axistwin.errors import UsageError
 
 
 def unknown(kind: str, name: str, names: Iterable[str]) -> UsageError:
     """Return the error for an unknown name; the message suggests the nearest valid name, or lists all valid names."""
+    from difflib import get_close_matches  # lazy import: needed only for errors
+
     listed = list(names)
     near = get_close_matches(name.lower(), listed, 1)
     return UsageError(f"no {kind} {name!r}: {f'did you mean {near[0]}?' if near else 'expected ' + ', '.join(listed)}")

@@ -18,6 +18,10 @@ from axistwin.probing import probe as compare
 @click.option("--model", required=True, metavar="MODEL", shell_complete=complete_model, help="Model of the controller.")
 @click.option("--motion", type=click.Choice([str(motion) for motion in Motion]), default="none", show_default=True,
               help="none: nothing moves and no output switches. small: short moves, and outputs.")  # fmt: skip
+@click.option(
+    "--memory", is_flag=True, help="Programs and data are written to the memory of a SmartMotor, and restored."
+)
+@click.option("--plug", is_flag=True, help="A test plug connects outputs to inputs; see the page on probes.")
 @click.option("--as-new", is_flag=True, help="The controller has just been switched on, without wiring of a machine: "
               "positions, inputs and gains are compared too.")  # fmt: skip
 @click.option(
@@ -26,15 +30,24 @@ from axistwin.probing import probe as compare
 @click.option("--report", type=FILE, metavar="FILE", help="Write a report, as HTML or JSON by its suffix.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 def probe(
-    port: str, model: str, motion: str, as_new: bool, line: str | None, report: Path | None, as_json: bool
+    port: str,
+    model: str,
+    motion: str,
+    memory: bool,
+    plug: bool,
+    as_new: bool,
+    line: str | None,
+    report: Path | None,
+    as_json: bool,
 ) -> int:
-    """Compare the controller at PORT with a twin, in about 150 cases per family.
+    """Compare the controller at PORT with a twin, in 150 to 300 cases per family.
 
     PORT is a serial device, tcp://HOST:PORT, rfc2217://HOST:PORT, bus://HOST:PORT or a URL of pyserial.  The verdict
     of each case is same, differs or inconclusive; the exit code is 1 if a case differs.
 
     A probe changes settings such as speeds and variables.  Save them first with `axistwin rescue`, and switch the
-    controller off and on after the probe.  A controller that is moving, busy or has a program is only read.
+    controller off and on after the probe.  A controller that is moving is refused; one that is busy or has a program
+    is only read.
 
     \b
     axistwin probe /dev/ttyUSB0 --model if1
@@ -47,7 +60,8 @@ def probe(
         raise click.UsageError(f"invalid report {report.name!r}: expected a name such as report.html or report.json")
     end = open_end(port, fmt)
     try:
-        found = compare(model, end, Settings(Motion(motion), as_new, fmt, report=_progress))
+        settings = Settings(Motion(motion), as_new, fmt, report=_progress, memory=memory, plug=plug)
+        found = compare(model, end, settings)
     finally:
         end.close()
         _progress(0, 0)
@@ -57,7 +71,7 @@ def probe(
         click.echo(_json(found), nl=False)
     else:
         _print(found)
-    return 1 if found.of(Verdict.DIFFERS) else 0
+    return 1 if found.of(Verdict.DIFFERS) or found.not_restored else 0
 
 
 def _json(found: Probe) -> str:
@@ -80,6 +94,8 @@ def _print(found: Probe) -> None:
     reasons = [result.reason for result in found.of(Verdict.INCONCLUSIVE)]
     for reason in dict.fromkeys(reasons):
         click.echo(f"inconclusive: {reasons.count(reason)} cases: {reason}")
+    if found.not_restored:
+        click.echo(f"not restored: {found.not_restored}")
     for text in found.fits:
         click.echo(f"fits option {text}")
     if not found.times_judged:

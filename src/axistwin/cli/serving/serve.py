@@ -2,9 +2,7 @@
 
 import asyncio
 import gc
-import json
 import logging
-import shlex
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
@@ -136,7 +134,7 @@ def serve(
     if to is not None and panel is None:
         raise UsageError("--to needs a panel: expected also --panel, e.g. --panel 8080")
     served = _served(what, ports, {"state": state, "line": line}, options, with_panel=panel is not None)
-    headers = {"model": what, "options": shlex.join(options), "line": line or ""} if served.scene is None else None
+    headers = _headers(what, options, line) if record and served.scene is None else None
     _log_to_stderr()
     with _Files() as files:
         shown = _panel(served, times, panel, panel_token)
@@ -154,8 +152,9 @@ def serve(
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
-        with preparing(bench, times):
-            return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, files))
+        with ExitStack() as background:  # begins when the ports are open, so that the first answers are not delayed
+            prepare = partial(background.enter_context, preparing(bench, times))
+            return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))
 
 
 def _served(
@@ -189,6 +188,13 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
 
     session = Session(served.build, speed, scene=served.scene, served=True)
     return Panel(served.title, session, Address.read(panel, token))
+
+
+def _headers(model: str, options: tuple[str, ...], line: str | None) -> dict[str, str]:
+    """Return the header of a recording, from which `axistwin run` builds the same bench."""
+    import shlex  # lazy import: needed only for recordings
+
+    return {"model": model, "options": shlex.join(options), "line": line or ""}
 
 
 class _Files:
@@ -286,6 +292,7 @@ async def _serve(
     shown: "Panel | None",
     show: Show,
     start: Callable[[], Awaitable[None]],
+    prepare: Callable[[], object],
     files: _Files,
 ) -> int:
     ended = ending()
@@ -297,6 +304,7 @@ async def _serve(
         _freeze_objects()
         await start()
         show(panel)
+        prepare()
         if files.open:
             _catch_up_regularly(server.pacer, files)
         return await ended
@@ -326,8 +334,7 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 def _freeze_objects() -> None:
     """Exclude all present objects from garbage collection, to shorten its pauses."""
-    gc.collect()
-    gc.freeze()
+    gc.freeze()  # without a collection, which would take as long as all else after the imports
 
 
 def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:
@@ -340,6 +347,8 @@ def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:
 
 
 def _show_json(server: Server, show_hosts: bool, panel: str | None) -> None:
+    import json  # lazy import: needed only on request
+
     ports = [
         {"name": name, "url": str(url), "hosts": list(_host_lines(server, name, url)) if show_hosts else []}
         for name, url in server.ports

@@ -1,10 +1,9 @@
 """The bench and the ports of `axistwin serve`."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from axistwin.bench import Bench, endpoints
 from axistwin.errors import UsageError
@@ -18,8 +17,7 @@ ANY_PORT, ANY_BUS_PORT = "tcp://127.0.0.1:0", "bus://127.0.0.1:0"
 Ports = list[tuple[str, PortUrl]]
 
 
-@dataclass(frozen=True)
-class Served:
+class Served(NamedTuple):
     """A model or a scene with its ports.  Each call of `build` returns a new bench."""
 
     title: str

@@ -4,7 +4,8 @@ import asyncio
 import gc
 import sys
 import threading
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from time import monotonic
@@ -27,6 +28,7 @@ from axistwin.standin.hal.board import HalBoard
 from axistwin.standin.hal.sender import HalSender
 from axistwin.standin.hal.wiring import HalWiring
 from axistwin.standin.journal import Journal, last_positions
+from axistwin.standin.real_time import real_time
 from axistwin.standin.sender import Sender, open_port
 from axistwin.standin.stop_page import StopPage
 
@@ -34,8 +36,8 @@ AnySender = Sender | HalSender
 
 POLL_S = 0.02
 """Interval in seconds at which the end of a preparation is checked."""
-COLLECT_S = 0.01
-"""Seconds between two transfers of pulses to the motion boards."""
+LEAST_COLLECT_S, COLLECTS = 0.01, 10
+"""Shortest interval in seconds between two transfers of pulses to the boards, and number of transfers in a horizon."""
 WARNING = "axistwin is not a safety controller: wire the emergency stop and the limit chain to the drives' enable."
 
 
@@ -116,7 +118,8 @@ class _Run:
             click.echo(f"panel on {page.url}")
         journal.begin(", ".join(self._driver.axes))
         try:
-            return await self._drive(senders, ports, prepared)
+            with self._real_time():
+                return await self._drive(senders, ports, prepared)
         finally:
             self._ending = True
             if page is not None:
@@ -131,6 +134,17 @@ class _Run:
             journal.close()
             for controller in self.bench.controllers.values():
                 controller.power(False)
+
+    @contextmanager
+    def _real_time(self) -> Iterator[None]:
+        """Run with real-time priority.  LinuxCNC's HAL has its own, and its processes must not inherit this one."""
+        if any(isinstance(sender, HalSender) for sender in self._senders):
+            yield
+            return
+        with real_time() as granted:
+            if not granted:
+                _tell("no permission for real-time priority: a busy computer may stop the motors (docs: Time)")
+            yield
 
     async def _drive(self, senders: Sequence[AnySender], ports: served.Ports, prepared: threading.Event) -> int:
         ended = ending()
@@ -206,7 +220,7 @@ class _Run:
     def _collect(self) -> None:
         self._server.pacer.inspect(self._driver.collect)
         self._positions = self._driver.commanded
-        asyncio.get_running_loop().call_later(COLLECT_S, self._collect)
+        asyncio.get_running_loop().call_later(max(LEAST_COLLECT_S, self.plan.horizon_s / COLLECTS), self._collect)
 
     def _said(self, word: str) -> None:
         """Execute a command of the user: stop or go."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from axistwin.bench import FAMILIES, Bench, Controller
-from axistwin.bench.actions import on_a_bus
+from axistwin.bench.controller import on_a_bus
 from axistwin.bench.options import read_options
 from axistwin.cli.common.completing import complete_model
 from axistwin.errors import LinkError, ProgramError, UsageError

@@ -5,8 +5,9 @@ performs the commands in order.  A SINGULAR command, a sequence and a stream eac
 """
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 
-import simpy
+from simpy.resources.store import Store
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.chapters import selftest, tracking
@@ -39,7 +40,7 @@ class Board(State):
         self.pulses.on_phase = self._phase_changed
         self.limits.on_hit = self._limit_hit
         self.joystick.on_move = self._joystick_moves
-        self._queue: simpy.Store = simpy.Store(clock, options.command_queue)
+        self._queue: Store = Store(clock, options.command_queue)
         self._closing = [
             *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown)),
             pins["remote_enable"].subscribe(lambda pin: self.refresh()),
@@ -132,11 +133,7 @@ class Board(State):
 
     def accepts(self, command: Opcode) -> bool:
         """True if the attributes of a host's command allow the board to perform it now."""
-        needed = Accept.STREAMING if self.in_streaming_mode else Accept.INDEXER
-        if self.sequencer.running:
-            needed |= Accept.DURING_SEQUENCE
-        if self.stream.performing:
-            needed |= Accept.DURING_STREAMING
+        needed = _needed(self.in_streaming_mode, self.sequencer.running, self.stream.performing)
         return needed in command.accepted and not self.excludes(command)
 
     def refresh(self) -> None:
@@ -171,3 +168,12 @@ class Board(State):
             self.motion.begun += 1
         self.events.happened(Happening.START if begins else Happening.END, self.motion.begun)
         self.refresh()
+
+
+@lru_cache(maxsize=8)
+def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
+    """Return the attributes that a host's command needs in this state."""
+    needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
+    if during_sequence:
+        needed |= Accept.DURING_SEQUENCE
+    return needed | Accept.DURING_STREAMING if during_streaming else needed

@@ -2,19 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
+from typing import TYPE_CHECKING
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
 from axistwin.controllers.compumotor.chapters.requests import move_bits
-from axistwin.controllers.compumotor.checker.program import check
 from axistwin.controllers.compumotor.checker.texts import Words
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811, installed
-from axistwin.controllers.compumotor.front import FRONT, FRONT_1811
 from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
-from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.product import Abilities, Listing, Order, Product, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.plant.stepper import StepperAxis
@@ -23,6 +21,10 @@ from axistwin.sim.clock import Clock, Process
 from axistwin.sim.pins import CalculatedPin, Pin, SensedPin
 from axistwin.sim.progress import Progress
 from axistwin.sim.registers import RegisterPort
+
+if TYPE_CHECKING:
+    from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
+    from axistwin.controllers.front import Group
 
 PULLED_UP = (
     *(f"trigger{number}" for number in range(1, 7)),
@@ -178,6 +180,25 @@ def _orders(program: str) -> tuple[Order, ...]:
     )
 
 
+def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
+    """Return the diagnostics of what a host sends."""
+    from axistwin.controllers.compumotor.checker.program import check  # lazy import: no run needs it
+
+    return check(commands, sessions)
+
+
+def _rules() -> "tuple[Rule, ...]":
+    from axistwin.controllers.compumotor.rules import RULES  # lazy import: no run needs it
+
+    return RULES
+
+
+def _front(encoder: bool) -> "tuple[Group, ...]":
+    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: needed only for displays
+
+    return FRONT_1811 if encoder else FRONT
+
+
 def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> Product:
     def build(clock: Clock, axes: Mapping[str, StepperAxis], options: Options, _: Store) -> Card:
         return Card(clock, commands, axes["motor"], options, encoder=encoder)
@@ -194,9 +215,9 @@ def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> 
         drive_fault_pins={"motor": "shutdown_in"},
         home_pin="home",
         joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
-        front=FRONT_1811 if encoder else FRONT,
-        check=partial(check, commands),
-        rules=RULES,
+        make_front=partial(_front, encoder),
+        check=partial(_check, commands),
+        make_rules=_rules,
         language=Words(commands),
         programs=SEQUENCES,
         orders=_orders,

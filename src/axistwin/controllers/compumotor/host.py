@@ -51,15 +51,14 @@ class Host:
 
     def _serve(self) -> None:
         self._due = False
-        byte = self.port.read(CONTROL)
-        if byte == NOBODY_DRIVES:
+        status = self.port.read(CONTROL)
+        if status == NOBODY_DRIVES:
             return
-        status = Status(byte)
-        if Status.MESSAGE_READY in status and self._received:
+        if status & Status.MESSAGE_READY and self._received:
             message = bytes(self.port.read(DATA) for _ in range(LONGEST))
             self.port.write(CONTROL, Control.MESSAGE_TAKEN)
             self._received.emit(message)
-        if Status.INPUT_READY in status and self._commands:
+        if status & Status.INPUT_READY and self._commands:
             for value in self._commands.popleft():
                 self.port.write(DATA, value)
             self.port.write(CONTROL, Control.COMMAND_READY)

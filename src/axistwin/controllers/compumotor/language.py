@@ -6,7 +6,8 @@ command that is short, out of range or followed by bytes other than 00 does not 
 
 from dataclasses import dataclass
 from enum import Flag, auto
-from functools import partial
+from functools import cached_property, partial
+from itertools import accumulate
 from typing import Any
 
 from axistwin.controllers.commandset import Command, CommandSet, Field
@@ -114,15 +115,21 @@ class Opcode(Command):
         """Opcode of the command as a byte."""
         return int(self.code)
 
-    @property
+    @cached_property
     def fields(self) -> tuple[Number, ...]:
         """The parameters with their sizes in bytes."""
         return tuple(field for field in self.parameters if isinstance(field, Number))
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of required parameter bytes."""
         return sum(field.size for field in self.fields)
+
+    @cached_property
+    def _places(self) -> tuple[tuple[Number, int, int], ...]:
+        """The parameters, each with the positions of its first byte and after its last byte."""
+        ends = tuple(accumulate(field.size for field in self.fields))
+        return tuple(zip(self.fields, (0, *ends), ends, strict=False))
 
     @property
     def syntax(self) -> str:
@@ -134,10 +141,9 @@ class Opcode(Command):
         """Return the values for the handler, or None if the parameter bytes are invalid."""
         if len(parameters) < self.size or any(parameters[self.size :]):
             return None
-        values, at = [], 0
-        for field in self.fields:
-            value = field.decode(parameters[at : at + field.size])
-            at += field.size
+        values = []
+        for field, begin, end in self._places:
+            value = field.decode(parameters[begin:end])
             if value is None:
                 return None
             if not isinstance(field, DontCare):

@@ -9,7 +9,6 @@ read the ODB, set CB bit 7            SB bit 3 clears; the next message, if any
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from enum import IntFlag
 
 from axistwin.controllers.compumotor.language import LONGEST
 from axistwin.controllers.compumotor.options import Options
@@ -19,7 +18,7 @@ from axistwin.sim.registers import RegisterPort
 from axistwin.units import MS
 
 
-class Control(IntFlag):
+class Control:
     """Bits of the control byte."""
 
     COMMAND_READY = 0x10
@@ -28,7 +27,7 @@ class Control(IntFlag):
     MESSAGE_TAKEN = 0x80
 
 
-class Status(IntFlag):
+class Status:
     """Bits of the status byte; bits 0 to 2 are the user's."""
 
     USER = 0x07
@@ -49,9 +48,9 @@ class Handshake:
     def __init__(self, clock: Clock, port: RegisterPort, pins: Mapping[str, Pin], options: Options) -> None:
         self.clock, self.port = clock, port
         self._lines = {pins[name]: status for name, status in JUMPERS.items()}
-        self._jumpers = Status(0)
+        self._jumpers = 0
         for source in options.interrupts:
-            self._jumpers |= Status[source.upper()]
+            self._jumpers |= getattr(Status, source.upper())
         self._next_message_ns, self._most = round(options.next_message_ms * MS), options.message_queue
         self._messages: deque[bytes] = deque()
         self._loading = False
@@ -75,16 +74,16 @@ class Handshake:
     @property
     def user_bits(self) -> int:
         """User status bits: bits 0 to 2 of the status byte."""
-        return int(self._status & Status.USER)
+        return self._status & Status.USER
 
     @user_bits.setter
     def user_bits(self, bits: int) -> None:
-        self._change(Status.USER, Status(bits))
+        self._change(Status.USER, bits)
 
     @property
     def failed(self) -> bool:
         """True if the fail bit (status bit 5) is set."""
-        return Status.FAILED in self._status
+        return bool(self._status & Status.FAILED)
 
     def fail(self) -> None:
         """Set the fail bit, as the watchdog does; only a reset clears it."""
@@ -94,7 +93,7 @@ class Handshake:
         """Set status bit 4: the IDB is ready for a command."""
         self._change(Status.INPUT_READY, Status.INPUT_READY)
 
-    def _change(self, mask: Status, bits: Status) -> None:
+    def _change(self, mask: int, bits: int) -> None:
         status = (self._status & ~mask) | bits
         if status != self._status:
             self._status = status
@@ -102,23 +101,23 @@ class Handshake:
 
     def _show(self) -> None:
         """Update the status byte and the interrupt lines; all conditions share one interrupt line."""
-        active = bool(self._status & self._jumpers) and Status.MASKED not in self._status
-        self.port.status = int(self._status | (Status.INTERRUPT if active else 0))
+        status = self._status
+        active = bool(status & self._jumpers) and not status & Status.MASKED
+        self.port.status = status | Status.INTERRUPT if active else status
         self.port.interrupt_line.set(active)
-        for line, status in self._lines.items():
-            line.set(status in self._status)
+        for line, bit in self._lines.items():
+            line.set(bool(status & bit))
 
     def _control(self, value: int) -> None:
-        control = Control(value & 0xF0)
-        if Control.RESET in control:
+        if value & Control.RESET:
             self.on_reset()
             return
-        self._change(Status.MASKED, Status(0) if Control.INTERRUPT_ENABLE in control else Status.MASKED)
-        if Control.MESSAGE_TAKEN in control:
+        self._change(Status.MASKED, 0 if value & Control.INTERRUPT_ENABLE else Status.MASKED)
+        if value & Control.MESSAGE_TAKEN:
             self._message_taken()
-        if Control.COMMAND_READY in control and Status.INPUT_READY in self._status:
+        if value & Control.COMMAND_READY and self._status & Status.INPUT_READY:
             self.port.report_command(self.port.input.contents)
-            self._change(Status.INPUT_READY, Status(0))
+            self._change(Status.INPUT_READY, 0)
             reported, self._command_event = self._command_event, self.clock.event()
             reported.succeed()
 
@@ -144,14 +143,14 @@ class Handshake:
         if self.full:
             return
         self._messages.append(message.ljust(LONGEST, b"\0"))
-        if not self._loading and Status.MESSAGE_READY not in self._status:
+        if not (self._loading or self._status & Status.MESSAGE_READY):
             self._load()
 
     def forget_messages(self) -> None:
         """Discard messages that the host has not read."""
         self._messages.clear()
         self.port.output.drain()
-        self._change(Status.MESSAGE_READY, Status(0))
+        self._change(Status.MESSAGE_READY, 0)
 
     def _load(self) -> None:
         self._loading = False
@@ -165,9 +164,9 @@ class Handshake:
             self._change(Status.MESSAGE_READY, Status.MESSAGE_READY)
 
     def _message_taken(self) -> None:
-        if Status.MESSAGE_READY not in self._status:
+        if not self._status & Status.MESSAGE_READY:
             return
         self.port.output.drain()
-        self._change(Status.MESSAGE_READY, Status(0))
+        self._change(Status.MESSAGE_READY, 0)
         self._loading = True
         self.clock.call_later(self._next_message_ns, self._load)

@@ -32,6 +32,7 @@ from axistwin.units import MS, US
 
 INDEXER = 0x50
 """Indexer mode, the mode after reset.  The code of a mode is the opcode that enters it."""
+_SINGULAR_IN_INDEXER_MODE = Accept.SINGULAR | Accept.INDEXER
 IN_DEADBAND = 0x80
 """State code for 0Fh: the closed-loop error is within the deadband."""
 
@@ -115,8 +116,7 @@ class State(ABC):
 
         Such commands are moves, searches and the joystick.
         """
-        both = Accept.SINGULAR | Accept.INDEXER
-        return both in command.accepted and self.host.busy
+        return self.host.busy and _SINGULAR_IN_INDEXER_MODE in command.accepted
 
     def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
         """Perform a command; a command that takes time continues as the owner's SINGULAR command."""

@@ -1,8 +1,8 @@
 """The installed interface card: terminals, RS232 plug and power switch (chapter Installation)."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
 from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES
@@ -10,14 +10,11 @@ from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
 from axistwin.controllers.digiplan.chapters.outputs import Outputs, awaited
 from axistwin.controllers.digiplan.chapters.report import busy_letter, communication_bits, motion_bits, steps
 from axistwin.controllers.digiplan.chapters.terminals import CABLES, Cable
-from axistwin.controllers.digiplan.checker.program import check
 from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.front import FRONT
 from axistwin.controllers.digiplan.interface import Interface
 from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.digiplan.rules import RULES
 from axistwin.controllers.digiplan.state import Hardware, Stage
 from axistwin.controllers.product import Abilities, ControlLines, Handshake, Listing, Order, Product, Register, Store
 from axistwin.plant.stepper import StepperAxis
@@ -28,6 +25,10 @@ from axistwin.sim.pins import CalculatedPin, Pin, connect
 from axistwin.sim.progress import Progress
 from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
+
+if TYPE_CHECKING:
+    from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
+    from axistwin.controllers.front import Group
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
@@ -159,7 +160,7 @@ def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
             connect({"dtr": plug.dtr, "rts": plug.rts}[source], line)
         return line
 
-    return replace(plug, dsr=line(plug.dsr, cable.dsr), cts=line(plug.cts, cable.cts))
+    return plug._replace(dsr=line(plug.dsr, cable.dsr), cts=line(plug.cts, cable.cts))
 
 
 ORDERS = (
@@ -167,6 +168,25 @@ ORDERS = (
     Order("cancel #", b"#\r\n", "Cancel: stop every axis with deceleration, end the sequence"),
 )
 """CR LF ends a message in both data formats: U ignores LF; in V, LF ends the message and CR is optional."""
+
+
+def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]":
+    """Return the diagnostics of what a host sends."""
+    from axistwin.controllers.digiplan.checker.program import check  # lazy import: no run needs it
+
+    return check(sessions, battery=battery)
+
+
+def _rules() -> "tuple[Rule, ...]":
+    from axistwin.controllers.digiplan.rules import RULES  # lazy import: no run needs it
+
+    return RULES
+
+
+def _front() -> "tuple[Group, ...]":
+    from axistwin.controllers.digiplan.front import FRONT  # lazy import: needed only for displays
+
+    return FRONT
 
 
 def _product(model: str, title: str, battery: bool) -> Product:
@@ -177,12 +197,12 @@ def _product(model: str, title: str, battery: bool) -> Product:
         axes=("X", "Y", "Z"),
         options=Options,
         build=lambda clock, axes, options, store: Card(clock, axes, options, store if battery else NoBattery()),
-        check=partial(check, battery=battery),
-        rules=RULES,
+        check=partial(_check, battery=battery),
+        make_rules=_rules,
         line=UartFormat(9600, 8, "N", 2),
         limit_pins=("limit_minus", "limit_plus"),
         drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
-        front=FRONT,
+        make_front=_front,
         programs=(SEQUENCE,),
         orders=lambda program: ORDERS,
         most_lines=MOST_STEPS,

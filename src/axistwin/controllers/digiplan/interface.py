@@ -90,7 +90,8 @@ class Interface(State):
     def _obey_until_broken_in(self) -> Procedure:
         """Obey messages until a `(` begins the initialisation again."""
         while True:
-            yield from self.until_unmuted()
+            if self.muted:
+                yield from self.until_unmuted()
             character = self.buffer.take()
             if character is None:
                 yield self.buffer.arrival()

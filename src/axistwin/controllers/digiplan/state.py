@@ -2,8 +2,9 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
+from typing import NamedTuple
 
 from axistwin.controllers.digiplan.chapters.data_format import Frame, MessageFormat
 from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, Transmitter
@@ -30,8 +31,7 @@ class Stage(Enum):
     READY = "ready"
 
 
-@dataclass(frozen=True)
-class Hardware:
+class Hardware(NamedTuple):
     """The parts of a card that exist even without power."""
 
     clock: Clock

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import NamedTuple
 
 from axistwin.controllers.diagnostics import Rule
 
@@ -17,8 +18,7 @@ class Fault(Enum):
     RANGE = "out of range"
 
 
-@dataclass(frozen=True)
-class Problem:
+class Problem(NamedTuple):
     """A problem of a message: its place (index into the text), a description, and the manual's chapter."""
 
     rule: Rule

@@ -3,11 +3,9 @@
 from collections.abc import Callable
 from functools import partial
 
-from simpy import Interrupt
-
 from axistwin.controllers.digiplan.chapters.motion import RampGenerator
 from axistwin.controllers.digiplan.step import EndOfWork
-from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill
+from axistwin.sim.clock import Clock, Event, Interrupt, Procedure, Process, interrupt, kill
 
 
 class Work:

@@ -2,13 +2,11 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from axistwin.controllers.diagnostics import Diagnostic, Session
 from axistwin.controllers.product import Abilities, Order, Product, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, inhibition
 from axistwin.controllers.smartmotor.commands import COMMANDS
-from axistwin.controllers.smartmotor.front import FRONT
 from axistwin.controllers.smartmotor.kernel import jit
 from axistwin.controllers.smartmotor.kernel.core import prepare, prepared
 from axistwin.controllers.smartmotor.kernel.state import USER_PINS
@@ -17,7 +15,6 @@ from axistwin.controllers.smartmotor.listing import PROGRAM_NAME, Lines
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.registers import Registers
-from axistwin.controllers.smartmotor.rules import RULES
 from axistwin.controllers.smartmotor.terminals import EncoderPin, IndexLine
 from axistwin.errors import UsageError
 from axistwin.plant.axes import servo_axis
@@ -27,6 +24,10 @@ from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
+
+if TYPE_CHECKING:
+    from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
+    from axistwin.controllers.front import Group
 
 
 class SmartMotor:
@@ -115,11 +116,23 @@ class SmartMotor:
         self.pins["brake"].set(True)
 
 
-def _check(sessions: Sequence[Session]) -> list[Diagnostic]:
+def _check(sessions: "Sequence[Session]") -> "list[Diagnostic]":
     """Return the diagnostics of stored programs and of what a host sends."""
     from axistwin.controllers.smartmotor.checker.program import check  # lazy import: no run needs it
 
     return check(sessions)
+
+
+def _rules() -> "tuple[Rule, ...]":
+    from axistwin.controllers.smartmotor.rules import RULES  # lazy import: no run needs it
+
+    return RULES
+
+
+def _front() -> "tuple[Group, ...]":
+    from axistwin.controllers.smartmotor.front import FRONT  # lazy import: needed only for displays
+
+    return FRONT
 
 
 NAME = re.compile(r"[A-Za-z]+|a[bwl]\[\d{1,3}\]", re.ASCII)
@@ -142,13 +155,13 @@ PRODUCTS = {
         note=jit.note,
         prepare=prepare,
         prepared=prepared,
-        rules=RULES,
+        make_rules=_rules,
         make_axis=servo_axis,
         line=UartFormat(),
         limit_pins=("D", "C"),
         brake_pin="brake",
         closed_level=False,
-        front=FRONT,
+        make_front=_front,
         programs=(PROGRAM_NAME,),
         orders=lambda program: ORDERS,
     )

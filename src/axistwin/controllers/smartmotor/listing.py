@@ -10,7 +10,7 @@ for a line with several statements, all statements of the program are announced.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from axistwin.controllers.product import Follower, Listing
 from axistwin.controllers.smartmotor.kernel import state as s
@@ -28,8 +28,7 @@ def lines_of(text: str) -> tuple[str, ...]:
     return tuple(text.removesuffix("\n").split("\n")) if text else ()
 
 
-@dataclass(frozen=True)
-class Rows:
+class Rows(NamedTuple):
     """The lines of a program, the line index of each statement, and the lines that take no time."""
 
     lines: tuple[str, ...]

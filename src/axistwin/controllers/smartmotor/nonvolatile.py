@@ -1,6 +1,5 @@
 """Nonvolatile memory: the program (section 15 of the base language) and the data EEPROM (section 6)."""
 
-import json
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -35,6 +34,8 @@ class Nonvolatile:
             "locked": self.locked,
             "eeprom": self.eeprom.hex(),
         }
+        import json  # lazy import: needed only for a memory with contents
+
         store.save(json.dumps(contents, indent=1).encode())
 
     @classmethod
@@ -43,6 +44,8 @@ class Nonvolatile:
         contents = store.load()
         if contents is None:
             return cls()
+        import json  # lazy import: needed only for a memory with contents
+
         try:
             return cls._from(json.loads(contents))
         except (ValueError, TypeError, KeyError, RecursionError) as error:

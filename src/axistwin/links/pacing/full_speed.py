@@ -39,7 +39,9 @@ class FullSpeed:
     def _idle(self) -> bool:
         """True if all events are executed, except endless background events after the last planned action."""
         clock = self._clock
-        return (clock.quiet and clock.now >= self._bench.agenda_ns) or clock.next_event_ns() is None
+        if clock.quiet and clock.now >= self._bench.agenda_ns:
+            return True
+        return clock.next_event_ns() is None
 
     def _slice(self) -> None:
         self._next = None
@@ -50,7 +52,7 @@ class FullSpeed:
             self.resume()
 
     def _advance(self) -> None:
-        limit = Slice()
-        self._clock.step()
+        limit, step = Slice(), self._clock.step
+        step()
         while not self._idle and not self._ended and not limit.over():
-            self._clock.step()
+            step()

@@ -1,11 +1,13 @@
 """A drawing as an element of the page."""
 
+import json
 from typing import Any
 
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from axistwin.drawings import Change, Drawing
+from axistwin.panel.outbound import execute
 
 
 class Picture(Element, component="picture.js"):
@@ -25,8 +27,8 @@ class Picture(Element, component="picture.js"):
         self._show(self.drawing.take())
 
     def _show(self, changes: list[Change]) -> None:
-        if changes:
-            self.run_method("show", changes)
+        if changes and not self.is_deleted:
+            execute(self.client, f'runMethod({self.id},"show",[{json.dumps(changes)}])')
 
     def _clicked(self, event: GenericEventArguments) -> None:
         if isinstance(event.args, str):

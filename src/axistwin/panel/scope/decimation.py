@@ -83,13 +83,12 @@ def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Li
 
 def _pixels(rows: Rows, edges: Times) -> _Pixels:
     begun = np.searchsorted(rows.begin, edges)
-    begins, ends = begun[:-1], begun[1:]
+    begins, ends, counts = begun[:-1], begun[1:], np.diff(begun)
     held = np.full(len(begins), np.nan)
-    held[begins > 0] = rows.last[begins[begins > 0] - 1]
+    known = begins.searchsorted(0, "right")  # the first pixel after the first row
+    held[known:] = rows.last[begins[known:] - 1]
     low, high = held.copy(), held.copy()
-    some = ends > begins
-    single = ends - begins == 1
-    busy = ends - begins > 1
+    some, single, busy = counts > 0, counts == 1, counts > 1
     if some.any():
         starts, upto = begins[some], ends[-1]
         low[some] = np.fmin(low[some], np.fmin.reduceat(rows.low[:upto], starts))

@@ -49,14 +49,14 @@ NOTHING = object()
 class _Source:
     """A terminal or a register, with the functions that show its value on the page."""
 
-    def __init__(self, context: Context, who: str, name: str) -> None:
-        self._context, self._who, self._name = context, who, name
+    def __init__(self, name: str) -> None:
+        self._name = name
         self._known: int | str | object | None = NOTHING
         self.shows: list[Show] = []
 
-    def refresh(self) -> None:
+    def refresh(self, controller: Controller) -> None:
         """Read the value, and show the value if it has changed."""
-        value = self._context.bench.controllers[self._who].read(self._name)
+        value = controller.read(self._name)
         if value != self._known:
             self._known = value
             for show in self.shows:
@@ -64,7 +64,7 @@ class _Source:
 
 
 def _group(context: Context, name: str, group: Group) -> Refresh:
-    sources = {source: _Source(context, name, source) for source in group.sources}
+    sources = {source: _Source(source) for source in group.sources}
     with ui.element("div").classes("group") as box:
         box.props.update({"role": "group", "aria-label": group.title})
         with ui.label(group.title).classes("group-title") as title:
@@ -72,7 +72,13 @@ def _group(context: Context, name: str, group: Group) -> Refresh:
         with ui.element("div").classes("row-of-lamps" if group.row else "told-list"):
             for item in group.items:
                 sources[item.source].shows.append(_item(name, item, group))
-    return together(*(source.refresh for source in sources.values()))
+
+    def refresh() -> None:
+        controller = context.bench.controllers[name]
+        for source in sources.values():
+            source.refresh(controller)
+
+    return refresh
 
 
 def _item(who: str, item: Item, group: Group) -> Show:
@@ -122,7 +128,7 @@ def _registers(context: Context, name: str) -> Refresh:
     def build() -> None:
         with found, ui.element("div").classes("registers"):
             for register in context.bench[name].registers:
-                source = _Source(context, name, register)
+                source = _Source(register)
                 source.shows.append(_plainly(called(Readout(register, register), f"{name}-register-{register}")))
                 sources.append(source)
 
@@ -131,7 +137,8 @@ def _registers(context: Context, name: str) -> Refresh:
             return
         if not sources:
             build()
+        controller = context.bench[name]
         for source in sources:
-            source.refresh()
+            source.refresh(controller)
 
     return seldom(context, SELDOM, refresh)

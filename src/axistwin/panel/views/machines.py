@@ -8,6 +8,7 @@ from axistwin.bench import Controller
 from axistwin.drawings import Figure, Flow, Press, Switches, figure, used_axes
 from axistwin.panel.context import Context, Refresh
 from axistwin.panel.drawings.picture import Picture
+from axistwin.panel.views.parts import folded
 from axistwin.panel.views.table import table
 
 
@@ -26,7 +27,10 @@ def machines(context: Context, name: str) -> Refresh:
         with ui.element("div").classes("axes"):
             top_view = table(context, name)
             frames = {axis: _frame(controller, axis, press) for axis in controller.axes}
-        with ui.element("section").classes("axis switches-box").props(f'aria-label="switches and lamps of {name}"'):
+        with (
+            folded(context, f"{name} switches", "Switches and lamps"),
+            ui.element("section").classes("axis switches-box").props(f'aria-label="switches and lamps of {name}"'),
+        ):
             switches = Switches(controller, press)
             board = Picture(switches.drawing)
 

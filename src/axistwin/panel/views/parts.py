@@ -1,6 +1,7 @@
 """Common elements of views: lamps, keys, readouts and drawers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 from nicegui import ui
@@ -85,3 +86,30 @@ def drawer(context: Context, key: str, title: str) -> ui.expansion:
     found = ui.expansion(title, value=bool(settings.get(key)))
     found.on_value_change(lambda: settings.update({key: found.value}))
     return called(found.classes("drawer"), key.replace(" ", "-"))
+
+
+@contextmanager
+def folded(context: Context, key: str, title: str) -> Iterator[None]:
+    """Build a part of the page that is folded on a narrow screen; a button with its title unfolds the part.
+
+    A wide screen always shows the part, without the button.  The state is stored for this user.
+    """
+    settings, setting = context.person.settings, f"open {key}"
+
+    def show() -> None:
+        is_open = bool(settings.get(setting))
+        box.classes(**{"add" if is_open else "remove": "open"})
+        button.props["aria-expanded"] = "true" if is_open else "false"
+
+    def press() -> None:
+        settings[setting] = not settings.get(setting)
+        show()
+
+    with ui.element("div").classes("fold") as box:
+        button = TextElement(tag="button", text=title).classes("fold-title")
+        button.props["type"] = "button"
+        button.on("click", press, [])
+        called(button, f"fold-{key.replace(' ', '-')}")
+        show()
+        with ui.element("div").classes("fold-body"):
+            yield

@@ -12,6 +12,7 @@ from nicegui import events, run, ui
 from axistwin.errors import AxistwinError
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, complain
+from axistwin.panel.outbound import execute
 from axistwin.panel.people import Person
 from axistwin.panel.scope import frames
 from axistwin.panel.scope.recorder import Recorder
@@ -110,7 +111,7 @@ class _Scope:
         if state != self._drawn:
             self._drawn = state
             self._all.drawn += 1
-            self._client.run_javascript(f"axistwinScope.draw({self.plot.id},{json.dumps(frames.frame(screen))})")
+            execute(self._client, f"axistwinScope.draw({self.plot.id},{json.dumps(frames.frame(screen))})")
 
     def _shows_numbers(self) -> bool:
         """True if the table of measurements is updated in this frame."""

@@ -144,7 +144,7 @@ class HalBoard:
 
     # Pulses and outputs
 
-    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
+    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
         """Make pulses one horizon (a constant delay) after these times, within the limits; direction +1 or -1."""
         import numpy as np
 

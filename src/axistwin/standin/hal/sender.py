@@ -138,7 +138,7 @@ class HalSender:
         except OSError:
             self._board.fail(ENDED)
 
-    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]") -> None:
+    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
         """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
         self._act(self._board.queue, axis, direction, times_s)
 

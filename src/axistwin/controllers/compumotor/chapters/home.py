@@ -15,15 +15,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
-from simpy import Interrupt
-
 from axistwin.controllers.compumotor.parts.library import HomeDefinition, Move
 from axistwin.controllers.compumotor.parts.profiles import Speed, continuous, preset, stopping
 from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.parts.tracking import Use
 from axistwin.controllers.compumotor.state import State, ns
 from axistwin.motion.profile import Segment
-from axistwin.sim.clock import Clock, Procedure
+from axistwin.sim.clock import Clock, Interrupt, Procedure
 from axistwin.sim.pins import Pin
 
 

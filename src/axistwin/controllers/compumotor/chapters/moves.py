@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-from simpy import Interrupt
-
 from axistwin.controllers.compumotor.chapters.tracking import wake
 from axistwin.controllers.compumotor.parts.library import CLOSED_LOOP, Kind, Move
 from axistwin.controllers.compumotor.parts.profiles import Speed, changed, continuous, preset, stopping
@@ -11,7 +9,7 @@ from axistwin.controllers.compumotor.parts.pulses import RAMPS, Phase, VelocityP
 from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
 from axistwin.controllers.compumotor.parts.tracking import Use
 from axistwin.controllers.compumotor.state import State
-from axistwin.sim.clock import Procedure
+from axistwin.sim.clock import Interrupt, Procedure
 
 MOST_MOVES = 0x32
 FARTHEST_ABSOLUTE = 0x3FFF_FFFF

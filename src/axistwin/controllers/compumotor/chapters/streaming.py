@@ -32,6 +32,8 @@ class StreamOutput:
 
     def __init__(self, board: State, setting: Setting) -> None:
         self._board, self._setting, self._stream, self._pulses = board, setting, board.stream, board.pulses
+        self._period_ns = setting.period_ms * MS
+        self._end = END_OF_STREAM if setting.mode == DISTANCE_TIME else None
 
     def perform(self) -> Procedure:
         """Output the entries of the buffer until the buffer is empty or motion is blocked."""
@@ -50,41 +52,66 @@ class StreamOutput:
                 return
             if duration_ns is None:
                 break
-            yield board.clock.timeout(duration_ns)
+            if not board.clock.skip(duration_ns):
+                yield board.clock.timeout(duration_ns)
+            if self._period_ns:
+                self._run_ahead()
         else:
             self._execute(marker)
             self._pulses.hold()
         stream.finish()
 
+    def _run_ahead(self) -> None:
+        """Output the next words that have no effect but pulses and that end before the next event of the bench.
+
+        Such a word is a velocity in the present direction.  The pulses are the same as if each word caused an event.
+        """
+        board, pulses = self._board, self._pulses
+        if board.clock.free_ns <= self._period_ns:
+            return
+        if board.outputs.in_use or board.joystick.enabled or board.blocked(pulses.sign):
+            return
+        while segments := self._ahead(min((board.clock.free_ns - 1) // self._period_ns, pulses.room)):
+            pulses.append(segments)
+            board.clock.skip(len(segments) * self._period_ns)
+
+    def _ahead(self, most: int) -> list[Segment]:
+        """Remove velocities in the present direction, at most `most`, from the buffer; return their segments."""
+        segments: list[Segment] = []
+        setting, markers = self._setting, self._stream.markers
+        direction = CCW if self._sign(CCW) == self._pulses.sign else 0
+        for (word,) in self._stream.without_alarm(most):
+            if word & CCW != direction or not word & FASTEST or word == self._end or word in markers:
+                break
+            segments.append(_segment(setting, word))
+        self._stream.drop(len(segments))
+        return segments
+
     def _output(self, entry: Entry) -> int | None:
         """Output an entry.  Return the time until the next entry in ns, or None at the end of the stream."""
         if self._setting.mode == VELOCITY_DISTANCE:
             return self._velocity_for_distance(*entry)
-        output = self._distance if self._setting.mode == DISTANCE_TIME else self._velocity
-        return self._setting.period_ms * MS if output(*entry) else None
+        (word,) = entry
+        if word == self._end:
+            self._pulses.kill()
+            return None
+        return self._period_ns if self._run(word) else None
 
     def _velocity_for_distance(self, number: int, distance: int) -> int | None:
         if number & FASTEST and not distance:
             return 0
-        if not self._velocity(number):
+        if not self._run(number):
             return None
         return max(SHORTEST_NS, self._pulses.ns_until(distance)) if number & FASTEST else SHORTEST_NS
 
-    def _velocity(self, number: int) -> bool:
-        side = -1 if number & CCW else +1
-        return self._run(self._setting.rate(number), side if self._pulses.cw_is_plus else -side)
+    def _sign(self, word: int) -> int:
+        """Return the sign of the pulses of a word: distances are signed + and -, velocities CW and CCW."""
+        plus = self._end is not None or self._pulses.cw_is_plus
+        return -1 if plus == bool(word & CCW) else +1
 
-    def _distance(self, word: int) -> bool:
-        if word == END_OF_STREAM:
-            self._pulses.kill()
-            return False
-        distance = word - FULL if word & CCW else word
-        wish = Fraction(abs(distance) * 1000, self._setting.period_ms)
-        return self._run(min(wish, self._setting.rate(FASTEST)), -1 if distance < 0 else +1)
-
-    def _run(self, rate: Fraction, sign: int) -> bool:
-        """Change to this velocity.  Return False if motion in direction `sign` is blocked."""
-        pulses = self._pulses
+    def _run(self, word: int) -> bool:
+        """Change to the velocity of a word.  Return False if motion in its direction is blocked."""
+        pulses, rate, sign = self._pulses, _rate(self._setting, word), self._sign(word)
         if not rate:
             pulses.kill()
         elif self._board.blocked(sign):
@@ -95,7 +122,7 @@ class StreamOutput:
             phase = Phase.CONSTANT
             if rate != before:
                 phase = Phase.ACCELERATING if rate > before else Phase.DECELERATING
-            pulses.run(_endless(phase, rate, self._setting.maximum), sign)
+            pulses.run(_endless(phase, self._setting, word), sign)
         return True
 
     def _marker(self, word: int) -> Marker | None:
@@ -105,8 +132,9 @@ class StreamOutput:
 
     def _execute(self, marker: Marker | None) -> None:
         """Execute a marker's command concurrently.  Ignored while the command of another marker is executed."""
-        busy = self._stream.marker_process is not None and self._stream.marker_process.is_alive
-        if marker is not None and not busy:
+        if marker is None:
+            return
+        if self._stream.marker_process is None or not self._stream.marker_process.is_alive:
             self._stream.marker_process = self._board.clock.process(self._carry_out(marker))
 
     def _carry_out(self, marker: Marker) -> Procedure:
@@ -119,9 +147,24 @@ class StreamOutput:
 
 
 @lru_cache(maxsize=4096)
-def _endless(phase: Phase, rate: Fraction, maximum: Fraction) -> VelocityProfile:
-    """Return endless motion at a velocity; a stream repeats many velocities."""
-    return VelocityProfile(((phase, (Segment(rate, None),)),), maximum, of_move=False)
+def _rate(setting: Setting, word: int) -> Fraction:
+    """Return the rate of a velocity or of a distance over the period, without its direction."""
+    if setting.mode != DISTANCE_TIME:
+        return setting.rate(word & FASTEST)
+    distance = FULL - word if word & CCW else word
+    return min(Fraction(distance * 1000, setting.period_ms), setting.rate(FASTEST))
+
+
+@lru_cache(maxsize=4096)
+def _segment(setting: Setting, word: int) -> Segment:
+    """Return motion at the velocity of a word for one period."""
+    return Segment(_rate(setting, word), setting.period)
+
+
+@lru_cache(maxsize=4096)
+def _endless(phase: Phase, setting: Setting, word: int) -> VelocityProfile:
+    """Return endless motion at the velocity of a word."""
+    return VelocityProfile(((phase, (Segment(_rate(setting, word), None),)),), setting.maximum, of_move=False)
 
 
 def indexer_mode(board: State) -> None:

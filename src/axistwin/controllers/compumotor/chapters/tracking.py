@@ -4,7 +4,8 @@ closed-loop move: encoder pulses x ratio (B0h) ──> a preset move in motor pu
 at rest:    every 2 ms, error = desired - count ──> K·e, K·√e or K·e² (B3h), while position maintenance (18h) is on
 in motion:  every 2 ms, the rotor teeth by which pulses and counts differ; one or more: a stall
 
-Updates are scheduled only while there is motion to supervise or an error to correct.
+Updates are scheduled only while there is motion to supervise or an error to correct.  Until the next event of the
+bench, updates that cannot detect a stall are left out.
 """
 
 from functools import partial
@@ -54,11 +55,11 @@ def refresh(board: State) -> None:
     wake(board)
 
 
-def wake(board: State) -> None:
-    """Schedule an update in 2 ms if the motor moves or an error must be corrected."""
+def wake(board: State, skipped: int = 0) -> None:
+    """Schedule an update if the motor moves or an error must be corrected: in 2 ms, after the `skipped` updates."""
     if not board.loop.ticking and board.alive and _busy(board):
         board.loop.ticking = True
-        board.clock.call_later(UPDATE_NS, partial(_tick, board))
+        board.clock.call_later((skipped + 1) * UPDATE_NS, partial(_tick, board))
 
 
 def _busy(board: State) -> bool:
@@ -76,15 +77,26 @@ def _tick(board: State) -> None:
         _detect_stall(board)
         _maintain(board)
         board.outputs.refresh()
-        wake(board)
+        wake(board, _without_effect(board))
+
+
+def _without_effect(board: State) -> int:
+    """Return the number of the next updates that have no effect, because the motor moves on and cannot stall.
+
+    The last update before any other event is never one of them: it reads the encoder, whose backlash has a memory.
+    """
+    loop = board.loop
+    skipped = (board.clock.free_ns - 1) // UPDATE_NS - 1
+    if skipped < 1 or not board.pulses.moving or loop.correcting or board.joystick.enabled or board.outputs.in_use:
+        return 0
+    while skipped and not loop.cannot_stall(skipped * UPDATE_NS):
+        skipped //= 2
+    return skipped
 
 
 def _detect_stall(board: State) -> None:
     loop = board.loop
-    if loop.ended is not None or loop.reference is None or not loop.detects_stalls:
-        return
-    pulses, counts = loop.reference
-    if loop.slipped(board.pulses.position - pulses, loop.encoder.count - counts):
+    if loop.watches and loop.slipped(*loop.since_reference):
         loop.reference = None
         board.events.happened(Happening.STALL, board.motion.begun)
         if loop.ends_stalled_moves:

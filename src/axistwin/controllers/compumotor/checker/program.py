@@ -25,6 +25,8 @@ NEED_DEFAULT = {0x32: "move", 0x33: "move", 0x34: "move", 0x35: "move", 0x36: "m
 NEED_LOOP = (0x35, 0x36)
 LOOP_PARAMETERS = {0xB0: "ratio", 0xB1: "resolution", 0xB2: "sigma", 0xB3: "algorithm", 0xB4: "teeth"}
 RATIO, RESUME = 0xB0, 0x37
+MODAL = frozenset((0x50, 0x51, 0x52, 0x53, 0xD8, 0xD9))
+"""Opcodes of the commands that decide which commands the board accepts next: modes, and definitions of sequences."""
 DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
 """By opcode of streamed data, the opcode of the streaming mode that accepts these data."""
 END_OF_STREAM = -0x7FFF
@@ -69,7 +71,7 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
-    """Return the commands that the board accepts after those of this session."""
+    """Return the commands that the board accepts after those of this session; the MODAL commands suffice."""
     defined = _followed(commands, session).defined
 
     def may_follow(accepted: Flag) -> bool:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cached_property
 from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
@@ -100,8 +101,12 @@ class Words:
             found += [Placed(byte, word.start(), len(word[0])) for byte in data]
         return found
 
+    @cached_property
+    def _names(self) -> dict[str, language.Opcode]:
+        return {name_of(command): command for command in self.commands if isinstance(command, language.Opcode)}
+
     def _find(self, word: re.Match[str]) -> language.Opcode:
-        names = {name_of(command): command for command in self.commands if isinstance(command, language.Opcode)}
+        names = self._names
         if word[0] in names:
             return names[word[0]]
         likely = re.sub(r"[^a-z0-9]+", "_", word[0].lower()).strip("_")

@@ -38,9 +38,14 @@ class Outputs:
             self._tracked[bit] = state, active_high
             self.refresh()
 
+    @property
+    def in_use(self) -> bool:
+        """True if a bit shows any state."""
+        return bool(self._tracked)
+
     def shows(self, state: int) -> bool:
         """True if a bit shows this state."""
-        return any(shown == state for shown, _ in self._tracked.values())
+        return bool(self._tracked) and any(shown == state for shown, _ in self._tracked.values())
 
     def refresh(self) -> None:
         """Update the bits that show a state."""

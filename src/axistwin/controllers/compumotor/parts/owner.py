@@ -5,9 +5,7 @@ The two owners are the host and the sequence.  79h and 7Ah end the SINGULAR comm
 
 from collections.abc import Callable
 
-from simpy import Interrupt
-
-from axistwin.sim.clock import Clock, Procedure, Process, interrupt, kill
+from axistwin.sim.clock import Clock, Interrupt, Procedure, Process, interrupt, kill
 
 
 class Owner:

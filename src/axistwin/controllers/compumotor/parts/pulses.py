@@ -3,7 +3,7 @@
 Positions are signed + and -; physical directions are CW (+1) and CCW (-1).  Command 14h assigns signs to directions.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
@@ -61,8 +61,8 @@ class VelocityProfile:
     def _begins(self) -> Iterable[tuple[int, Phase]]:
         at = Fraction(0)
         for phase, segments in self.phases:
-            if any(segment.seconds != 0 for segment in segments):
-                yield int(at * S), phase
+            if any(seconds is None or seconds for _, seconds in segments):
+                yield int(at * S) if at else 0, phase
             for segment in segments:
                 if segment.seconds is None:
                     return
@@ -127,6 +127,11 @@ class PulseGenerator:
         count = self._output.pulses_by(self._elapsed_ns) + pulses
         return self._output.pulse_ns(count) + 1 - self._elapsed_ns
 
+    def within(self, duration_ns: int) -> int:
+        """Return the number of pulses in the next `duration_ns` of the present profile."""
+        elapsed_ns = self._elapsed_ns
+        return self._output.pulses_by(elapsed_ns + duration_ns) - self._output.pulses_by(elapsed_ns)
+
     @property
     def step_level(self) -> bool:
         """Level of STEP: high for half a period of the range's highest frequency after each pulse."""
@@ -171,11 +176,24 @@ class PulseGenerator:
         elif len(self._output.segments) < MOST_SEGMENTS:
             self.change(profile)
         else:
-            fraction, rate = self._output.fraction_at(self._elapsed_ns), self.rate
-            self._output = self._output.cut(self._elapsed_ns)
-            self._origin = self._issued
-            self._begin(Profile(profile.segments, fraction, rate))
+            self._continue(profile.segments)
             self._follow(profile)
+
+    @property
+    def room(self) -> int:
+        """Number of velocities that `append` can output at once; 0 if they may have other effects than pulses."""
+        if not (self.moving and self.axis.free):
+            return 0
+        return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
+
+    def append(self, segments: Sequence[Segment]) -> None:
+        """Output velocities in the present direction from now on; the last one continues after its end."""
+        added = (*segments[:-1], Segment(segments[-1].rate, None))
+        if len(self._output.segments) < MOST_SEGMENTS:
+            self._output = self._output.cut(self._elapsed_ns, added)
+            self.axis.replace(self._output)
+        else:
+            self._continue(added)
 
     def hold(self) -> None:
         """Keep the present velocity until another profile begins."""
@@ -208,6 +226,12 @@ class PulseGenerator:
         """Begin a new excursion under joystick control."""
         self._excursion_origin = self.position
         self._pulse_ns = None
+
+    def _continue(self, segments: Iterable[Segment]) -> None:
+        """Begin a new profile with these segments; the fraction of a pulse is kept."""
+        pulses, fraction = self._output.phase_at(self._elapsed_ns)
+        self._origin += self.sign * pulses
+        self._begin(Profile(segments, fraction, self.rate))
 
     def _begin(self, output: Profile) -> None:
         self._output, self._start_ns = output, self.clock.now

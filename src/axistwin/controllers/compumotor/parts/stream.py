@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 from axistwin.controllers.compumotor.language import CCW, Opcode
@@ -21,7 +22,7 @@ Entry = tuple[int, ...]
 """An entry of the buffer: a velocity, a distance, or a velocity and a distance."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Setting:
     """A streaming mode with its parameters.  `alarm` is in bytes; `period_ms` is 0 in a mode without update rate."""
 
@@ -46,24 +47,20 @@ class Setting:
         """Rate of velocity number 1, in pulses/s."""
         return self.clock / FULL
 
+    @cached_property
+    def period(self) -> Fraction:
+        """The update period in seconds."""
+        return Fraction(self.period_ms, 1000)
+
+    def rate(self, number: int) -> Fraction:
+        """Return the rate of a velocity number in pulses/s."""
+        return Fraction(self.resolution.numerator * number, self.resolution.denominator)
+
     @property
     def parameters(self) -> bytes:
         """The parameter bytes with which the host entered the mode."""
         rate = self.period_ms.to_bytes(2, "big") if self.period_ms else b""
         return bytes([self.base, self.divisor]) + self.alarm.to_bytes(4, "big") + rate
-
-    @cached_property
-    def _rates(self) -> dict[int, Fraction]:
-        """The rates of the velocity numbers in use."""
-        return {}
-
-    def rate(self, number: int) -> Fraction:
-        """Return the rate of a velocity number in pulses/s, without the direction."""
-        number &= FASTEST
-        rate = self._rates.get(number)
-        if rate is None:
-            rate = self._rates[number] = self.resolution * number
-        return rate
 
 
 @dataclass(frozen=True)
@@ -119,9 +116,9 @@ class Stream:
         """Store data for this mode; in any other mode, or without enough memory, the data is lost."""
         if self.setting is None or self.setting.mode != mode or self.free < LEAST_FREE:
             return
-        for entry in entries:
-            self._entries.append(entry)
-            self._used += WORD * len(entry)
+        stored = tuple(entries)
+        self._entries.extend(stored)
+        self._used += WORD * sum(map(len, stored))
         self._alarm_on |= self._used > self.setting.alarm
 
     def take(self) -> Entry:
@@ -130,6 +127,19 @@ class Stream:
         self._used -= WORD * len(entry)
         self.alarm(self._used)
         return entry
+
+    def without_alarm(self, most: int) -> list[Entry]:
+        """Return the first entries, at most `most`, that can be taken without an alarm; each is one word."""
+        assert self.setting is not None
+        if self._alarm_on:
+            most = min(most, (self._used - self.setting.alarm - 1) // WORD)
+        return list(islice(self._entries, max(0, most)))
+
+    def drop(self, count: int) -> None:
+        """Remove the first `count` entries, each of which is one word."""
+        self._used -= WORD * count
+        for _ in range(count):
+            self._entries.popleft()
 
     def alarm(self, left: int) -> None:
         """Send the buffer empty alarm once, if the alarm is on and `left` bytes are within its threshold."""

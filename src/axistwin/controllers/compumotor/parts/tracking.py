@@ -50,6 +50,19 @@ class Encoder:
         """Encoder pulses since reset."""
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
+    def per_pulses(self, physical: int) -> tuple[int, int, int] | None:
+        """Return counts per number of pulses in the direction +1 (CW) or -1, and the largest deviation, in counts.
+
+        None while the motor loses steps.
+        """
+        if self._axis is None:
+            return 0, 1, 0
+        known = self._axis.counts_per_pulses()
+        if known is None:
+            return None
+        counts, pulses, deviation = known
+        return counts * physical * self._sense, pulses, deviation
+
     def face(self, sense: int) -> None:
         """Define CW (+1) or CCW (-1) as the + direction.  The count does not change."""
         before, self._sense = self.count, sense * self._wired
@@ -118,14 +131,49 @@ class Tracking:
         """Return the slip in rotor teeth: motor position minus encoder position, less the backlash."""
         if self.ratio is None or not (self.resolution and self.teeth):
             return 0
+        return self._teeth(abs(self._difference(pulses, counts)))
+
+    def _difference(self, pulses: int, counts: int) -> int:
+        """Return motor position minus encoder position, in units of 1 / (encoder pulses of the ratio) motor pulses."""
+        assert self.ratio is not None
         motor, encoder = self.ratio
-        beyond = abs(pulses * encoder - counts * motor) - (self.sigma or 0) * encoder
+        return pulses * encoder - counts * motor
+
+    def _teeth(self, difference: int) -> int:
+        """Return the rotor teeth of a difference, less the backlash."""
+        assert self.ratio is not None and self.resolution and self.teeth
+        encoder = self.ratio[1]
+        beyond = difference - (self.sigma or 0) * encoder
         return max(0, beyond * self.teeth // (self.resolution * encoder))
 
     @property
     def detects_stalls(self) -> bool:
         """True if all parameters for the detection of stalls are defined."""
         return self.ratio is not None and self.sigma is not None and bool(self.resolution and self.teeth)
+
+    @property
+    def watches(self) -> bool:
+        """True while a stall of the present move can be detected."""
+        return self.ended is None and self.reference is not None and self.detects_stalls
+
+    @property
+    def since_reference(self) -> tuple[int, int]:
+        """Motor pulses and encoder counts since the start of the move; only while `watches`."""
+        assert self.reference is not None
+        pulses, counts = self.reference
+        return self._pulses.position - pulses, self.encoder.count - counts
+
+    def cannot_stall(self, within_ns: int) -> bool:
+        """True if no stall can be detected within this time, unless the motion or the machine changes."""
+        if not self.watches:
+            return True
+        per_pulses = self.encoder.per_pulses(self._pulses.physical)
+        if per_pulses is None:
+            return False
+        assert self.ratio is not None
+        (motor, encoder), (counts, pulses, deviation) = self.ratio, per_pulses
+        drift = abs(self._pulses.sign * encoder * pulses - counts * motor) * self._pulses.within(within_ns)
+        return not self._teeth(abs(self._difference(*self.since_reference)) + motor * deviation - (-drift // pulses))
 
     @property
     def complete(self) -> bool:

@@ -1,6 +1,5 @@
 """Chapter Using the battery backup (IF2 only): the data that a locked interface keeps without power."""
 
-import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 
@@ -27,6 +26,8 @@ class Retained:
 
     def save(self, store: Store) -> None:
         """Store the data as JSON text."""
+        import json  # lazy import: needed only for a memory with contents
+
         store.save(json.dumps(asdict(self), indent=1).encode())
 
     @classmethod
@@ -35,6 +36,8 @@ class Retained:
         contents = store.load()
         if contents is None:
             return cls()
+        import json  # lazy import: needed only for a memory with contents
+
         try:
             kept = json.loads(contents)
             frame, parameters = Frame(**kept.pop("frame")), Parameters(**kept.pop("parameters"))

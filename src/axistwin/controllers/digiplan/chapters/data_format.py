@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 
 from axistwin.sim.frames import Parity, UartFormat
 
@@ -34,7 +35,7 @@ class Frame:
         """True if X-off and X-on report the filling level of the buffer."""
         return self.x2 >= 7
 
-    @property
+    @cached_property
     def ends_message(self) -> int:
         """The character that ends a message from the host."""
         return CR if self.terminator == "U" else LF
@@ -42,7 +43,12 @@ class Frame:
     def answer(self, text: bytes) -> bytes:
         """Return a text as it is sent to the host, with its terminator."""
         end = b"\r" if self.terminator == "U" else b"\r\n"
-        return bytes(self.text(byte) for byte in text + end)
+        return (text + end).translate(self._texts)
+
+    @cached_property
+    def _texts(self) -> bytes:
+        """Each byte as a character of a text."""
+        return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
         """Return a byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits bit 8 does not exist.

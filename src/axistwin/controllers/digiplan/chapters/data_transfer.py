@@ -7,13 +7,11 @@ Out: one character after the other, each after the programmed delay, and only wh
 from collections import deque
 from collections.abc import Callable
 
-from simpy import Interrupt
-
 from axistwin.controllers.digiplan.chapters.data_format import CR, LF
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.product import ControlLines
-from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
-from axistwin.sim.frames import LineError
+from axistwin.sim.clock import Clock, Event, Interrupt, Procedure, Process, kill
+from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
@@ -121,7 +119,7 @@ class InputBuffer:
             self._enter(*character)
 
     def _enter(self, byte: int, errors: LineError) -> None:
-        if errors and not self.tolerant:  # the character is discarded; a locked interface reports no fault
+        if errors is not SOUND and not self.tolerant:  # the character is discarded; a locked interface reports no fault
             self._flag(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
             self._flag(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
             return

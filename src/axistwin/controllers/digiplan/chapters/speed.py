@@ -1,16 +1,15 @@
 """Chapters Speed, Start/stop speed and Acceleration rate: programmed and actual values."""
 
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from typing import NamedTuple
 
 from axistwin.controllers.digiplan.rules import TOO_FAST
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.motion.ramp import Ramp
 
 
-@dataclass(frozen=True)
-class SpeedRange:
+class SpeedRange(NamedTuple):
     """One of the four ranges, in steps/s."""
 
     maximum: int

@@ -1,6 +1,6 @@
 """Chapter Installation, appendix 2: the place of each line on the motherboard; appendix 3: cables."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 TERMINALS = {
     "input1": "PL1 terminal 12",
@@ -31,8 +31,7 @@ TERMINALS = {
 """Connectors by the names of the pins: PL1 to PL6 are on the motherboard."""
 
 
-@dataclass(frozen=True)
-class Cable:
+class Cable(NamedTuple):
     """A cable: the lines that drive DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
 
     dsr: str

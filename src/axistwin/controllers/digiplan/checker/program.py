@@ -5,7 +5,6 @@
 
 from collections.abc import Iterator, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
 
 from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose
 from axistwin.controllers.digiplan import rules
@@ -27,7 +26,8 @@ def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic
     checker = _Checker(battery)
     for session in sessions:
         checker.follow(session)
-    checker.end()
+    if sessions and sessions[-1].ended:
+        checker.end()
     return sorted(set(checker.found))
 
 
@@ -196,9 +196,9 @@ class _Checker:
         assert self.sequence is not None
         number, problem = finding.number, finding.problem
         if message.steps:
-            problem = replace(problem, position=message.places[number - 1])
+            problem = problem._replace(position=message.places[number - 1])
         else:
-            problem = replace(problem, message=f"step {number}: {problem.message}")
+            problem = problem._replace(message=f"step {number}: {problem.message}")
         step = message.steps[number - 1] if message.steps else Step()
         set_by_sequence = {name for each in self.sequence.steps for name in each.settings}
         self._values(text, step, problem, set_by_sequence)

@@ -6,8 +6,8 @@ first (`fetch`): from a communication channel or over the AniLink bus.
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from string import ascii_lowercase
+from typing import NamedTuple
 
 from axistwin.controllers.smartmotor.chapters import io
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
@@ -18,8 +18,7 @@ from axistwin.controllers.smartmotor.processor import Processor
 NOTHING = -1
 
 
-@dataclass(frozen=True)
-class Variable:
+class Variable(NamedTuple):
     """A variable: its name, the interpreter's operation that reads its value, and the place of the value."""
 
     name: str

@@ -10,10 +10,9 @@ same however a run is divided into blocks.  A motor at rest takes no computing t
 
 from array import array
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum, auto
 from operator import sub
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from axistwin.controllers.smartmotor.kernel import jit, log
 from axistwin.controllers.smartmotor.kernel import state as s
@@ -61,8 +60,7 @@ class Phase(Enum):
     """The power is off, and no more samples are computed."""
 
 
-@dataclass(frozen=True)
-class _Block:
+class _Block(NamedTuple):
     """A block of samples computed ahead, or a time of rest; `why`: reason why the kernel has ended the block."""
 
     first: int

@@ -10,16 +10,13 @@ The environment variable AXISTWIN_JIT selects: `auto` (compile if Numba is insta
 browser, the functions are compiled to WebAssembly (`wasm`) instead.
 """
 
-import json
 import os
 import sys
 from array import array
 from collections.abc import Callable, Mapping
 from functools import cache
-from hashlib import sha256
 from logging import getLogger
 from pathlib import Path
-from shutil import rmtree
 from types import FunctionType, ModuleType
 from typing import Any, TypeVar, cast
 
@@ -141,12 +138,17 @@ class _Sealing:
 
 def _sums(directory: Path) -> dict[str, str]:
     """Return a checksum for each file of machine code in a directory."""
+    from hashlib import sha256  # lazy import: imports OpenSSL
+
     files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
     return {str(path.relative_to(directory)): sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def _seal(directory: Path) -> None:
     """Mark the machine code as complete by its checksums; remove old caches that are no longer used."""
+    import json  # lazy imports: not needed in plain Python
+    from shutil import rmtree
+
     try:
         write_whole(directory / SEAL, json.dumps(_sums(directory)).encode())
         os.utime(directory)
@@ -160,6 +162,8 @@ def _seal(directory: Path) -> None:
 
 def _whole(directory: Path) -> bool:
     """True if the cached machine code is complete and undamaged; remove damaged files."""
+    import json  # lazy import: not needed in plain Python
+
     try:
         sealed = json.loads((directory / SEAL).read_bytes())
     except (OSError, ValueError):
@@ -219,7 +223,8 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
     """Return a hash of each function's code and globals, and of the versions and options of the compiler."""
-    from importlib.metadata import version  # lazy import: takes much time
+    from hashlib import sha256  # lazy imports: take much time
+    from importlib.metadata import version
 
     digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')} {OPTIONS}".encode())
     for function in functions:

@@ -1,14 +1,15 @@
-"""A log of changes for traces: each followed number of the processor is compared after every sample.
+"""A log of changes for traces.  A follower is a trace that follows some numbers of the motor's processor.
 
-Variables and buffered parameters are compared only after statements, which alone change them.
-The kernel writes changes into an array of integers; the core reads it when a block becomes the committed state:
+After every sample the kernel compares each followed number with its last value.  Only statements change variables and
+buffered parameters, so these are compared only after statements.  The kernel computes a block of samples ahead, and
+writes the changes into an array of integers; when virtual time reaches the block, the core reads the array:
 
     FOLLOWED  number of followed numbers; 0: no follower
     USED      number of changes written
     ROOM      number of changes that fit
     MOVING    number of followed numbers that change without a statement; they come first
-    HEAD …    for each number: an operation of the interpreter (SLOT, VARIABLE or COMPUTED), its place, its last value,
-              its index for the follower
+    HEAD …    for each number: its kind (SLOT, VARIABLE or COMPUTED), its index among the numbers of this kind,
+              its last value, its index for the follower
     then      for each change: the sample, the index for the follower, the value
 """
 

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
@@ -33,12 +33,13 @@ LEVELS = (
     {"^": ops.POWER},
 )
 """Operations with two values by precedence, the weakest first."""
+OPERATIONS = {token: (level, code) for level, listed in enumerate(LEVELS) for token, code in listed.items()}
+"""Level of precedence and operation by token."""
 
 _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<>()\[\]]", re.ASCII)
 
 
-@dataclass(frozen=True)
-class Problem:
+class Problem(NamedTuple):
     """An error in a statement: its place in the text, and the manual's chapter."""
 
     position: int
@@ -59,8 +60,7 @@ class Malformed(Exception):  # noqa: N818  # internal: `read` catches this error
         self.problem = Problem(position, message, chapter, rule, end)
 
 
-@dataclass(frozen=True)
-class Index:
+class Index(NamedTuple):
     """A constant array index, which the checker compares with the array's size."""
 
     position: int
@@ -162,13 +162,12 @@ class Reader:
         self._height += 1
         self._highest = max(self._highest, self._height)
 
-    def _binary(self, level: int) -> None:
-        if level == len(LEVELS):
-            self._unary()
-            return
-        self._binary(level + 1)
-        while (operation := LEVELS[level].get(self._next())) is not None:
-            self.at += len(self._next())
+    def _binary(self, weakest: int) -> None:
+        """Read a value, and the operations after it that are not weaker than the level `weakest`."""
+        self._unary()
+        while (found := OPERATIONS.get(token := self._next())) is not None and found[0] >= weakest:
+            level, operation = found
+            self.at += len(token)
             self._binary(level + 1)
             self._height -= 1
             self._combine(operation)

@@ -9,12 +9,12 @@ Bk.  UPLOAD and UP work the other way round: 8 bytes, 06 from the host, 8 bytes 
 
 from axistwin.controllers.smartmotor.chapters import flow
 from axistwin.controllers.smartmotor.kernel import state as s
-from axistwin.controllers.smartmotor.language import image
 from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.serial.channel import Channel
 from axistwin.units import MS, S
 
 ACKNOWLEDGE, END = 0x06, 0xFF
+END_OF_TEXT = bytes([END])
 UPLOAD_BLOCK = 8
 DECODED_AT_ONCE = 256
 GIVE_UP_NS = 5 * S
@@ -27,8 +27,10 @@ class Download:
     """A download: a program from the host."""
 
     def __init__(self, motor: Processor, channel: Channel) -> None:
+        from axistwin.controllers.smartmotor.language.image import Decoder  # lazy import: few hosts load programs
+
         self.motor, self.channel = motor, channel
-        self._decoder = image.Decoder()
+        self._decoder = Decoder()
         # number of bytes of the decoded text, and received bytes that are not decoded yet
         self._size, self._fresh = 0, bytearray()
         self._complete = False  # True after FF; all further characters are a note of the compiler
@@ -119,7 +121,7 @@ class Upload:
 
     def __init__(self, channel: Channel, data: bytes) -> None:
         self.channel = channel
-        self._rest = data + image.END_OF_TEXT
+        self._rest = data + END_OF_TEXT
         channel.transfer = self
         self._send()
 
@@ -174,7 +176,9 @@ def upload(motor: Processor) -> None:
 
 def upload_image(motor: Processor) -> None:
     """UP: send the image of the program, with header and jumps.  A locked program is not sent, and Bs is set."""
-    _upload(motor, image.encode(motor.nonvolatile.program))
+    from axistwin.controllers.smartmotor.language.image import encode  # lazy import: few hosts load programs
+
+    _upload(motor, encode(motor.nonvolatile.program))
 
 
 def lock(motor: Processor) -> None:
@@ -188,7 +192,9 @@ def checksum_report(motor: Processor) -> str:
 
     A program of END alone has 000000 0000E1 P.  F sets Bk.
     """
-    header, program = image.sums(motor.nonvolatile.program)
+    from axistwin.controllers.smartmotor.language.image import sums  # lazy import: few hosts load programs
+
+    header, program = sums(motor.nonvolatile.program)
     if motor.nonvolatile.broken:
         motor.i[s.BK] = 1
     return f"{header:06X} {program:06X} {'F' if motor.nonvolatile.broken else 'P'}"

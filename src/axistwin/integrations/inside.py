@@ -1,0 +1,131 @@
+"""A driver at a controller of a bench, without a port: virtual time passes only while the driver waits.
+
+The bench runs as fast as the computer can: a wait for an answer, a pause and the interval between two polls advance
+virtual time, and nothing else does.  So a program with this driver has the same result in each run.
+"""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from axistwin.bench import Bench, endpoints
+from axistwin.drivers.asynchronous import AsyncController
+from axistwin.errors import UsageError
+from axistwin.integrations.machine import core_of, of_bench
+from axistwin.links.bus import Master, Slot
+from axistwin.links.manual_pacer import ManualPacer
+from axistwin.links.plug import Plug
+from axistwin.sim.frames import LineError
+from axistwin.sim.serial_port import Flow
+from axistwin.units import to_ns, to_seconds
+
+
+def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
+    """Return the driver of a controller of a bench.  `options`: options of the driver.  Raises UsageError."""
+    names = [one for one in endpoints.names(bench) if not one.endswith(".rs485")]
+    if name not in names:
+        raise UsageError(f"no controller {name!r}: expected {', '.join(names)}")
+    model, given, _ = of_bench(bench, name)
+
+    async def open_port() -> InnerPort:
+        return InnerPort(bench, name)
+
+    return AsyncController(f"inside:{name}", core_of(model, {**given, **options}), opening=open_port)
+
+
+class InnerPort:
+    """A connection to an endpoint of a bench.  Its waits advance virtual time."""
+
+    def __init__(self, bench: Bench, name: str) -> None:
+        self._pacer = ManualPacer(bench)
+        self._received = bytearray()
+        self._send, self._disconnect = _connect(bench, name, self._pacer, self._received)
+
+    async def write(self, data: bytes) -> None:
+        """Send bytes."""
+        self._send(data)
+        self._pacer.work()
+
+    async def read(self, timeout: float) -> bytes:
+        """Receive at least one byte, or b"" after `timeout` seconds of virtual time."""
+        clock = self._pacer.clock
+        end_ns = clock.later(to_ns(timeout))
+        while not self._received and clock.now < end_ns:
+            self._pacer.advance(end_ns)
+        await asyncio.sleep(0)  # other tasks run
+        data = bytes(self._received)
+        self._received.clear()
+        return data
+
+    async def pause(self, seconds: float) -> None:
+        """Wait for `seconds` of virtual time."""
+        end_ns = self._pacer.clock.later(to_ns(seconds))
+        while self._pacer.clock.now < end_ns:
+            self._pacer.advance(end_ns)
+        await asyncio.sleep(0)  # other tasks run
+
+    def time(self) -> float:
+        """Return the virtual time in seconds."""
+        return to_seconds(self._pacer.clock.now)
+
+    async def close(self) -> None:
+        """Close the connection."""
+        self._disconnect()
+
+
+def _connect(
+    bench: Bench, name: str, pacer: ManualPacer, received: bytearray
+) -> tuple[Callable[[bytes], None], Callable[[], None]]:
+    """Connect a client whose received bytes are stored; return the functions that send and disconnect."""
+    if endpoints.at_a_bus(bench, name):
+        slot = Slot(name, bench[name].bus, pacer)
+        master = _InnerMaster(slot, received)
+        slot.connect(master)
+        return master.received, master.close
+    plug = Plug(name, bench.port(name), pacer, flow=Flow.DTR)
+    client = _InnerClient(received)
+    plug.connect(client)
+    return plug.send, lambda: plug.disconnect(client)
+
+
+class _InnerClient:
+    """The client of a serial plug."""
+
+    name = "a driver"
+    flow: Flow | None = None
+
+    def __init__(self, received: bytearray) -> None:
+        self._received = received
+
+    def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002  # as on a TCP connection
+        """Store characters from the controller."""
+        self._received += data
+
+    def hung_up(self) -> bool:
+        """Return False: the driver disconnects by itself."""
+        return False
+
+    def drop(self) -> None:
+        """Do nothing."""
+
+    def pause(self) -> None:
+        """Do nothing: a driver waits for answers, so that few characters are queued."""
+
+    def resume(self) -> None:
+        """Do nothing."""
+
+
+class _InnerMaster(Master):
+    """The client of a slot on the bus."""
+
+    def __init__(self, slot: Slot, received: bytearray) -> None:
+        super().__init__(slot)
+        self.name, self._received = "a driver", received
+
+    def _write(self, line: str) -> None:
+        self._received += line.encode() + b"\n"
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._end_subscription()
+        self.slot.disconnect(self)

@@ -1,0 +1,41 @@
+"""A simulated board that makes the pulses of a bench, at each speed of its virtual time."""
+
+from axistwin.standin.driver import Driver
+from axistwin.units import MS
+
+from .metal import Metal
+
+PERIOD_NS = 10 * MS
+
+
+class ServedBoard:
+    """A driver and a board that advance with the bench."""
+
+    def __init__(self, bench, axes):
+        self.metal, self.lines, self._bench = Metal(axes=axes, inputs=(), outputs=()).start(), [], bench
+        self._driver = Driver(bench, [self.metal.board], self.lines.append)
+        self._take(self.metal.now)
+        self._driver.begin(self.metal.now)
+        bench.clock.call_later(PERIOD_NS, self._turn)
+
+    def _take(self, now):
+        for event in self.metal.events:
+            self._driver.handle(self.metal.board, event)
+        self.metal.events.clear()
+
+    def _turn(self):
+        self.metal.run(PERIOD_NS / 1e9, self._take)
+        self._driver.collect()
+        self._bench.clock.call_later(PERIOD_NS, self._turn)
+
+    def moves(self, pins):
+        """Return the moves in order, with their net pulses; `pins`: step pin of each axis."""
+        pulses = self.metal.small.pulses
+        every = sorted((tick, axis, way) for axis, pin in pins.items() for tick, way in pulses[pin])
+        found, last = [], 0
+        for tick, axis, way in every:
+            if tick - last > 320_000:  # 20 ms: longer than between two pulses of a move
+                found.append({})
+            found[-1][axis] = found[-1].get(axis, 0) + way
+            last = tick
+        return found
