@@ -73,7 +73,7 @@ def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_as
 
 @pytest.mark.parametrize(("x", "maximum"), list(enumerate([546_133] * 5 + [1_092_267])))
 def test_a_velocity_beyond_the_range_is_no_definition(bench, board, x, maximum):
-    """The maxima of the ranges in the table are 546,133.3; 54,613.33; 5,461.333; 546.1333; 9,102.222; 1,092,266.67.
+    """C8h: the maxima of its ranges are 546,133.3; 54,613.33; 5,461.333; 546.1333; 9,102.222; 1,092,266.67.
 
     Specifications: "to 1,092,267 steps/sec", which is 1,092,266.67 in range 5.
     """

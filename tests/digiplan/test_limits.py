@@ -119,7 +119,7 @@ def test_a_move_away_from_an_open_switch_is_not_stopped_by_it(bench):
 
 
 def test_a_limit_open_at_power_up(bench):
-    """Limit inputs "must remain connected to +24v for the interface to run": only motion off the limit is possible."""
+    """Limit inputs: "must remain connected to +24v for the interface to run"; only motion off the limit is possible."""
     if1 = bench.add("if1")
     if1.pins["limit_minus"].drive(False)
     bench.run(1.5)
@@ -175,7 +175,7 @@ def test_a_limit_input_at_rest(bench, if1, script):
 
 
 def test_emergency_stop_and_limit_at_once(bench, if1):
-    """Clearing: any request clears the limit bit, but the emergency stop bit only after the stop has ended."""
+    """Clearing: any request clears the limit bit; the emergency stop bit is cleared only after its input has closed."""
     command(bench, if1, "X4000@400$", seconds=1.0)
     if1.pins["estop"].drive(False)
     if1.pins["limit_plus"].drive(False)

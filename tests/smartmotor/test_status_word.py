@@ -195,7 +195,7 @@ def test_zs_clears_all_latched_bits_at_once(bench, motor):
 
 @pytest.mark.parametrize("command", ["Zr", "Zl", "Ze", "Zh", "Zs", "Zd", "Zu", "Zw", "Za", "Zb", "Zc", "Zf", "ZS"])
 def test_a_z_is_silent_and_harmless(bench, motor, command):
-    """Reference 17 says of Z commands: "they must be silent and idempotent"."""
+    """Reference 17: "they must be silent and idempotent": Z commands return nothing and may be repeated."""
     send(bench, motor, f"A={UNIT} V={UNIT} P=5000 G", 0.01)
     assert send(bench, motor, f"{command} {command} {command}") == b""
     assert bits(bench, motor) == "t"
