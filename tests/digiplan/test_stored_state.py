@@ -21,7 +21,7 @@ from .talking import command, detect, positions, ready, send, status, until_idle
 
 
 class Crash(BaseException):
-    """Raised instead of a system call, to end the process there."""
+    """Raised instead of a system call, to end the process at this call."""
 
 
 def store(directory: Path, steps: int, name: str = "if2") -> Controller:

@@ -155,7 +155,7 @@ def driver(machine, visiting):
 
 @pytest.fixture
 def panel(machine, driver):
-    """Return the driver's page on a desk."""
+    """Return the driver's page at the size of a desktop screen."""
     return _panel(machine, driver, DESK)
 
 
