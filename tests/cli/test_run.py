@@ -157,6 +157,16 @@ def test_a_report_is_one_page_with_picture_conversation_verdict_and_provenance(a
     assert not re.search(r"<script|<link|src=|@import|url\((?!#)", page)
 
 
+def test_a_report_has_extreme_positions_and_opened_limits(axistwin):
+    Path("a.if1").write_text("X1500@1000$\n+4\nK\nX-200@1000$\n+4\n")
+    code, _, _ = axistwin("if1", "a.if1", "--report", "a.html", "--option", "X.limits=[-100,1000]")
+    page = Path("a.html").read_text(encoding="utf-8")
+    least, greatest = re.search(r"X: least position (\d+), greatest (\d+) pulses", page).groups()
+    assert int(least) == 0 and 1001 <= int(greatest) <= 1100
+    assert len(re.findall(r"if1\.limit_plus opened: low", page)) == 1
+    assert code == 0
+
+
 def test_the_report_of_a_run_that_fails_says_why(axistwin):
     Path("a.talk").write_text("; model: if1\n+2\n> (\n< V\\r\n")
     code, _, err = axistwin("if1", "a.talk", "--report", "a.html")

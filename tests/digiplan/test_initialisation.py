@@ -367,3 +367,16 @@ def test_a_fault_does_not_light_the_led_before_it_is_ready(bench):
     command(bench, if1, "U61", seconds=1.2)
     assert if1.pins["led"].level and not if1.pins["led"].flashing
     assert ask(bench, if1, "K") == b"32\r"
+
+
+def test_a_bracket_to_an_initialised_interface_gets_no_answer_and_the_user_is_told_once():
+    bench = Bench()
+    if1, told = bench.add("if1"), []
+    if1.subscribe_hint(told.append)
+    bench.run(1.5)
+    for message in (b"(", b"U61\r", b"(", b"(\r"):
+        if1.serial.write(message)
+        bench.run(2)
+    assert if1.serial.read() == b"U\r"
+    (hint,) = told
+    assert "initialised already" in hint and "--reset-on-connect" in hint

@@ -179,3 +179,52 @@ def test_a_bus_that_another_host_has(served, bus, tmp_path):
         done = run(compiled(tmp_path, STRICT, host=WHOLE_HEADER), bus.address)
     assert done.returncode == 3
     assert "another host has the bus" in done.stderr
+
+
+ANY = ""
+TALK = (
+    ("r 1", ANY),  # the power has just been switched on
+    ("r 1", "50"),
+    ("w 0 31 00 00 00 00 61 a8 00 03 d0 90", "ok"),
+    ("  w   1  10 ", "ok"),
+    ("w 0 33 00 00 61 a8", "ok"),
+    ("w 1 10", "ok"),
+    ("w 0 83\r", "ok"),
+    ("w 1 10", "ok"),
+    ("r 0 16", "83 00 00 00 00 61 a8 00 00 00 00 00 00 00 00 00"),
+    ("w 1 80", "ok"),
+    ("i", "0"),
+    *((wrong, "error: ") for wrong in ("r 2", "r", "w 0", "w 0 100", "w 0 33 x", "r 0 257", "s 1", "x" * 1100)),
+    ("w 0 " + "33 " * 257, "error: "),
+    ("w 0 83", "ok"),
+    ("w 1 10", "ok"),
+    ("r 0 7", "83 00 00 00 00 61 a8"),
+    ("w 1 80", "ok"),
+    ("init", "ok"),
+    ("r 1", ANY),
+    ("w 0 83", "ok"),
+    ("w 1 10", "ok"),
+    ("r 0 7", "83 00 00 00 00 00 00"),  # a reset makes this position the origin
+)
+"""Requests and beginnings of the answers: those of docs/bus.md, and others."""
+
+
+def test_the_bridge_answers_as_the_bus_socket_does(bus, tmp_path):
+    """The bridge runs here with the package's `in` and `out`, which access the registers of a served board."""
+    source = (C_FILES / "axistwin_bridge.c").read_text()
+    program = compiled(tmp_path, (*STRICT, "-include", "axistwin_bus.h"), bridge=source)
+    requests = "".join(f"{request}\n\n" for request, _ in TALK)
+    done = subprocess.run(
+        [str(program)], input=requests, env={**os.environ, "AXISTWIN_BUS": bus.address}, capture_output=True,
+        text=True, timeout=30,
+    )  # fmt: skip
+    answers = done.stdout.splitlines()
+    assert (done.returncode, done.stderr, len(answers)) == (0, "", len(TALK))
+    for (request, expected), answer in zip(TALK, answers, strict=True):
+        assert answer in (expected, expected or answer) or expected == "error: " == answer[:7], (request, answer)
+
+
+def test_the_bridge_is_also_c_of_1978(tmp_path):
+    source = (C_FILES / "axistwin_bridge.c").read_text()
+    translated(tmp_path / "bridge.c", source, "-DBOARD=0x80")
+    assert (tmp_path / "bridge.o").exists()

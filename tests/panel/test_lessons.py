@@ -3,6 +3,7 @@
 import pytest
 
 from axistwin.panel.lessons import Lessons
+from axistwin.panel.views.lessons import on_the_page
 from axistwin.panel.views.terminal import terminal
 from axistwin.teaching import course
 
@@ -39,7 +40,7 @@ def test_a_lesson_is_done_by_what_the_controller_has_done(model, number, written
         assert visit.context.session.running
         visit.context.session.pause()  # the test advances virtual time
         for step, task in enumerate(lesson.steps, start=1):
-            assert visit.found(f"task-{model}").text == f"{step}. {task.task}"
+            assert visit.found(f"task-{model}").text == on_the_page(f"{step}. {task.task}")
             assert f"step {step} of {len(lesson.steps)}" in visit.found(f"lesson-title-{model}").text
             visit.press(f"show-{model}")
             assert task.solution[0] in "".join(written)
@@ -140,3 +141,12 @@ def test_commands_of_the_terminal_are_typed(written):
         assert not visit.context.common(Lessons).of("if1")
 
     lesson_of(play, "if1")
+
+
+def test_a_task_on_the_page_names_the_switch_to_click():
+    assert on_the_page("Open the plus limit: type  :drive limit_plus low") == (
+        "Open the plus limit: click the switch limit_plus"
+    )
+    assert on_the_page("Wait for input 1, then move: type  H1X300$  and then  :drive input1 high") == (
+        "Wait for input 1, then move: type  H1X300$  and then  click the switch input1"
+    )

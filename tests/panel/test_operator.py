@@ -5,8 +5,10 @@ import pytest
 from axistwin import Session
 from axistwin.errors import SceneError
 from axistwin.panel import Common, Context, People
+from axistwin.panel.views.asides import PanelRemedies
 from axistwin.panel.views.operator import operator
 from axistwin.scenes.scene import Scene
+from axistwin.teaching import Tutor
 
 from .showing import show_to
 
@@ -92,3 +94,31 @@ def test_a_selector_switch_has_one_position(context):
 def test_an_invalid_operator_panel(tmp_path, text, message):
     with pytest.raises(SceneError, match=message):
         loaded(tmp_path, text).build()
+
+
+def test_the_tutor_names_the_buttons_of_the_panel(context):
+    session, cell = context.session, context.bench["cell"]
+    tutor, remedies = Tutor(cell, PanelRemedies(context, "cell")), PanelRemedies(context, "cell")
+    assert remedies.drive("input1", "high") == "press Start"
+    assert remedies.drive("input1", "low") == "release Start"
+    assert remedies.drive("input2", "high") == "turn Mode to auto"
+    assert tutor.why()[0].startswith("the self-test")
+    context.bench.run(1.5)
+    for message in (b"(", b"U61\r"):
+        cell.serial.write(message)
+        context.bench.run(2)
+    session.do("cell", "estop", "low")
+    assert tutor.why() == ["the emergency stop is open (PL3 terminal 1): press Stop again  and then  K"]
+    session.do("cell", "estop", "release")
+    session.do("cell", "limit_plus", "low")
+    cell.serial.write(b"K\r")
+    context.bench.run(2)
+    assert cell.registers["K"].read() == 0
+    assert tutor.why() == [
+        (
+            "the plus limit is open: only moves in the minus direction begin (PL3 terminal 2): "
+            "click the switch limit_plus again"
+        )
+    ]
+    session.do("cell", "power", "off")
+    assert tutor.why() == ["the power is off: switch the power on (button power)"]

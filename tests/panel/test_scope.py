@@ -362,6 +362,30 @@ def test_a_cursor_jumps_to_an_edge_nearby_unless_told_otherwise(bench, recorder,
     assert screen.cursors.b_ns == edge_ns + 10 * MS
 
 
+def test_a_click_in_a_lane_finds_the_edges_of_its_signal_only():
+    recorder = Recorder()
+    bench = Bench()
+    if1 = bench.add("if1")
+    recorder.attach(bench)
+    screen = Screen(recorder, span_ns=200 * MS, pixels=1000)
+    screen.show(("if1.input1", "if1.input2"))
+    for _ in range(100):  # input 2 changes every millisecond
+        if1.pins["input2"].drive(not if1.pins["input2"].level)
+        bench.run(0.001)
+        if bench.now == 40 * MS:
+            bench.run(0.0003)
+            if1.pins["input1"].drive(True)
+    recorder.catch_up()
+    edge_ns = 40 * MS + 300_000
+
+    def clicked(lane):
+        screen.put_cursor("a", (edge_ns + 600_000 - screen.edges[0]) / screen.span_ns, lane)
+        return screen.cursors.a_ns
+
+    assert clicked("if1.input1") == edge_ns
+    assert clicked("if1.input2") == clicked(None) == edge_ns + MS
+
+
 def test_times_are_told_in_the_unit_that_suits_them():
     assert [duration(time_ns) for time_ns in (5, 2500, 12_500_000, -3 * S)] == ["5 ns", "2.5 µs", "12.5 ms", "-3 s"]
     assert rate(-4 * MS) == "250 Hz" and rate(0) == "–"
@@ -414,7 +438,7 @@ def test_short_times_long_after_the_beginning_have_short_numbers(bench, recorder
     screen.span_ns = 20_000
     sent = frame(screen)
 
-    assert sent["axis"].startswith("µs from 36003.")
+    assert sent["axis"].startswith("µs after 36003.")
     assert sent["to"] - sent["from"] == pytest.approx(20) and abs(sent["to"]) < 10_000
 
 
@@ -479,3 +503,19 @@ def test_a_picture_of_it(bench, recorder, screen, suffix, begins):
     picture = saved(record, {name: recorder.signals[name] for name in SIGNALS}, *screen.edges, suffix)
     assert picture.startswith(begins)
     assert suffix == ".png" or b"velocity" in picture
+
+
+def test_a_picture_has_the_cursors_and_no_message_from_before_its_time(bench, recorder, screen):
+    screen.show(("if1.input1", "if1.host_says"))
+    bench["if1"].serial.write(b"EARLY\r")
+    bench.run(2.0)
+    from_ns = bench.now
+    pulse(bench)
+    bench["if1"].serial.write(b"LATE\r")
+    bench.run(1.0)
+    signals = {name: recorder.signals[name] for name in screen.names}
+    cursors = {"A": from_ns + 100 * MS, "B": from_ns + 280 * MS}
+
+    picture = saved(recorder.catch_up(), signals, from_ns, bench.now, ".svg", cursors).decode()
+    assert "B   B − A 180 ms" in picture and ">A<" in picture
+    assert "LATE" in picture and "EARLY" not in picture

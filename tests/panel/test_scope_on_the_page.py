@@ -167,7 +167,7 @@ def test_pause_and_live():
         visit.run(1.0)
         assert screen_of(visit).edges == before
         assert visit.found("scope-pause").text == "Live"
-        assert visit.found("scope-state").text == "view paused; the bench runs"
+        assert visit.found("scope-state").text == "view paused"
         visit.press("scope-pause")
         assert screen_of(visit).edges[1] == visit.bench.now
 
@@ -300,6 +300,69 @@ def test_wheel_fingers_and_keys_zoom_and_move():
         assert screen.frozen is None
         tell(visit, do="key", key="Home")
         assert screen.edges == (0, visit.bench.now)
+
+    played(play)
+
+
+def test_the_wheel_keeps_the_time_under_the_pointer_while_the_bench_is_paused():
+    def play(visit):
+        screen = screen_of(visit)
+        under_ns = screen.time_at(0.25)
+        tell(visit, do="zoom", factor=0.1, place=0.25)
+        assert screen.span_ns == 0.2 * S and screen.time_at(0.25) == under_ns
+        assert visit.found("scope-state").text == "view paused"
+
+    played(play)
+
+
+def test_a_restart_ends_the_view_of_the_deleted_recording():
+    async def play(visit):
+        visit.run(5)
+        screen = screen_of(visit)
+        visit.press("scope-pause")
+        await visit.context.session.go_to(3.0)
+        visit.frame()
+        assert screen.frozen is not None, "the recording still exists"
+        visit.context.session.restart()
+        visit.context.session.pause()
+        visit.frame()
+        assert screen.frozen is None
+
+    show(bench_of("if1"), scope, play)
+
+
+def test_it_says_since_when_it_records():
+    async def play(visit):
+        visit.run(6)
+        visit.choose("scope-signals", "if1.led")
+        visit.press("scope-show")
+        visit.press("scope-all")
+        visit.frame()
+        assert visit.found("scope-state").text.startswith("recorded from 6 s on: to see earlier changes, go back to 0")
+        await visit.context.session.go_to(2.0)
+        visit.frame()
+        assert visit.found("scope-state").text == ""
+
+    show(bench_of("if1"), scope, play)
+
+
+def test_a_click_tells_its_lane():
+    def play(visit):
+        visit.choose("scope-signals", "if1.input1, if1.input2")
+        visit.press("scope-show")
+        pins, screen = visit.bench["if1"].pins, screen_of(visit)
+        pins["input1"].drive(True)
+        first_ns = visit.bench.now
+        visit.run(0.01)
+        pins["input2"].drive(True)
+        visit.run(1.0)
+        place = (first_ns + 8_000_000 - screen.edges[0]) / screen.span_ns
+        tell(visit, do="click", place=place, lane=0)
+        assert screen.cursors.a_ns == first_ns
+        tell(visit, do="click", place=place, lane=1)
+        assert screen.cursors.b_ns == first_ns + 10_000_000
+        tell(visit, do="drag", which="b", place=place, lane=0)
+        assert screen.cursors.b_ns == first_ns
 
     played(play)
 

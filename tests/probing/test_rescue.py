@@ -263,7 +263,16 @@ def test_a_real_port(model, scheme, tmp_path):
         done = run("rescue", str(twin.ports[model]), "--out", str(tmp_path / "out"))
     assert done.code == 0, done.err
     assert "gives the same answers" in done.out
+    assert ("no setup.181x: " in done.out) is (model == "1811" and not (tmp_path / "out/setup.181x").exists())
     assert (tmp_path / "out/machine.toml").exists()
+
+
+def test_a_board_without_contents_has_no_setup_and_the_user_is_told(tmp_path):
+    with serve("1811", speed="max") as twin:
+        done = run("rescue", str(twin.ports["1811"]), "--out", str(tmp_path / "out"))
+    assert done.code == 0, done.err
+    assert "no setup.181x: the board contains nothing" in done.out
+    assert not (tmp_path / "out/setup.181x").exists()
 
 
 def test_help_has_examples():

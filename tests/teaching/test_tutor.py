@@ -119,11 +119,122 @@ def test_an_if1_tells_the_input_for_which_it_waits(line, driven, reason):
     learner.type(line)
     learner.bench.run(1.0)
     pin, level = reason.split()[-2:]
-    remedy = f"! {pin} {level} in a program, :drive {pin} {level} in a terminal"
-    assert learner.tutor.why() == [learner.controller.hint] == [f"{reason}: {remedy}"]
+    assert learner.tutor.why() == [f"{reason}: type  :drive {pin} {level}"]
+    assert learner.controller.hint.startswith(f"{reason}: ! {pin} {level} in a program")
     learner.controller.pins[pin].drive(level == "high")
     learner.bench.run(0.02)
     assert not learner.controller.hint.startswith(reason)
+
+
+def a_locked_if2() -> Learner:
+    """Return an IF2 with a stored sequence that begins at power-up and waits for input 1, and a 20 mm slide."""
+    learner = Learner("if2", wiring="3-wire", X={"limits": (-50, 2000)}).initialise()
+    for line in (":H1X1500@1000:X-@1000:=0,1:$", "["):
+        learner.type(line)
+    return learner
+
+
+def test_a_locked_if2_that_waits_for_an_input_is_not_unlocked():
+    assert a_locked_if2().tutor.why() == ["step 1 of the sequence waits for input1 high: type  :drive input1 high"]
+
+
+def test_a_limit_ends_the_stored_sequence_which_only_a_power_up_starts():
+    learner = a_locked_if2()
+    learner.controller.pins["input1"].drive(True)
+    learner.bench.run(0.5)
+    assert learner.tutor.why() == ["X is moving"]
+    learner.controller.pins["limit_plus"].drive(False)
+    learner.bench.run(1)
+    assert first_reason(learner).endswith("type  :drive limit_plus release  and then  K")
+    learner.controller.pins["limit_plus"].release()
+    learner.controller.pins["input1"].drive(False)
+    learner.type("K")
+    sequence, lock = learner.tutor.why()
+    assert sequence == (
+        "a limit switch has ended the stored sequence at step 1, and only a power-up starts it: "
+        "type  :drive power off  and  :drive power on: it begins again, and waits: type  :drive input1 high"
+    )
+    assert "]  unlocks and gives up the stored sequence" in lock
+    stopped = learner.controller.axes["X"].position
+    learner.controller.power(False)
+    learner.bench.run(1)
+    learner.controller.power(True)
+    learner.bench.run(2)
+    learner.controller.pins["input1"].drive(True)
+    learner.bench.run(0.5)
+    assert learner.controller.axes["X"].position > stopped, "the advice has worked"
+
+
+def test_the_unlocked_sequence_is_lost_as_the_tutor_says():
+    learner = a_locked_if2()
+    learner.type("]")
+    for on in (False, True):
+        learner.controller.power(on)
+        learner.bench.run(2)
+    assert not learner.controller.programs["sequence"].lines
+
+
+def test_after_an_emergency_stop_only_the_power_resets_a_locked_if2():
+    learner = a_locked_if2()
+    learner.controller.pins["estop"].drive(False)
+    learner.bench.run(0.1)
+    assert first_reason(learner).endswith("type  :drive estop release  and then  K")
+    learner.controller.pins["estop"].release()
+    learner.type("K")
+    learner.type("K")
+    assert learner.controller.registers["K"].read() == 32
+    assert first_reason(learner) == (
+        "after an emergency stop a locked interface is reset only by its power, not by K: "
+        "type  :drive power off  and  :drive power on"
+    )
+    assert not any("type  K" in reason for reason in learner.tutor.why())
+    for on in (False, True):
+        learner.controller.power(on)
+        learner.bench.run(2)
+    assert first_reason(learner).startswith("step 1 of the sequence waits for input1 high")
+
+
+@pytest.mark.parametrize(
+    ("model", "axis", "initial", "towards", "pin"),
+    [
+        ("if1", "X", (), "X5000@2000$", "limit_plus"),
+        ("if1", "X", (), "X-5000@2000$", "limit_minus"),
+        ("1811", "motor", ("default_velocity_and_acceleration 00 25000 250000",), "go_relative 5000", "cw_limit"),
+        ("1811", "motor", ("default_velocity_and_acceleration 00 25000 250000",), "go_relative -5000", "ccw_limit"),
+        ("smartmotor", "shaft", ("ZS A=100 V=100000 MP",), "P=5000 G", "C"),
+        ("smartmotor", "shaft", ("ZS A=100 V=100000 MP",), "P=-5000 G", "D"),
+    ],
+)
+def test_a_slide_on_its_switch_is_told_to_move_away(model, axis, initial, towards, pin):
+    learner = Learner(model, **{axis: {"limits": (-300, 2000)}})
+    if model == "if1":
+        learner.initialise()
+    for line in (*initial, towards):
+        learner.type(line)
+    before = learner.controller.pins[pin].level
+    reason = first_reason(learner)
+    assert ":drive" not in reason
+    for line in reason.partition("type  ")[2].split("  and then  "):
+        learner.type(line)
+    assert learner.controller.pins[pin].level is not before
+    assert -300 <= learner.controller.axes[axis].position <= 2000
+
+
+@pytest.mark.parametrize(
+    ("model", "pin", "bad"), [("if1", "limit_plus", False), ("if1", "estop", False), ("1811", "ccw_limit", True)]
+)
+def test_an_input_that_stops_motion_is_released_and_never_forced(model, pin, bad):
+    learner = Learner(model).initialise()
+    controller = learner.controller
+    controller.pins[pin].drive(bad)
+    assert f"type  :drive {pin} release" in first_reason(learner)
+    controller.pins[pin].release()
+    fault = learner.bench.faults.add("stuck", f"{controller.name}.{pin}", level="high" if bad else "low")
+    assert f"an injected fault holds {pin}" in first_reason(learner)
+    fault.mend()
+    controller.pins[pin].set(bad)
+    controller.pins[pin].wired = True
+    assert first_reason(learner).endswith(f"{pin} is wired: find what sets it {'high' if bad else 'low'}")
 
 
 def test_why_nothing_moves_in_an_1811():

@@ -65,6 +65,8 @@ class Listing(NamedTuple):
     """Index of the line that is running; None: no line is running."""
     silent: frozenset[int] = frozenset()
     """Indexes of lines that take no time and never run: labels, ends of blocks."""
+    ended_by: str = ""
+    """The fault that has ended the program before its last line; empty if no fault has."""
 
 
 class ControlLines(NamedTuple):

@@ -1,6 +1,7 @@
 """Drawing of an axis with limited travel: a carriage between two limit switches, with a scale."""
 
 from collections.abc import Iterator
+from html import escape
 
 from axistwin.bench import Controller
 from axistwin.drawings.drawing import Drawing
@@ -15,6 +16,7 @@ LEFT, RIGHT = 30.0, 270.0
 OVERRUN = 18.0
 """Distance from a limit switch to the end of the bed."""
 MOST_TICKS = 5
+SHARED = ' title="in series with the switches of the other axes: all of them are one input"'
 
 
 class Slide:
@@ -26,10 +28,11 @@ class Slide:
     def __init__(self, controller: Controller, name: str, press: Press) -> None:
         axis = controller.axes[name]
         assert axis.limits is not None, "a slide has limited travel"
-        self.name, self.limits = name, axis.limits
+        self.name, self.limits, self._units = name, axis.limits, axis.units
         self._frames = 0
         self._switches = {part: pin for pin, part in on_slides(controller).items()}
         self._controller = controller
+        self._in_series = sum(axis.limits is not None for axis in controller.axes.values()) > 1
         self.drawing = Drawing(
             f"axis {controller.name}.{name}",
             "slide",
@@ -91,12 +94,16 @@ class Slide:
 
     def _scale(self) -> Iterator[str]:
         first, last = self.limits
-        minor = list(ticks(first, last, 5 * MOST_TICKS))
-        major = set(ticks(first, last, MOST_TICKS))
-        for position in minor:
-            yield f'<path class="tick" d="M{self._x(position):.2f} 65v{5 if position in major else 2.5}"/>'
-        for position in major:
-            yield f'<text class="figures" x="{self._x(position):.2f}" y="80">{grouped(position)}</text>'
+        per = 1.0 if self._units is None else float(self._units.per)
+        begin, end = first / per, last / per
+        minor = list(ticks(begin, end, 5 * MOST_TICKS))
+        major = set(ticks(begin, end, MOST_TICKS))
+        for place in minor:
+            yield f'<path class="tick" d="M{self._x(place * per):.2f} 65v{5 if place in major else 2.5}"/>'
+        of = "" if self._units is None else f" {self._units.of}"
+        for place in sorted(major):
+            unit = of if place == max(major) else ""
+            yield f'<text class="figures" x="{self._x(place * per):.2f}" y="80">{grouped(place)}{escape(unit)}</text>'
 
     def _home(self, axis: Axis) -> str:
         if isinstance(axis, ServoAxis) or axis.home is None:
@@ -125,8 +132,9 @@ class Slide:
         if part not in self._switches:
             return f'data-part="{part}"'
         title = {"minus": "minus limit", "plus": "plus limit", "home": "home"}[part]
+        shared = SHARED if part != "home" and self._in_series else ""
         act = f'data-act="{self._switches[part]}" aria-pressed="false"'
-        return f'data-part="{part}" role="button" tabindex="0" {act} aria-label="{title} of {self.name}"'
+        return f'data-part="{part}" role="button" tabindex="0" {act} aria-label="{title} of {self.name}"{shared}'
 
 
 _BED = (

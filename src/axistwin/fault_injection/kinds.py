@@ -46,6 +46,8 @@ KINDS = {
         Kind("bounce", On.PIN, "a switch bounces whenever it changes", machines.bounce, (
             Parameter("ms", Sort.NUMBER, "approximate duration of bouncing", "ms", 5.0, low=0.001, high=10_000),
             Parameter("count", Sort.WHOLE, "number of bounces", "times", 5, low=1, high=1000))),
+        Kind("open_wire", On.PIN, "the wire of an input is broken: no current flows", machines.open_wire,
+             check=machines.check_wire),
         Kind("open_limit", On.CONTROLLER, "a limit switch's circuit is open", machines.open_limit, (
             Parameter("side", Sort.WORD, "the switch", default="both", words=SIDES),), check=machines.check_limits),
         # On axes

@@ -76,6 +76,27 @@ def bounce(case: Case) -> Mend:
     return Bounce(case).end
 
 
+def open_wire(case: Case) -> Mend:
+    """Fault: the wire of an input is broken.
+
+    An opto-isolated input of an IF1 is low without current; the inputs of the others have pull-up resistors.
+    """
+    return _pin(case).hold(not case.spot.machine.product.closed_level)
+
+
+NO_SWITCH = ("channel_z", "test_switch")
+"""Inputs of an 1810 or 1811 whose manual states no level for an open wire."""
+
+
+def check_wire(spot: Spot) -> None:
+    """Raise UsageError if the terminal is no input, or has no defined level with an open wire."""
+    assert spot.pin is not None, "the fault is one of a pin"
+    if not spot.pin.drivable:
+        raise UsageError(f"{spot.name} is an output: choose an input")
+    if spot.pin.name in NO_SWITCH:
+        raise UsageError(f"{spot.name} has no defined level with an open wire: use stuck")
+
+
 def open_limit(case: Case) -> Mend:
     """Fault: the circuit of a limit switch is open."""
     product, pins = case.spot.machine.product, case.spot.machine.pins

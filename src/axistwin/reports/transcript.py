@@ -63,6 +63,21 @@ def summary(run: RunRecord) -> Iterator[str]:
     yield from _lost_pulses(run)
 
 
+def extremes(run: RunRecord) -> Iterator[str]:
+    """Yield the least and the greatest position of each axis, and each time at which a limit or stop input opened."""
+    for name, moves in _by_axis(run).items():
+        places = [place for move in moves for place in (move.origin, move.target)]
+        low, high, unit = min(places), max(places), moves[0].units
+        told = f"  ({unit.shown(low)} to {unit.shown(high)} {unit.of})" if unit is not None else ""
+        yield f"{name}: least position {low}, greatest {high} {moves[0].unit}{told}"
+    for change in run.changes:
+        made = run.bench[change.controller].product
+        stops = (*(made.limit_pins or ()), *made.drive_fault_pins.values(), "estop")
+        if change.pin in stops and change.level is not made.closed_level:
+            where = f"{change.controller}.{change.pin}"
+            yield f"{to_seconds(change.time_ns):.6f} s  {where} opened: {level_name(change.level)}"
+
+
 def _way(origin: int, target: int, units: MachineUnits | None) -> str:
     return "" if units is None else f"{units.shown(origin)} → {units.shown(target)} {units.of}"
 

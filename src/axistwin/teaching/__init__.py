@@ -3,6 +3,7 @@
 from axistwin.teaching.commands import own_command
 from axistwin.teaching.lessons import STARTED_S, Lesson, course
 from axistwin.teaching.pupil import Pupil
+from axistwin.teaching.remedies import Remedies
 from axistwin.teaching.tutor import Tutor
 
-__all__ = ["STARTED_S", "Lesson", "Pupil", "Tutor", "course", "own_command"]
+__all__ = ["STARTED_S", "Lesson", "Pupil", "Remedies", "Tutor", "course", "own_command"]

@@ -10,6 +10,7 @@ from axistwin.controllers.compumotor.registers import Status
 from axistwin.controllers.compumotor.rules import NOT_GIVEN
 from axistwin.controllers.compumotor.state import INDEXER
 from axistwin.teaching.guide import Guide, Reason, Term, described
+from axistwin.teaching.remedies import at_limit
 from axistwin.units import S
 
 _HEX = re.compile(r"(?:[0-9A-Fa-f]{2}\s*)+")
@@ -40,22 +41,30 @@ class CompumotorGuide(Guide):
         """
         pins = self.controller.pins
         if not self.controller.powered:
-            yield Reason("the power is off", "type  :drive power on")
+            yield Reason("the power is off", self.remedies.power("on"))
             return
         if int(self.value("status")) & Status.FAILED:
-            yield Reason("the board has failed (status bit 5)", "type  :drive power off  and  :drive power on")
+            yield Reason("the board has failed (status bit 5)", self.remedies.power("off", "on"))
             return
         if pins["shutdown"].level:
             yield Reason("the motor is shut down (12h)", "type  remote_power_shutdown off")
         for pin, side in (("cw_limit", "plus"), ("ccw_limit", "minus")):
             if pins[pin].level:
-                yield Reason(f"the {side} limit is active: only moves away from it begin", f"type  :drive {pin} low")
+                yield Reason(f"the {side} limit is active: only moves away from it begin", self._opened(pin, side))
         if self.value("phase") == "joystick":
             yield Reason("the joystick controls the motor (11h)", "type  disable_joystick")
         if int(self.value("mode")) != INDEXER:
             yield Reason(f"the board is in streaming mode {int(self.value('mode')):02X}h", "type  indexer_mode")
         elif any(found.code == NOT_GIVEN.code for found in self.refused(GO_RELATIVE)):
             yield Reason("a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}")
+
+    def _opened(self, pin: str, side: str) -> str:
+        """Return how a limit input becomes inactive."""
+        found, other = at_limit(self.controller, side == "plus"), {"plus": "minus", "minus": "plus"}[side]
+        if found is None:
+            return self.restored(pin, "low")
+        move = f"go_relative {found[2]}"
+        return self.restored(pin, "low", away=f"the slide stands on the switch: move away in {other}: type  {move}")
 
     def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # each message contains its opcode
         """Return the meaning of the bits in an answer to 88h; "" for other messages, which need no tutor."""

@@ -5,14 +5,18 @@ from collections.abc import Iterator
 
 from axistwin.bench.acts import Act, Say, Wait
 from axistwin.controllers.digiplan.chapters.data_format import read_format
-from axistwin.controllers.digiplan.chapters.faults import INPUT_BITS, LineFault, MotionFault
+from axistwin.controllers.digiplan.chapters.faults import INPUT_BITS, LIMITS, LineFault, MotionFault
 from axistwin.controllers.digiplan.chapters.terminals import TERMINALS
+from axistwin.controllers.digiplan.rules import NO_START
 from axistwin.controllers.digiplan.state import Stage
 from axistwin.programs.command_lines import ATTEMPTS, PATIENCE_S, READY_S, SELF_TEST_S, greeting
 from axistwin.teaching.guide import Guide, Reason, described
+from axistwin.teaching.remedies import at_limit
 from axistwin.units import MS, to_ns
 
 _COMMAND = re.compile(r"\D[+-]?[\d,]*|.")
+_INPUT = re.compile(r"([HL])(\d)")
+_AWAITED = re.compile(r"(.* waits for (\w+) (high|low)): .*")
 DRIVEN = {
     "estop": "the emergency stop is open",
     "limit_plus": "the plus limit is open: only moves in the minus direction begin",
@@ -35,6 +39,7 @@ class DigiplanGuide(Guide):
     """Explains an IF1 or IF2."""
 
     single_characters = True
+    noted = frozenset({NO_START.code})
     suggestions = (
         ("X1000$", "index X by 1000 steps"),
         ("X-1000@800$", "index X back, at 800 steps/s"),
@@ -52,7 +57,7 @@ class DigiplanGuide(Guide):
         """Yield the reasons why no move begins: power, data format, lock, open inputs, faults that K has not read."""
         controller = self.controller
         if not controller.powered:
-            yield Reason("the power is off", "type  :drive power on")
+            yield Reason("the power is off", self.remedies.power("on"))
             return
         stage = self.value("state")
         if stage == Stage.RESET.value:
@@ -63,26 +68,94 @@ class DigiplanGuide(Guide):
             yield Reason("the data format is not known yet", "type  U61  (8 data bits, no parity), or  :init")
         if stage != Stage.READY.value:
             return
+        faults = int(self.value("K")) & ~MotionFault.COMMUNICATION.value
         open_inputs = [name for name in DRIVEN if not controller.pins[name].level]
         for name in open_inputs:
-            yield Reason(f"{DRIVEN[name]} ({TERMINALS[name]})", f"type  :drive {name} high  and then  K")
-        if controller.hint:
+            yield Reason(f"{DRIVEN[name]} ({TERMINALS[name]})", self._closed(name, faults))
+        if awaited := _AWAITED.fullmatch(controller.hint):
+            yield Reason(awaited[1], self._given(awaited[2], awaited[3]))
+        elif controller.hint:
             yield Reason(controller.hint)
-        faults = int(self.value("K")) & ~MotionFault.COMMUNICATION.value
+        locked = bool(int(self.value("F")) & LineFault.LOCKED.value)
         if faults and not open_inputs:
-            yield Reason(f"a fault has not been read ({self.bits('Q', faults)})", "type  K")
+            yield from self._unread(MotionFault(faults), locked)
         if int(self.value("K")) & MotionFault.COMMUNICATION.value:
             yield Reason(
                 f"a message was refused, and F has not been read since ({self.bits('F', int(self.value('F')))})",
                 "type  F",
             )
-        if int(self.value("F")) & LineFault.LOCKED.value:
-            yield Reason("communication is locked by [", "type  ]")
+        if locked and not controller.hint:
+            yield from self._locked(faults)
         port = controller.serial
         if not (port.host.dtr and port.host.rts):
             yield Reason(
                 "DSR or CTS is off, so the interface does not answer", "type  :drive dtr on  and  :drive rts on"
             )
+
+    def _closed(self, name: str, faults: int) -> str:
+        """Return how the circuit of a stop input is closed again."""
+        read = "  and then  K" if faults else ""
+        found = at_limit(self.controller, name == "limit_plus") if name in LIMITS else None
+        if found is None:
+            return self.restored(name, "high", then=read)
+        side = "minus" if name == "limit_plus" else "plus"
+        line = f"type  {'K  and then  ' if faults else ''}{found[0]}{found[2]}$"
+        return self.restored(
+            name, "high", then=read, away=f"{found[0]} stands on the switch: move away in {side}: {line}"
+        )
+
+    def _given(self, name: str, level: str) -> str:
+        """Return how an input gets the level for which a step waits."""
+        pin = self.controller.pins[name]
+        if pin.held or (pin.wired and not pin.driven):
+            return self.restored(name, level)
+        return self.remedies.drive(name, level)
+
+    def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
+        """Yield the reason for faults that K has not cleared, although their causes are gone."""
+        if locked and MotionFault.EMERGENCY_STOP in faults:
+            yield Reason(
+                "after an emergency stop a locked interface is reset only by its power, not by K",
+                self.remedies.power("off", "on"),
+            )
+        elif not (locked and self._ended):
+            yield Reason(f"a fault has not been read ({self.bits('Q', faults.value)})", "type  K")
+
+    @property
+    def _ended(self) -> bool:
+        """True if an IF2 has a stored sequence that it does not carry out."""
+        listing = next(iter(self.controller.programs.values()))
+        return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
+
+    def _locked(self, faults: int) -> Iterator[Reason]:
+        """Yield the reason why a locked interface, which waits for no input, begins no move."""
+        listing = next(iter(self.controller.programs.values()))
+        if not self._ended:
+            if listing.running is None:
+                yield Reason("communication is locked by [", "type  ]")
+            return
+        ended = f"{listing.ended_by or 'its last step'} has ended the stored sequence at step {self.value('O')}"
+        begins = "it begins again" if self._begins_by_itself else "send  (  and  U61,  and it begins again"
+        if not faults & MotionFault.EMERGENCY_STOP.value:
+            remedy = self.remedies.power("off", "on")
+            yield Reason(f"{ended}, and only a power-up starts it", f"{remedy}: {begins}{self._first_wait}")
+        yield Reason(
+            "communication is locked by [, which keeps the sequence without power",
+            "]  unlocks and gives up the stored sequence: the next power-off loses it, unless  [  is sent again",
+        )
+
+    @property
+    def _begins_by_itself(self) -> bool:
+        """True if the stored sequence begins at power-up without a data format: DSR is low while nothing is sent."""
+        return not self.controller.terminals["dsr"].level
+
+    @property
+    def _first_wait(self) -> str:
+        """The inputs for which the stored sequence waits at its first step, and how to set them."""
+        (listing,) = self.controller.programs.values()
+        inputs = _INPUT.findall(listing.lines[0])
+        levels = [self.remedies.drive(f"input{digit}", "high" if word == "H" else "low") for word, digit in inputs]
+        return f", and waits: {' and '.join(levels)}" if levels else ""
 
     def answer(self, request: bytes, reply: bytes) -> str:
         """Return the meaning of a reply."""

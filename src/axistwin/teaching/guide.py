@@ -10,6 +10,7 @@ from axistwin.bench.acts import Act
 from axistwin.controllers.commandset import Command
 from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.controllers.front import Lamp, Reading, Word
+from axistwin.teaching.remedies import Remedies
 
 Refused = Callable[[bytes], Sequence[Diagnostic]]
 """Function that returns the diagnostics of a line that the host would send now."""
@@ -40,6 +41,7 @@ class Guide(ABC):
 
     def __init__(self, controller: Controller, refused: Refused) -> None:
         self.controller, self.refused = controller, refused
+        self.remedies = Remedies()
 
     @property
     @abstractmethod
@@ -72,6 +74,8 @@ class Guide(ABC):
 
     suggestions: tuple[tuple[str, str], ...] = ()
     """Examples of lines to type when moves are possible, with their meanings."""
+    noted: frozenset[str] = frozenset()
+    """Codes of diagnostics of complete programs, which `notes` replaces for a line that the user types."""
     single_characters = False
     """True if each command is one character, and commands follow each other without blanks."""
 
@@ -84,6 +88,20 @@ class Guide(ABC):
         ]
 
     # Functions for all families
+
+    def restored(self, name: str, level: str, *, then: str = "", away: str = "") -> str:
+        """Return how an input of the machine gets the level that permits motion.
+
+        `away` is a move that leaves a limit switch.  The input is never forced while a machine is connected to it.
+        """
+        pin = self.controller.pins[name]
+        if pin.held:
+            return self.remedies.mend(name)
+        if pin.driven:
+            return self.remedies.release(name) + then
+        if away or pin.wired:
+            return away or f"{name} is wired: find what sets it {'low' if level == 'high' else 'high'}"
+        return self.remedies.drive(name, level) + then
 
     def value(self, source: str) -> int | str:
         """Return the value of a register, or the level of a terminal as 0 or 1."""

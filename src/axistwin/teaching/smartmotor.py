@@ -7,6 +7,7 @@ from axistwin.controllers.smartmotor.language.forms import Accept, Instruction
 from axistwin.controllers.smartmotor.language.language import read
 from axistwin.programs.stored_programs import READY
 from axistwin.teaching.guide import Guide, Reason, Term, described
+from axistwin.teaching.remedies import at_limit
 from axistwin.units import MS
 
 LIMITS = (("Bp", "Br", "C", "plus", "UCI"), ("Bm", "Bl", "D", "minus", "UDI"))
@@ -37,15 +38,14 @@ class SmartMotorGuide(Guide):
     def reasons(self) -> Iterator[Reason]:
         """Yield the reasons why no move begins: power, limits, historical faults, missing velocity or acceleration."""
         if not self.controller.powered:
-            yield Reason("the power is off", "type  :drive power on")
+            yield Reason("the power is off", self.remedies.power("on"))
             return
         flags = {lamp.label for lamp in self.lamps("RW") if int(self.value("RW")) >> (lamp.bit or 0) & 1}
         active = False
         for now, _, pin, side, command in LIMITS:
             if now in flags:
                 active = True
-                wire = f"wire pin {pin} to ground, or make it an input, and clear the fault"
-                yield Reason(f"the {side} limit is active ({now}): {wire}", f"type  {command} ZS")
+                yield self._limited(now, pin, side, command)
         if not active and flags & {"Br", "Bl"}:
             yield Reason("a limit fault has not been cleared (Br, Bl)", "type  ZS")
         for flag, meaning in CLEARED.items():
@@ -57,6 +57,20 @@ class SmartMotorGuide(Guide):
             yield Reason("no acceleration has been given", "type  A=100")
         if not int(self.value("V")):
             yield Reason("no velocity has been given", "type  V=100000")
+
+    def _limited(self, flag: str, name: str, side: str, command: str) -> Reason:
+        """Return the reason why an active limit inhibits motion, and how the limit becomes inactive."""
+        pin, found = self.controller.pins[name], at_limit(self.controller, side == "plus")
+        if not (pin.held or pin.driven or pin.wired):
+            wire = f"wire pin {name} to ground, or make it an input, and clear the fault"
+            return Reason(f"the {side} limit is active ({flag}): {wire}", f"type  {command} ZS")
+        away = ""
+        if found is not None:
+            _, axis, distance = found
+            other = {"plus": "minus", "minus": "plus"}[side]
+            away = f"the load is on the switch: move away in {other}: type  ZS MP P={axis.position + distance} G"
+        remedy = self.restored(name, "low", then="  and then  ZS", away=away)
+        return Reason(f"the {side} limit is active ({flag})", remedy)
 
     def answer(self, request: bytes, reply: bytes) -> str:
         """Return the meaning of the answer to a report command."""

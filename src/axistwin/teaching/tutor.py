@@ -12,6 +12,7 @@ from axistwin.diagnostics.codes import tables
 from axistwin.errors import PlacedError
 from axistwin.sim.manual_actions import ManualAct
 from axistwin.teaching.guide import Guide, Refused, Term
+from axistwin.teaching.remedies import Remedies
 
 LONGEST = 400
 """Number of earlier lines that are checked together with a new line of the host."""
@@ -22,11 +23,12 @@ _NUMBER = re.compile(r"-?\d+")
 class Tutor:
     """Explains the lines that a host sends to one controller, and the answers of the controller."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Controller, remedies: Remedies | None = None) -> None:
         self.controller = controller
         self.on = True
         """True if the tutor is switched on."""
         self.guide = _guide(controller, self._refused)
+        self.guide.remedies = remedies or Remedies()
         self._lines: list[list[Sent]] = []
         self._request = b""
         self._reply = bytearray()
@@ -46,11 +48,13 @@ class Tutor:
             in_the_way = [str(reason) for reason in self.guide.reasons()][:1]
             return in_the_way if text and text[:1] not in (b"(", b"U", b"V") else []
         characters = self._placed(line)
-        found = self._check([*self._lines, characters])
+        notes = list(self.guide.notes(line))
+        replaced = self.guide.noted if notes else frozenset()
+        found = [each for each in self._check([*self._lines, characters]) if each.code not in replaced]
         self._lines = [*self._lines, characters][-LONGEST:]
         refused = any(each.severity is Severity.ERROR for each in found)
         comments = [words for each in found for words in self._comment(each)]
-        return comments if refused else [*comments, *self.guide.notes(line)]
+        return comments if refused else [*comments, *notes]
 
     def received(self, data: bytes) -> list[str]:
         """Add data from the controller; return comments if the reply is complete."""
@@ -76,8 +80,7 @@ class Tutor:
         if moving:
             return [f"{' and '.join(moving)} {'is' if len(moving) == 1 else 'are'} moving"]
         reasons = [str(reason) for reason in self.guide.reasons()]
-        hint = self.controller.hint
-        return reasons or ([hint] if hint else ["a move is possible: try", *self._suggested(1)])
+        return reasons or ["a move is possible: try", *self._suggested(1)]
 
     def next(self) -> list[str]:
         """Return suggestions for the next lines to type, with their meanings."""

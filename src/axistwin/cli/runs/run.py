@@ -153,7 +153,7 @@ def _page(
     )
     return Page(
         title, verdict, not code, list(transcript.text(record, refused)), {**about, **provenance(record.bench)}, chart,
-        list(transcript.summary(record)), [reason for reason in reasons if reason],
+        [*transcript.summary(record), *transcript.extremes(record)], [reason for reason in reasons if reason],
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from axistwin.cli.common.completing import complete_model
 from axistwin.probing import open_end
 from axistwin.probing.rescue import Rescue, find
 from axistwin.probing.rescue import rescue as save
+from axistwin.probing.rescue.compumotor import SETUP
 from axistwin.probing.rescue.saving import SCENE, check_new
 from axistwin.sim.frames import UartFormat
 
@@ -72,6 +73,8 @@ def _print(done: Rescue, out: Path) -> None:
         click.echo(f"not read: {text}")
     for name in done.files:
         click.echo(out / name)
+    if done.found.model in ("1810", "1811") and SETUP not in done.files:
+        click.echo(f"no {SETUP}: the board contains nothing that has been set since its power-up")
     for name, (real, twin) in done.differences.items():
         click.echo(f"differs: {name}: the controller has {real}, the twin {twin or 'nothing'}")
     if not done.differences:

@@ -5,7 +5,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
-from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES
+from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES, MotionFault
 from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
 from axistwin.controllers.digiplan.chapters.outputs import Outputs, awaited
 from axistwin.controllers.digiplan.chapters.report import busy_letter, communication_bits, motion_bits, steps
@@ -32,6 +32,12 @@ if TYPE_CHECKING:
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
+ENDED_BY = {
+    MotionFault.EMERGENCY_STOP: "the emergency stop",
+    MotionFault.LIMIT: "a limit switch",
+    MotionFault.DRIVE: "a drive fault",
+}
+"""Name of each fault that ends a sequence."""
 
 
 class NoBattery:
@@ -120,7 +126,8 @@ class Card:
         if interface is None:
             return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}
         running = interface.step - 1 if interface.step else None
-        return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
+        ended_by = " and ".join(ENDED_BY[fault] for fault in ENDED_BY if fault in interface.ended_by)
+        return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running, ended_by=ended_by)}
 
     def registers(self) -> Mapping[str, Register]:
         """Return status registers, named after the commands that report them: K without the motion bits, Q with them.

@@ -23,6 +23,10 @@ from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
 MOST_CHARACTERS = 2048  # longest message, which is enough for 63 steps of the greatest length
+INITIALISED = (
+    "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
+    "client by axistwin serve --reset-on-connect"
+)
 LINE_FAULTS = {Fault.DATA: LineFault.DATA, Fault.RANGE: LineFault.RANGE}
 
 
@@ -48,6 +52,7 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
+        self._told = False  # `INITIALISED` has been reported
         self._eighth: list[bool] = []  # bit 8 of each character of the present message
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
@@ -159,6 +164,9 @@ class Interface(State):
             self.eighth = (*self._eighth, character > code)
             self._eighth.clear()
             return self._obey(text)
+        if code == initialise.BAUD_DETECT and not self.locked and not self._told:
+            self._told = True
+            self.on_hint(INITIALISED)
         if code not in (CR, LF) and len(self._text) <= MOST_CHARACTERS:
             self._text.append(chr(code))
             self._eighth.append(character > code)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from axistwin.controllers.digiplan.chapters.data_format import Frame, MessageFormat
 from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, Transmitter
-from axistwin.controllers.digiplan.chapters.faults import Faults, StopInputs
+from axistwin.controllers.digiplan.chapters.faults import Faults, MotionFault, StopInputs
 from axistwin.controllers.digiplan.chapters.motion import RampGenerator
 from axistwin.controllers.digiplan.chapters.outputs import Outputs
 from axistwin.controllers.digiplan.options import Options
@@ -64,6 +64,8 @@ class State(ABC):
         """Number of the latest step of a sequence that has begun, as O reports it."""
         self.step = 0
         """Number of the present step of the running sequence; 0 if no sequence runs."""
+        self.ended_by = MotionFault.NONE
+        """The faults that have ended the latest sequence before its last step."""
         self.on_step: Callable[[int], None] = lambda number: None
         self.waiting: Step | None = None
         """The step that waits for inputs."""

@@ -30,7 +30,7 @@ def frame(screen: Screen) -> dict[str, Any]:
     return {
         "from": (from_ns - base_ns) / unit_ns,
         "to": (to_ns - base_ns) / unit_ns,
-        "axis": f"{unit} from {base_ns / S:.9g} s on" if base_ns else unit,
+        "axis": f"{unit} after {base_ns / S:.9g} s" if base_ns else unit,
         "lanes": screen.lanes,
         "signals": [_signal(screen, name, from_ns, to_ns) for name in screen.names],
         "cursors": [_place(time_ns, from_ns, to_ns) for time_ns in (screen.cursors.a_ns, screen.cursors.b_ns)],

@@ -28,6 +28,8 @@ class Record:
     tracks: dict[str, Track] = field(default_factory=dict)
     about: dict[str, str] = field(default_factory=dict)
     """Description of the recorded bench: scene, models and options."""
+    begins: dict[str, int] = field(default_factory=dict)
+    """Time at which the recording of each signal began."""
 
 
 class Recorder:
@@ -82,7 +84,7 @@ class Recorder:
     def frozen(self, names: Sequence[str]) -> Record:
         """Return a copy of these signals that later changes do not affect."""
         tracks = {name: self.record.tracks[name].frozen() for name in names if name in self.record.tracks}
-        return Record(self.record.now_ns, tracks, self.record.about)
+        return Record(self.record.now_ns, tracks, self.record.about, dict(self.record.begins))
 
     def _follow_wishes(self) -> None:
         wanted = {name for names in self._wanted.values() for name in names}
@@ -104,12 +106,13 @@ class Recorder:
         tracks = self.record.tracks
         spare = [name for name in tracks if name not in needed]
         for name in spare[: max(len(spare) + len(needed) - MOST_SIGNALS, 0)]:
-            del tracks[name]
+            del tracks[name], self.record.begins[name]
 
     def _begin(self, bench: Bench) -> None:
         tracer = self._tracer = Tracer(bench, self._recorded)
         for signal, value in zip(self._recorded, tracer.first(), strict=True):
             track = self.record.tracks.setdefault(signal.full, _track(signal))
+            self.record.begins.setdefault(signal.full, bench.now)
             _add(track, np.array([bench.now], np.int64), [value])
         tracer.consumer = self._take
         self.record.now_ns = bench.now

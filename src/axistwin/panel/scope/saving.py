@@ -4,16 +4,18 @@ import tempfile
 from array import array
 from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from axistwin.bench.codec import CHARACTERS
+from axistwin.panel.scope.cursors import duration
 from axistwin.panel.scope.decimation import window
 from axistwin.panel.scope.recorder import Record
 from axistwin.panel.scope.tracks import Numbers, Rows, Times, Track, Words
 from axistwin.plots import picture
+from axistwin.plots.chart import Word
 from axistwin.plots.trace_chart import of_trace
 from axistwin.traces.batch import Part, Value, merged
 from axistwin.traces.files import sink_for
@@ -40,8 +42,18 @@ class Piece:
     texts: list[str]
 
 
-def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: int, suffix: str) -> bytes:
-    """Return the contents of a trace or picture file, by its suffix.  Raises UsageError, MissingExtraError."""
+def saved(
+    record: Record,
+    signals: Mapping[str, Signal],
+    from_ns: int,
+    to_ns: int,
+    suffix: str,
+    cursors: Mapping[str, int] | None = None,
+) -> bytes:
+    """Return the contents of a trace or picture file, by its suffix; a picture has the cursors and their distance.
+
+    Raises UsageError, MissingExtraError.
+    """
     from_ns, to_ns = max(from_ns, 0), max(min(to_ns, record.now_ns), 0)
     make = _drawn if suffix in PICTURES else _piece
     pieces = [make(record.tracks[name], signal, from_ns, to_ns) for name, signal in signals.items()]
@@ -49,10 +61,20 @@ def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: in
         path = Path(directory) / f"scope{suffix}"
         if suffix in PICTURES:
             trace, title = _read(path, pieces, from_ns, to_ns, record.about), record.about.get("title", "")
-            picture.save(of_trace(trace, from_ns=from_ns, to_ns=to_ns, title=title), path)
+            chart = of_trace(trace, from_ns=from_ns, to_ns=to_ns, title=title)
+            chart.marks += _marks(cursors or {})
+            picture.save(chart, path)
         else:
             _write(path, pieces, {**record.about, **_coarse(record, signals, from_ns)}, from_ns, to_ns)
         return path.read_bytes()
+
+
+def _marks(cursors: Mapping[str, int]) -> list[Word]:
+    """Return a labelled line for each cursor; the label of B has the time from A to B."""
+    marks = [Word(at_ns, name) for name, at_ns in cursors.items()]
+    if len(marks) == 2:
+        marks[1] = Word(marks[1].time_ns, f"B   B − A {duration(cursors['B'] - cursors['A'])}")
+    return marks
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
@@ -106,9 +128,10 @@ def _piece(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
-    """Return the changes of a signal that are visible in a picture."""
+    """Return the changes of a signal that are visible in a picture; earlier messages are left out."""
     if isinstance(track, Words):
-        return _texts(track, signal, from_ns, to_ns)
+        texts = _texts(track, signal, from_ns, to_ns)
+        return texts if signal.register else replace(texts, first=b"")
     seen = window(track, from_ns, max(to_ns, from_ns + PIXELS), PIXELS, to_ns)
     known = ~np.isnan(seen.values)
     times, values = seen.times[known], seen.values[known]

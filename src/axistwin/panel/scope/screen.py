@@ -44,6 +44,11 @@ class Cursors:
             self.b_ns = time_ns
 
     @property
+    def named(self) -> dict[str, int]:
+        """Times of the cursors that are set, by their names A and B."""
+        return {name: at for name, at in (("A", self.a_ns), ("B", self.b_ns)) if at is not None}
+
+    @property
     def active_ns(self) -> int | None:
         """The time of the active cursor; None if not set."""
         return self.a_ns if self.active == "a" else self.b_ns
@@ -93,7 +98,9 @@ class Screen:
         self.names = tuple(names)
         if self.frozen is not None:
             new = [name for name in names if name not in self.frozen.tracks]
-            self.frozen.tracks |= self.recorder.frozen(new).tracks
+            added = self.recorder.frozen(new)
+            self.frozen.tracks |= added.tracks
+            self.frozen.begins |= {name: added.begins[name] for name in added.tracks}
 
     def move_lane(self, place: int, to: int) -> None:
         """Move the lane at an index to another index."""
@@ -164,6 +171,11 @@ class Screen:
             self.pause()
             self._to_ns = edge + round(self.span_ns * (0.9 if forward else 0.1))
 
+    @property
+    def begin_ns(self) -> int:
+        """Time from which all shown signals are recorded."""
+        return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
+
     def fit(self) -> None:
         """Show the whole recorded time."""
         self.span_ns = min(max(self.record.now_ns, SHORTEST_NS), LONGEST_NS)
@@ -222,11 +234,15 @@ class Screen:
 
     # Cursors
 
-    def put_cursor(self, which: str, place: float) -> None:
-        """Set a cursor at a horizontal position from 0 to 1, or at an edge near this position."""
+    def put_cursor(self, which: str, place: float, lane: str | None = None) -> None:
+        """Set a cursor at a horizontal position from 0 to 1, or at an edge near this position.
+
+        `lane`: the only signal whose edges count; None: all shown signals.
+        """
         time_ns = self.time_at(place)
         near = self.span_ns * SNAP // self.pixels
-        edge = nearest_edge(self.tracks.values(), time_ns, near) if self.cursors.snap else None
+        tracks = [track for name, track in self.tracks.items() if lane in (None, name)]
+        edge = nearest_edge(tracks, time_ns, near) if self.cursors.snap else None
         self.cursors.set(which, time_ns if edge is None else edge)
 
     def move_cursor(self, pixels: int) -> None:

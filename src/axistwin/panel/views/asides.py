@@ -13,7 +13,8 @@ from axistwin.panel.context import Context, complain
 from axistwin.panel.lessons import Lessons, initialise
 from axistwin.panel.talk import DIM, NORMAL, Utterance
 from axistwin.panel.turns import breathe
-from axistwin.teaching import Tutor
+from axistwin.scenes.tables import ButtonTable
+from axistwin.teaching import Remedies, Tutor
 from axistwin.units import S
 
 ANSWERS_NS = 2 * S
@@ -130,5 +131,43 @@ class Asides:
         """The tutor of the present bench."""
         bench = self._context.bench
         if self._made is None or self._made[0] is not bench:
-            self._made = bench, Tutor(bench[self._name])
+            self._made = bench, Tutor(bench[self._name], PanelRemedies(self._context, self._name))
         return self._made[1]
+
+
+class PanelRemedies(Remedies):
+    """The same sentences for the panel: they name its buttons and switches."""
+
+    def __init__(self, context: Context, name: str) -> None:
+        self._context, self._name = context, name
+
+    def drive(self, pin: str, level: str) -> str:
+        """Return which button or switch gives an input a level."""
+        button = self._button(pin)
+        if button is not None:
+            return f"press {button.name}" if button.pressed == level else f"release {button.name}"
+        for selector in self._context.session.operator.selector:
+            for word, selected in selector.positions.items():
+                if selected == f"{self._name}.{pin}" and selector.selected == level:
+                    return f"turn {selector.name} to {word}"
+        return f"click the switch {pin}"
+
+    def release(self, pin: str) -> str:
+        """Return which button or switch has set a terminal and must be pressed again."""
+        button = self._button(pin)
+        if button is None:
+            return f"click the switch {pin} again"
+        return f"press {button.name} again" if button.latching else f"release {button.name}"
+
+    def mend(self, pin: str) -> str:
+        """Return how to end the fault that holds a terminal."""
+        return f"a fault holds {pin}: press mend in the list of faults"
+
+    def power(self, *words: str) -> str:
+        """Return how to switch the power on, or off and on."""
+        return f"switch the power {' and '.join(words)} (button power)"
+
+    def _button(self, pin: str) -> ButtonTable | None:
+        """Return the button of the operator panel at an input."""
+        buttons = self._context.session.operator.button
+        return next((each for each in buttons if each.pin in (pin, f"{self._name}.{pin}")), None)

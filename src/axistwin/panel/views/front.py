@@ -107,7 +107,8 @@ def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
             with ui.element("dl").classes("meaning"):
                 for item in group.items:
                     _plain("dt", item.label or item.name)
-                    _plain("dd", f"{item.name}.  {item.doc}")
+                    words = (item.name if item.label else "", item.doc)  # a name is not repeated
+                    _plain("dd", ".  ".join(filter(None, words)))
 
 
 def _plain(tag: str, text: str) -> None:

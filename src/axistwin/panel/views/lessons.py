@@ -1,5 +1,6 @@
 """Lessons in a terminal of the panel: a menu, the present task, and buttons for help."""
 
+import re
 from collections.abc import Awaitable
 from functools import partial
 
@@ -12,6 +13,7 @@ from axistwin.panel.views.asides import Asides
 from axistwin.teaching import course
 
 FLAT = "flat dense no-caps"
+_TYPED = re.compile(r"(type  )?:drive (\w+) (?:high|low)")
 
 
 def lessons(context: Context, name: str, asides: Asides) -> Refresh:
@@ -88,7 +90,7 @@ class _View:
             return
         number, pupil = found
         if before is not None and before[0] == number and pupil.step > before[1]:
-            self._asides.add(["done." if pupil.finished else f"done.  {pupil.task}"])
+            self._asides.add(["done." if pupil.finished else f"done.  {on_the_page(pupil.task)}"])
         steps = len(pupil.lesson.steps)
         step = "done" if pupil.finished else f"step {pupil.step + 1} of {steps}"
         self._title.text = f"lesson {number} of {len(self._course)}: {pupil.lesson.title}, {step}"
@@ -96,7 +98,12 @@ class _View:
             self._context.person.settings[self._setting] = str(max(self._done, number))
             self._list()
         last = number == len(self._course)
-        self._task.text = pupil.task or ("This was the last lesson." if last else "The lesson is done.")
+        self._task.text = on_the_page(pupil.task) or ("This was the last lesson." if last else "The lesson is done.")
         self._show.set_visibility(not pupil.finished)
         self._next.set_visibility(pupil.finished and not last)
         self._next.text = f"Lesson {number + 1}"
+
+
+def on_the_page(task: str) -> str:
+    """Return a task of a lesson for the page: a switch is clicked there, instead of a line `:drive` that is typed."""
+    return _TYPED.sub(r"click the switch \2", task)

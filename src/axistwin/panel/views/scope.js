@@ -141,13 +141,15 @@ window.axistwinScope = (() => {
       return;
     }
     const fingers = new Map();
-    let lane = null, began = null, moved = 0, held = "", apart = 0, factor = 1, shift = 0, at = 0.5, asked = 0;
+    let lane = null, began = null, moved = 0, held = "", apart = 0, factor = 1, shift = 0, at = 0.5, asked = 0, row = null;
     const width = () => Math.max(plot.clientWidth - LEFT - RIGHT, 1);
     const place = (event) => Math.min(Math.max((event.clientX - plot.getBoundingClientRect().left - LEFT) / width(), 0), 1);
+    // Returns the number of the lane under the pointer; null while the signals are overlaid.
+    const under = (event) => (last?.lanes ? laneAt(event.clientY - plot.getBoundingClientRect().top, plot.clientHeight) : null);
     const later = () => {  // at most one message per frame of the browser
       asked = asked || requestAnimationFrame(() => {
         if (factor !== 1) tell({ do: "zoom", factor, place: at });
-        if (shift !== 0) tell({ do: held ? "drag" : "pan", which: held, part: shift, place: at });
+        if (shift !== 0) tell({ do: held ? "drag" : "pan", which: held, part: shift, place: at, lane: row });
         [factor, shift, asked] = [1, 0, 0];
       });
     };
@@ -182,6 +184,7 @@ window.axistwinScope = (() => {
       }
       fingers.set(event.pointerId, event);
       at = place(event);
+      row = under(event);
       if (fingers.size > 1) {
         const now = distance();
         factor *= now > 0 && apart > 0 ? apart / now : 1;
@@ -200,7 +203,7 @@ window.axistwinScope = (() => {
       }
       lane = null;
       if (fingers.delete(event.pointerId) && event.type === "pointerup" && moved <= CLICK)
-        tell({ do: "click", place: place(event), other: event.shiftKey });
+        tell({ do: "click", place: place(event), other: event.shiftKey, lane: under(event) });
       if (!fingers.size) setTimeout(() => { held = ""; }, 60);
     };
     plot.addEventListener("pointerup", release);

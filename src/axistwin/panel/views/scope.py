@@ -80,7 +80,7 @@ class _Scope:
         self._drawn: object = None
         self._frames = 0
         self._views: list[Refresh] = []
-        for control in (partial(controls.head, save=self.save), controls.choice, controls.trigger):
+        for control in (partial(controls.head, save=self.save, runs=self._runs), controls.choice, controls.trigger):
             self._views.append(control(screen))
             breathe()
         self.plot = ui.echart({"series": []}).classes("scope-plot").mark("scope-plot")
@@ -97,6 +97,8 @@ class _Scope:
         """Update the controls and, if it has changed, the plot."""
         screen = self.screen
         screen.recorder.catch_up()
+        if screen.frozen is not None and to_seconds(screen.frozen.now_ns) > self._context.session.recorded_seconds:
+            screen.live()  # after a restart, the recording that the screen shows is deleted
         for view in self._views:
             view()
         self._frames += 1
@@ -113,9 +115,13 @@ class _Scope:
             self._all.drawn += 1
             execute(self._client, f"axistwinScope.draw({self.plot.id},{json.dumps(frames.frame(screen))})")
 
+    def _runs(self) -> bool:
+        """True while virtual time runs."""
+        return self._context.actions.state is State.RUNNING
+
     def _shows_numbers(self) -> bool:
         """True if the table of measurements is updated in this frame."""
-        return self._frames % READOUT_EVERY == 0 or self._context.actions.state is not State.RUNNING
+        return self._frames % READOUT_EVERY == 0 or not self._runs()
 
     # Messages from the browser
 
@@ -128,6 +134,8 @@ class _Scope:
             case "seen":
                 self._seen = bool(value.get("seen"))
             case "zoom":
+                if not self._runs():
+                    screen.pause()  # a live screen ends at the present, so that the time under the pointer would move
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))
@@ -138,17 +146,24 @@ class _Scope:
             case "hover":
                 screen.pointer = None if value.get("place") is None else place
             case "drag":
-                screen.put_cursor("b" if value.get("which") == "b" else "a", place)
+                screen.put_cursor("b" if value.get("which") == "b" else "a", place, self._lane(value))
             case "click":
-                self._click(place, bool(value.get("other")))
+                self._click(place, bool(value.get("other")), self._lane(value))
             case "key":
                 self._key(str(value.get("key")), bool(value.get("shift")), bool(value.get("alt")))
 
-    def _click(self, place: float, other: bool) -> None:
+    def _lane(self, value: dict[str, Any]) -> str | None:
+        """Return the signal of the lane under the pointer; None while the signals are overlaid."""
+        names = self.screen.names
+        if value.get("lane") is None or not self.screen.lanes or not names:
+            return None
+        return names[int(_number(value["lane"], 0, len(names) - 1, 0))]
+
+    def _click(self, place: float, other: bool, lane: str | None) -> None:
         """Put the active cursor, or the `other` one, at the clicked position; the first two clicks set A and B."""
         cursors = self.screen.cursors
         which = {"a": "b", "b": "a"}[cursors.active] if other else cursors.active
-        self.screen.put_cursor(which, place)
+        self.screen.put_cursor(which, place, lane)
         if cursors.b_ns is None:
             cursors.active = "b"
 
@@ -173,7 +188,7 @@ class _Scope:
         record = screen.frozen or screen.recorder.frozen(screen.names)
         async with self._all.saving:
             try:
-                data = await run.io_bound(saved, record, signals, from_ns, to_ns, suffix)
+                data = await run.io_bound(saved, record, signals, from_ns, to_ns, suffix, screen.cursors.named)
             except AxistwinError as error:
                 complain(error)
                 return

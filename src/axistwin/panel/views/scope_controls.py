@@ -38,7 +38,7 @@ def attempt(action: Callable[[], object]) -> bool:
     return True
 
 
-def head(screen: Screen, save: Save) -> Refresh:
+def head(screen: Screen, save: Save, runs: Callable[[], bool]) -> Refresh:
     """Build the first row of controls: pause, time base, lanes and saving."""
     with ui.row().classes("scope-row"):
         ui.label("Oscilloscope").classes("scope-title")
@@ -66,19 +66,20 @@ def head(screen: Screen, save: Save) -> Refresh:
         refresh_time()
         refresh_lanes()
         pause.text = "Pause" if screen.frozen is None else "Live"
-        state.text = _state(screen)
+        state.text = _state(screen, runs())
 
     return refresh
 
 
-def _state(screen: Screen) -> str:
-    if screen.frozen is not None:
-        return "view paused; the bench runs"
+def _state(screen: Screen, runs: bool) -> str:
     if screen.waiting:
-        return (
-            f"waiting for an edge of {screen.trigger.signal}" if screen.trigger.signal else "the trigger has no signal"
-        )
-    return ""
+        on = screen.trigger.signal
+        return f"waiting for an edge of {on}" if on else "the trigger has no signal"
+    paused = "" if screen.frozen is None else "view paused; the bench runs" if runs else "view paused"
+    if screen.begin_ns <= max(screen.edges[0], 0):
+        return paused
+    since = f"recorded from {to_seconds(screen.begin_ns):.6g} s on: to see earlier changes, go back to 0 and run again"
+    return f"{paused}; {since}" if paused else since
 
 
 def _time_base(screen: Screen) -> Refresh:

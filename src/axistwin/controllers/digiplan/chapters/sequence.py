@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 
+from simpy import Interrupt
+
 from axistwin.controllers.digiplan.chapters import interpolation, outputs, run
-from axistwin.controllers.digiplan.chapters.faults import LineFault
+from axistwin.controllers.digiplan.chapters.faults import LineFault, MotionFault
 from axistwin.controllers.digiplan.chapters.index import index
 from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import EndOfWork, Step
@@ -33,7 +35,7 @@ def hand_over(step: Step) -> None:
 def sequence(state: State, steps: Sequence[Step]) -> Procedure:
     """Carry out the steps.  An inner repeat starts again in each pass of the outer repeat."""
     left: dict[int, int] = {}
-    number = 1
+    number, state.ended_by = 1, MotionFault.NONE
     try:
         while number <= len(steps):
             step, began_ns = steps[number - 1], state.clock.now
@@ -43,6 +45,9 @@ def sequence(state: State, steps: Sequence[Step]) -> Procedure:
             if state.clock.now == began_ns:
                 yield state.clock.timeout(CYCLE_NS)
             number = _next(step, number, left)
+    except (EndOfWork, Interrupt):
+        state.ended_by = state.faults.motion
+        raise
     finally:
         state.step = 0
 
