@@ -1,4 +1,4 @@
-"""The program `axistwin`, run by tests: in this process, or in one of its own for signals and real output."""
+"""Run the program `axistwin` in tests: in this process, or in a separate one for signals and real output."""
 
 import io
 import re
@@ -43,7 +43,7 @@ def run(*arguments: object, typed: str = "") -> Finished:
                 main([str(argument) for argument in arguments])
             except SystemExit as end:
                 code = end.code
-        for thread in set(threading.enumerate()) - threads:  # the reader of the file
+        for thread in set(threading.enumerate()) - threads:  # the thread that reads the file
             thread.join(PATIENCE_S)
     assert isinstance(code, int)
     return Finished(code, out.getvalue(), err.getvalue())
@@ -58,7 +58,7 @@ def refused(*arguments: object) -> tuple[int, str]:
 
 @contextmanager
 def running(*arguments: object, **options: object) -> Iterator[Running]:
-    """Start the program in a process of its own; kill it in the end."""
+    """Start the program in a separate process, and kill it at the end of the block."""
     words = [*PROGRAM, *map(str, arguments)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options) as program:
         try:
@@ -69,7 +69,7 @@ def running(*arguments: object, **options: object) -> Iterator[Running]:
 
 @contextmanager
 def serving(*arguments: object, command: str = "serve", ports: int = 1, **options: object):
-    """Start a server; give the program and its ports, by the names of their controllers."""
+    """Start a server; yield the program and its ports, by the names of their controllers."""
     with running(command, *arguments, **options) as program:
         yield program, [listening(program) for _ in range(ports)]
 
@@ -83,7 +83,7 @@ def listening(program: Running) -> tuple[str, PortUrl]:
 
 
 def ended(program: Running, number: int = signal.SIGTERM) -> tuple[int, str]:
-    """Send a signal; return the exit code and the messages until the end."""
+    """Send a signal to the program; return its exit code and its messages until its end."""
     program.send_signal(number)
     _, messages = program.communicate(timeout=PATIENCE_S)
     return program.returncode, messages

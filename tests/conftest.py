@@ -1,6 +1,6 @@
-"""What all tests share: a bench, an IF1 on it that is initialised with `U61` and ready, and the flag to re-record.
+"""Fixtures of all tests: a bench, and an IF1 that is initialised with `U61`; and the flag to record again.
 
-Every file is `quick` unless it is slow: if only quick tests are asked for, slow files are not even imported.
+Every file is `quick` unless it is slow: if only quick tests are requested, slow files are not even imported.
 """
 
 import gc
@@ -22,7 +22,7 @@ from axistwin.bench import Controller
 from .digiplan.talking import ready
 
 settings.register_profile("axistwin", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("axistwin")  # no test depends on the speed of the machine
+settings.load_profile("axistwin")  # results do not depend on the machine's speed
 
 TESTS = Path(__file__).parent
 BROWSER = "tests/panel/browser"
@@ -69,14 +69,14 @@ POSIX_ONLY = {"test_pty.py", "test_serialdev.py", "test_term.py"}
 
 
 def pytest_configure() -> None:
-    """Keep bytecode, whatever the environment says: each process that a test starts would compile all sources again."""
+    """Keep bytecode, whatever the environment says: otherwise each process of a test compiles all sources again."""
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_report_to_serializable() -> Iterator[dict[str, Any]]:
-    """Send a report as one value: xdist takes the items of a report to pieces one by one, in Python."""
+    """Send a report as one value, because xdist serialises a report's items one by one in Python, which is slow."""
     return {PACKED: marshal.dumps((yield))}
 
 
@@ -88,7 +88,7 @@ def pytest_report_from_serializable(data: dict[str, Any]) -> Iterator[Any]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Iterator[None]:
-    """Collect without the garbage collector, and leave out of its later rounds what lives to the end."""
+    """Collect tests without garbage collection, and exclude the objects that live to the end from later rounds."""
     gc.disable()
     try:
         return (yield)
@@ -119,10 +119,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def turn(item: pytest.Item) -> tuple[int, int]:
-    """Return the turn of a test if several processes share the work: long units first, short ones fill the end.
+    """Return the position of a test if several processes share the work: long units first, short ones last.
 
-    The second unit is a file that compiles the kernel, before a server of the other units needs it.  Files are mixed,
-    because files of one folder often wait for the same kind of event, and the processor would be idle.
+    The second unit is a file that compiles the kernel, before a server in another unit needs it.  Files are mixed,
+    because the files of one folder often wait for the same kind of event, and the processor would be idle.
     """
     if item.path.name == "test_motors.py":
         return 1, 0
@@ -133,7 +133,7 @@ def turn(item: pytest.Item) -> tuple[int, int]:
 
 @cache
 def unit(nodeid: str) -> str:
-    """Return the unit of a test: its file, or all tests that need the browser and the same machine."""
+    """Return the unit of a test: its file, or all tests that need the browser with the same machine."""
     file, _, rest = nodeid.partition("::")
     if not file.startswith(BROWSER):
         return file
@@ -143,7 +143,7 @@ def unit(nodeid: str) -> str:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Give each process whole units."""
+    """Give whole units to each process."""
     from xdist.scheduler import LoadScopeScheduling
 
     class ByUnit(LoadScopeScheduling):
@@ -180,9 +180,9 @@ def if1(bench: Bench) -> Controller:
 
 @pytest.fixture
 def printed(record_property: Callable[[str, object], None]) -> Callable[..., None]:
-    """Compare a number that a manual prints with the one that comes out; both go into the fidelity report.
+    """Compare a number printed in a manual with the one obtained; both go into the fidelity report.
 
-    `printed(section, words, expected, obtained)`: `words` is what the manual says; `within` the tolerance it allows.
+    `printed(section, words, expected, obtained)`: `words` quotes the manual; `within` is the tolerance it allows.
     """
 
     def compare(section: str, words: str, expected: Any, obtained: Any, within: float = 0) -> None:

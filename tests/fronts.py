@@ -1,21 +1,21 @@
-"""A front panel as somebody sees it who stands before the controller."""
+"""The front panel of a controller as the user sees it."""
 
 from axistwin.bench import Controller
 from axistwin.controllers.front import Item, Lamp
 
 
 def items(controller: Controller) -> dict[tuple[str, str], Item]:
-    """All there is on it, by group and label (or name, where it has no label)."""
+    """Return all items of the front panel, by group and label (or name, if there is no label)."""
     return {(group.title, item.label or item.name): item for group in controller.product.front for item in group.items}
 
 
 def lamps(controller: Controller) -> set[tuple[str, str]]:
-    """Lamps, by group and label."""
+    """Return the lamps, by group and label."""
     return {key for key, item in items(controller).items() if isinstance(item, Lamp)}
 
 
 def shown(controller: Controller, group: str, label: str) -> bool | str:
-    """Whether a lamp is lit; what a word or a reading says."""
+    """Return True if a lamp is lit; for a text or a reading, return its value."""
     item = items(controller)[group, label]
     if item.source in controller.terminals:
         return item.shows(controller.terminals[item.source].level)

@@ -1,7 +1,7 @@
-"""The same inputs at the same virtual times give the same trace, to the byte: however a bench is run and looked at.
+"""The same inputs at the same virtual times give the same trace, to the byte, however a bench is run and read.
 
-A session is what is done at which time.  It is played whole, in pieces with looks between them, at any pace of a wall
-clock, with the SmartMotor's kernel plain and compiled, and as often as one likes.
+A session is a list of actions and their times.  It is played at once, in pieces with reads between them, at any speed
+of a wall clock, with the SmartMotor's kernel in plain Python and compiled, and repeatedly.
 """
 
 import itertools
@@ -101,7 +101,7 @@ def real_motor() -> Bench:
 
 
 def all_together() -> Bench:
-    """An output of the IF1 starts the motor, whose brake line opens a limit of the 1811; two more motors in a chain."""
+    """An IF1's output starts the motor, whose brake line opens a limit of the 1811; two motors form a chain."""
     bench = real_motor()
     bench.add("if1")
     bench.add("1811")
@@ -122,12 +122,12 @@ SESSIONS: dict[str, tuple[Callable[[], Bench], Session, int]] = {
 
 
 def until(bench: Bench, tick: int) -> None:
-    """The whole time at once."""
+    """Advance to the end in one step."""
     bench.clock.run_to(max(tick * TICK, bench.now))
 
 
 def traced(family: str, run: Callable[[Bench, int], None] = until) -> bytes:
-    """The trace of a session, everything in it."""
+    """Return the complete trace of a session."""
     build, session, end = SESSIONS[family]
     with TemporaryDirectory() as directory:
         path = Path(directory) / "a.csv"
@@ -147,7 +147,7 @@ def reference(family: str) -> bytes:
 
 
 def looker() -> Callable[[Bench], None]:
-    """Looks at everything there is to be seen of a controller, of another one each time."""
+    """Return a function that reads everything readable of one controller, of another one at each call."""
     count = itertools.count()
 
     def look(bench: Bench) -> None:
@@ -166,7 +166,7 @@ FAMILIES = pytest.mark.parametrize("family", SESSIONS)
 
 @FAMILIES
 def test_it_moves_and_talks(family):
-    """Nothing is proved by a trace in which nothing happens."""
+    """Check that the trace of a session contains motion and characters, so that comparing traces means something."""
     lines = reference(family).decode().splitlines()
     assert len([line for line in lines if not line.startswith(("#", "0,"))]) > 100
     assert any(".controller_says," in line for line in lines)
@@ -181,7 +181,7 @@ def test_again(family):
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(data=st.data())
 def test_in_pieces_and_looked_at(family, data):
-    """Cut anywhere, to the nanosecond, and looked at there."""
+    """A session cut at any nanosecond, with reads at each cut, gives the same trace."""
     pieces = data.draw(st.lists(st.tuples(st.integers(1, 40_000_000), st.booleans()), min_size=1, max_size=25))
     look = looker()
 
@@ -197,7 +197,7 @@ def test_in_pieces_and_looked_at(family, data):
 
 @FAMILIES
 def test_stopped_at_conditions(family):
-    """`run_until` looks after each event and each sample."""
+    """`run_until` checks its condition after each event and each sample; the trace is the same."""
     look = looker()
 
     def run(bench: Bench, tick: int) -> None:
@@ -209,7 +209,7 @@ def test_stopped_at_conditions(family):
 
 
 class Clockwork(Loop):
-    """A wall clock that goes on, by a microsecond whenever somebody looks at it."""
+    """A simulated wall clock that advances by a microsecond at each read."""
 
     def time(self):
         self.now_s += 1e-6
@@ -220,7 +220,7 @@ class Clockwork(Loop):
 @pytest.mark.parametrize("speed", [0.5, 1, 64])
 @pytest.mark.parametrize("late_s", [0, 0.02])
 def test_at_any_pace(family, speed, late_s):
-    """By a wall clock, that wakes the bench up when it wants to be woken, or whenever the machine finds time for it."""
+    """A wall clock wakes the bench at the planned times, or later on a busy machine; the trace is the same."""
 
     def run(bench: Bench, tick: int) -> None:
         loop, pacer = Clockwork(), Pacer(bench.clock, speed)
@@ -243,7 +243,7 @@ def needs_numba(*values):
 @pytest.mark.parametrize("family", [family for family in SESSIONS if family not in ("digiplan", "compumotor")])
 @pytest.mark.parametrize("compiled_from", [None, needs_numba(0), needs_numba(40)])
 def test_plain_and_compiled(family, compiled_from, monkeypatch):
-    """The kernel in plain Python, compiled, and compiled from some block on."""
+    """The kernel in plain Python, compiled, and compiled from a later block on gives the same trace."""
     blocks = itertools.count()
 
     def chosen(_):

@@ -1,4 +1,4 @@
-"""The documentation builds without a warning, and has every code and every command of the tables."""
+"""The documentation builds without a warning, and contains every code and every command of the tables."""
 
 import re
 import subprocess
@@ -18,7 +18,7 @@ pytest.importorskip("sphinx", reason="the extra [docs] is not installed")
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     out = tmp_path_factory.mktemp("site")
-    theme = ["-D", "html_theme=basic"]  # the theme of the site takes a quarter of the time, and no part in warnings
+    theme = ["-D", "html_theme=basic"]  # a quarter of the time is the site's own theme, which has no effect on warnings
     build = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", *theme, ROOT / "docs", out]
     done = subprocess.run(build, capture_output=True, text=True, check=False, cwd=ROOT)
     assert (done.returncode, done.stderr) == (0, "")

@@ -1,4 +1,4 @@
-"""Each decision in docs/fidelity.md is pinned by a test that exists."""
+"""Each decision in docs/fidelity.md names a test that exists."""
 
 import ast
 import re

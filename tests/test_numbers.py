@@ -1,4 +1,4 @@
-"""The one reader of numbers in texts: bounded in length and magnitude, in one short line."""
+"""Reading numbers in texts: length and magnitude are limited, and an error is one short line."""
 
 from decimal import Decimal
 

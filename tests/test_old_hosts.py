@@ -1,6 +1,6 @@
-"""The tutorials for hosts of the 1980s: each page is followed, and prints what it shows.
+"""The tutorials for hosts of the 1980s: the commands of each page are run, and must print what the page shows.
 
-`axistwin serve` of a page is a twin at twenty times real time, on a free port.
+`axistwin serve` in a page runs at twenty times real time here, on a free port.
 """
 
 import os
@@ -35,7 +35,7 @@ def name(request):
 
 
 def printed(commands, directory):
-    """Return what the commands print on standard output, in one shell without a display, with an open keyboard."""
+    """Return the standard output of the commands in one shell, without a display and with an open keyboard."""
     environment = os.environ | {
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": str(HOME / "src"),
@@ -61,7 +61,7 @@ def printed(commands, directory):
 
 
 def own(text):
-    """Return a command's output without the messages of the host's program on its own start."""
+    """Return a command's output without the messages of the host's program about its own start."""
     return "".join(line for line in text.splitlines(keepends=True) if re.fullmatch(r"-?\d+\n", line))
 
 

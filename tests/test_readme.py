@@ -1,4 +1,4 @@
-"""What the README shows is what happens."""
+"""The commands in the README print what the README shows."""
 
 import re
 import shlex
@@ -13,7 +13,7 @@ README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding=
 
 
 def acts():
-    """Each `$ command` of the console blocks and what is printed under it."""
+    """Return each `$ command` of the console blocks with the output shown under it."""
     for block in re.findall(r"```console\n(.*?)```", README, re.DOTALL):
         yield from re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block, re.MULTILINE)
 
@@ -25,7 +25,7 @@ def test_the_consoles_show_what_is_printed(tmp_path, monkeypatch):
         program, *arguments = shlex.split(command)
         if program == "cat":
             Path(arguments[0]).write_text(shown, encoding="utf-8")
-        elif arguments[0] != "serve":  # that one is seen in tests/cli/test_serve.py
+        elif arguments[0] != "serve":  # tests/cli/test_serve.py tests this command
             assert CliRunner().invoke(axistwin, arguments).stdout == shown
             ran += 1
     assert ran == 4

@@ -1,4 +1,4 @@
-"""The fidelity report: every row with its evidence, no row lost, and the page that is built of them."""
+"""The fidelity report: every row has its evidence, no row is lost, and the page contains all rows."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ def report():
 
 @pytest.fixture(scope="module")
 def found(report):
-    """Every row, read once."""
+    """Return every row, read once for all tests."""
     return report.rows()
 
 
@@ -39,7 +39,7 @@ def test_each_row_has_a_class_of_evidence_and_a_manual(report, found):
 
 @pytest.mark.parametrize("kind", ["timing", "not modelled", "decision"])
 def test_no_line_of_a_document_is_passed_over(found, kind):
-    """A line with a cell too many or too few would be no row."""
+    """A line of a table with a cell too many or too few would otherwise give no row."""
     file = {"timing": "timing.md", "not modelled": "not_modelled.md", "decision": "fidelity.md"}[kind]
     lines = (ROOT / "docs" / file).read_text(encoding="utf-8").splitlines()
     heads = [n for n, line in enumerate(lines) if line.startswith("| ---")]
@@ -90,7 +90,7 @@ def test_a_cell_may_hold_a_bar(report):
 
 
 def test_the_report_is_built_with_every_row(report, found, tmp_path):
-    """From a run in which each test passed, two commands were given, and one example was measured."""
+    """The run: each test has passed, two commands were given, and one example was measured."""
     example = next(row for row in found if row.key.startswith("example/compumotor/"))
     measured = {"section": "G.1", "words": "262,144 <pulses>", "expected": 5, "obtained": 5.1, "within": 0.2}
     outcomes = {test: "passed" for row in found for test in row.tests}
@@ -124,7 +124,7 @@ def test_a_test_that_fails_makes_the_report_fail(report, found, tmp_path, capsys
 
 
 def test_the_words_of_a_run(report, tmp_path):
-    """The collector sees outcomes, printed numbers and the commands that a test gives."""
+    """The collector receives outcomes, printed numbers, and the commands that a test gives."""
     result = report.runs.run(["tests/digiplan/test_printed_numbers.py::test_backlash_of_20_steps"], tmp_path)
     name = "digiplan/test_printed_numbers.py::test_backlash_of_20_steps"
     assert result["outcomes"] == {name: "passed"}

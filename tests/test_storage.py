@@ -1,6 +1,6 @@
-"""What controllers keep on disk, where the disk or another process does not want it.
+"""State directories of controllers if the disk, or another process, prevents reading or writing.
 
-Processes of their own hold a directory, are killed, or have no room left; in this one calls to the system are refused.
+Separate processes hold a directory, are killed, or have no space left; in this process system calls are refused.
 """
 
 import gc
@@ -40,7 +40,7 @@ input()
 
 @pytest.fixture
 def other(tmp_path):
-    """Another process that has a controller in `tmp_path / "state"`."""
+    """Start another process that has a controller with the directory `tmp_path / "state"`."""
     program = tmp_path / "machine.py"
     program.write_text(MACHINE)
     command = [sys.executable, program, "state", "--token", "secret"]
@@ -51,7 +51,7 @@ def other(tmp_path):
 
 
 def refused(monkeypatch: pytest.MonkeyPatch, directory: Path, error: OSError) -> None:
-    """From now on no file takes another's place in this directory."""
+    """From now on, let each replacement of a file in this directory fail with this error."""
     replace = os.replace
 
     def refusing(source, target):
@@ -73,7 +73,7 @@ def stored(file: Path) -> str:
 
 
 def lock(bench: Bench, if2: Controller, sequence: str) -> None:
-    """Another sequence, kept: three messages."""
+    """Store and lock a sequence by three messages."""
     for text in ("]", sequence, "["):
         write(if2, text)
         bench.run(0.1)
@@ -83,7 +83,7 @@ def lock(bench: Bench, if2: Controller, sequence: str) -> None:
 
 
 def test_a_second_process_is_told_of_the_first_in_one_line(tmp_path, other):
-    """Its number and what it runs; what stands in its options may be secret."""
+    """The message names the first process and its program, without its options, which may be secret."""
     with pytest.raises(UsageError) as told:
         Bench().add("smartmotor", state=tmp_path / "state")
     assert str(told.value) == (
@@ -120,7 +120,7 @@ HOLDS = "import sys, axistwin; axistwin.Bench().add('if2', state=sys.argv[1])"
 
 
 def holds(directory: Path) -> bool:
-    """Whether another process may keep something there."""
+    """Return True if another process can hold this directory."""
     tried = subprocess.run(
         [sys.executable, "-c", HOLDS, directory], capture_output=True, timeout=30, check=False, env=ENV
     )
@@ -141,7 +141,7 @@ def test_the_directory_is_free_when_the_last_of_its_controllers_has_gone(tmp_pat
 
 @pytest.mark.parametrize("note", [b"", b"\xff\xfe", b"1", b"1 \n", b"1 " + b"x\x1b\n" * 5000, None])
 def test_whatever_stands_in_the_note_of_who_holds_it_it_is_one_short_line(tmp_path, other, note):
-    """The note is for people: the lock is the system's."""
+    """The note in the file is for the user; the lock itself is the operating system's."""
     file = tmp_path / "state" / HOLDER
     file.unlink()
     if note is not None:
@@ -171,7 +171,7 @@ def test_the_child_of_a_fork_is_a_process_of_its_own(tmp_path):
 
 
 def test_two_writers_do_not_meet_in_one_name(tmp_path, monkeypatch):
-    """What one has written is moved by that one only, also if another begins in between."""
+    """Each writer renames only the file that it has written, even if another one begins meanwhile."""
     file, fsync, left = tmp_path / "a.json", os.fsync, ["second"]
 
     def fsync_after_another(descriptor):
@@ -220,14 +220,14 @@ def test_a_disk_that_is_full_is_told_at_the_start(tmp_path, monkeypatch, error):
         == f"state directory {tmp_path} cannot be written: {error.strerror.lower()}: choose another directory"
     )
     monkeypatch.undo()
-    Bench().add("if2", state=tmp_path)  # it has not been kept locked
+    Bench().add("if2", state=tmp_path)  # the lock of the directory has been released
 
 
 # A disk that becomes full
 
 
 def test_a_controller_keeps_its_memory_in_ram_until_it_is_switched_off(tmp_path, monkeypatch, caplog):
-    """The last whole image stays; told the first time, counted in the end."""
+    """The last complete image remains on disk; the first failure is reported, and the total at the end."""
     bench = Bench()
     if2 = ready(bench, model="if2", state=tmp_path)
     file = tmp_path / "if2.json"
@@ -248,7 +248,7 @@ def test_a_controller_keeps_its_memory_in_ram_until_it_is_switched_off(tmp_path,
     assert if2.axes["X"].position == before + 20
     if2.power(False)
     assert len(warnings(caplog)) == 2
-    # written: locked (nothing was locked before); not written: unlocked, locked, unlocked
+    # written: the lock (nothing was locked before); not written: unlock, lock, unlock
     assert warnings(caplog)[1] == f"{file}: 3 of 4 writes failed: the file holds the last whole image"
     if2.power(True)
     assert "X10" in "".join(if2.programs["sequence"].lines)
@@ -256,7 +256,7 @@ def test_a_controller_keeps_its_memory_in_ram_until_it_is_switched_off(tmp_path,
 
 
 def test_the_others_notice_nothing(tmp_path, monkeypatch):
-    """Neither on the same bench nor on the same disk."""
+    """A full disk of one controller does not affect others, on the same bench or on the same disk."""
 
     def session(full: Path | None) -> list[object]:
         bench = Bench()
@@ -274,7 +274,7 @@ def test_the_others_notice_nothing(tmp_path, monkeypatch):
 
 
 def test_a_reset_by_command_is_no_loss_of_power(tmp_path, monkeypatch):
-    """Z of a SmartMotor starts it again, with what is in RAM."""
+    """Z of a SmartMotor restarts it with the contents of its RAM."""
     bench = Bench()
     motor = bench.add("smartmotor", state=tmp_path)
     bench.run(1)
@@ -321,7 +321,7 @@ def test_each_time_it_is_switched_on_it_is_told_again(tmp_path, monkeypatch, cap
 
 
 def test_a_disk_that_cannot_be_read_any_more_stops_nobody(tmp_path, caplog):
-    """Somebody puts a directory in the place of the file."""
+    """The file is replaced by a directory while the controller runs."""
     bench = Bench()
     if2 = ready(bench, model="if2", state=tmp_path)
     lock(bench, if2, ":X10:$")
@@ -357,7 +357,7 @@ for motor in motors:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of the system on files")
 def test_a_real_limit_on_the_size_of_files(tmp_path):
-    """The system cuts every write after 10 bytes."""
+    """The operating system cuts every write after 10 bytes."""
     command = [sys.executable, "-c", FULL, tmp_path]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=50, check=False, env=ENV)
     assert ended.returncode == 0, ended.stderr
@@ -370,7 +370,7 @@ def test_a_real_limit_on_the_size_of_files(tmp_path):
 
 
 def test_a_run_tells_and_counts_what_it_could_not_keep(tmp_path, monkeypatch, caplog):
-    """`axistwin run` ends without switching off."""
+    """`axistwin run` reports and counts failed writes, although it ends without switching off."""
     program = tmp_path / "p.sms"
     program.write_text("a=5\nVST(a,1)\nEND\n")
     replace, left = os.replace, [2]
@@ -388,7 +388,7 @@ def test_a_run_tells_and_counts_what_it_could_not_keep(tmp_path, monkeypatch, ca
     assert ended.value.code == 0
     first, last = warnings(caplog)
     assert "smartmotor.json cannot be written: no space left on device" in first
-    # loading the program took two writes: when LOAD began, and at its end
+    # loading the program takes two writes: when LOAD begins, and at its end
     assert last.endswith("smartmotor.json: 1 of 3 writes failed: the file holds the last whole image")
 
 
@@ -444,7 +444,7 @@ def test_what_is_kept_with_the_bench_is_never_lost():
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that can be killed")
 def test_a_short_campaign_of_kills():
-    """Two processes on one directory, killed at random: `benchmarks/robustness/state_kills.py`."""
+    """Two processes share one directory and are killed at random, as in `benchmarks/robustness/state_kills.py`."""
     script = Path(__file__).parents[1] / "benchmarks" / "robustness" / "state_kills.py"
     command = [sys.executable, script, "--seed", "3", "--rounds", "3"]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=50, check=False, env=ENV)
@@ -454,7 +454,7 @@ def test_a_short_campaign_of_kills():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs to know of dead processes")
 def test_a_process_that_was_killed_is_not_named(tmp_path, other):
-    """The note may still be that of the one before."""
+    """The note of a process that was killed may remain; a message must not name this process."""
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
     (tmp_path / "state" / HOLDER).write_text(f"{dead.pid} gone\n")

@@ -1,6 +1,6 @@
-"""What the tutorials show is run, and prints exactly that.
+"""The commands in the tutorials are run, and must print exactly what the pages show.
 
-A file is a block behind a line that names it; a console is a block of `$ command` lines, each with what it prints.
+A file is a block after a line that names it; a console is a block of `$ command` lines, each with its output.
 """
 
 import os
@@ -40,11 +40,11 @@ def acts(text):
 
 
 def printed(command, directory):
-    """What a command prints on its standard output, in the environment of somebody who has axistwin installed."""
+    """Return the standard output of a command, in the environment of a user who has installed axistwin."""
     environment = os.environ | {
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": str(HOME / "src"),
-        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # ours is named instead, as this copy need not be the installed one
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # the plugin is named instead, because this copy need not be installed
         "PYTEST_ADDOPTS": "-p axistwin.testing.pytest_plugin -p no:cacheprovider",
         "COLUMNS": "80",
     }
@@ -68,7 +68,7 @@ def test_a_tutorial_prints_what_it_shows(name, tmp_path):
     text = page(name)
     ran = 0
     for block in sorted((*FILE.finditer(text), *CONSOLE.finditer(text)), key=re.Match.start):
-        lay_out(block[0], tmp_path)  # in the order in which a reader does it
+        lay_out(block[0], tmp_path)  # in the order in which a reader creates them
         for command, expected in acts(block[0]):
             assert printed(command, tmp_path) == expected, command
             ran += 1
@@ -86,7 +86,7 @@ def test_the_lines_for_asyn_are_those_that_serve_shows():
 
 
 def test_what_the_ioc_says_is_understood():
-    """Each exchange of the protocol file, as StreamDevice does it."""
+    """Each exchange of the protocol file, sent as StreamDevice sends it, is understood."""
     protocol = files(page("epics"))["feeder.proto"]
     commands = re.findall(r"^(\w+) *\{(.*)\}", protocol, re.MULTILINE)
     exchanges = {name: re.findall(r'(out|in) "(.*?)"', body) for name, body in commands}
@@ -130,7 +130,7 @@ EXCHANGE = re.compile(
 
 @pytest.fixture
 def smartmotor_driver(tmp_path):
-    """A motor of the EPICS tutorial's scene, its clock, and a function that sends a message as the IOC does."""
+    """Return a motor of the EPICS tutorial's scene, its clock, and a function that sends a message as the IOC does."""
     lay_out(page("epics"), tmp_path)
     with axistwin.serve(tmp_path / "motor.toml", speed="manual") as twin:
         url = twin.ports["motor"]
@@ -174,7 +174,7 @@ def test_after_a_following_error_the_smartmotor_driver_needs_zs(smartmotor_drive
 
 
 def test_what_ci_does_is_done_here():
-    """Its commands: an installation of the packages that there are, and a test run that the tutorial shows."""
+    """The commands of CI install existing packages, and run the tests that the tutorial shows."""
     workflow = files(page("ci"))[".github/workflows/test.yml"]
     install, test = re.findall(r"- run: (.*)$", workflow, re.MULTILINE)
     project = tomllib.loads((HOME / "pyproject.toml").read_text(encoding="utf-8"))["project"]

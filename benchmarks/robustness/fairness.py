@@ -50,7 +50,7 @@ async def attack(name: str, baudrate: int, data: bytes) -> tuple[float, float]:
         other.serial.write(text)
         bench.run(1.2)
     gc.collect()
-    gc.freeze()  # as `axistwin serve` does
+    gc.freeze()  # `axistwin serve` does this too
     steps = Steps(bench.clock)
     server = Server(bench, speed=1.0)
     try:
@@ -65,7 +65,7 @@ async def attack(name: str, baudrate: int, data: bytes) -> tuple[float, float]:
 
 
 async def flood(server: Server, name: str, url: PortUrl, baudrate: int, data: bytes) -> None:
-    """Send without end, as a host at a wrong baud rate."""
+    """Send data without end, as a host at a wrong baud rate."""
     reader, writer = await asyncio.open_connection(url.host, url.port)
     await asyncio.sleep(0.02)
     plug = server._plug(name)
@@ -96,7 +96,7 @@ async def ask_until(url: PortUrl, flooding: "asyncio.Future[None]") -> float:
 
 
 def main() -> int:
-    """Print what was measured, and the verdict."""
+    """Print the measurements and the verdict."""
     given = arguments(__doc__, BYTES)
     seed, count = given.seed, given.bytes
     good = True

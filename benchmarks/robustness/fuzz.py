@@ -43,7 +43,7 @@ class Target:
 
     @property
     def port(self) -> SerialPort:
-        """The host's end."""
+        """Return the host's end of the line."""
         return self.bench.port(self.name)
 
 
@@ -113,7 +113,7 @@ class Outcome:
 
     @property
     def rate(self) -> float:
-        """Characters per second."""
+        """Return the characters per second."""
         return max(self.carried, self.found) / self.seconds
 
 
@@ -129,7 +129,7 @@ def attack(target: Target, baudrate: int, data: bytes) -> Outcome:
     """Send bytes at this baud rate, and step until the last character has ended."""
     port, counted = target.port, _Counted()
     clock = port.clock
-    clock.patient = False  # as in `serve`: no compilation during the run
+    clock.patient = False  # as in `serve`, without a compilation during the run
     port.host.baudrate = baudrate
     error, longest_s, began = None, 0.0, process_time()
     with counted:

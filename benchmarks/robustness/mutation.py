@@ -77,7 +77,7 @@ def main() -> int:
 
 
 def equivalents() -> dict[str, str]:
-    """Return the mutants without any visible effect, with the reason: lines `KEY # REASON`."""
+    """Return the mutants that have no visible effect, each with its reason, from lines `KEY # REASON`."""
     if not EQUIVALENT.exists():
         return {}
     lines = EQUIVALENT.read_text(encoding="utf-8").splitlines()

@@ -1,8 +1,8 @@
-"""Malformed and mutated socket.io messages to the panel of a server, while a host polls the controller on it.
+"""Malformed and mutated socket.io messages to the panel of a server, while a host polls the server's controller.
 
     python benchmarks/robustness/panel_messages.py [--seed 1] [--number 200]
 
-The server survives, the host is always answered, and a new visitor is shown the page: exit code 0, else 1.
+Exit code 0 if the server survives, the host is always answered, and the page still opens for a new visitor; else 1.
 """
 
 import argparse
@@ -44,7 +44,7 @@ LATEST_S = 2.0
 
 
 def messages(seed: int, number: int, client: str) -> Iterator[str | bytes]:
-    """Websocket frames of a bad client that knows the number of its page."""
+    """Return websocket frames of a malicious client that knows the number of its page."""
     chance = random.Random(seed)
     fixed = [*RAW, *(event(name, "x") for name in NAMES), *(event(name) for name in NAMES)]
     for count in range(number):
@@ -52,7 +52,7 @@ def messages(seed: int, number: int, client: str) -> Iterator[str | bytes]:
 
 
 def event(name: str, *arguments: object) -> str:
-    """A socket.io event as a frame."""
+    """Return a socket.io event as a frame."""
     return "42" + json.dumps([name, *arguments])
 
 

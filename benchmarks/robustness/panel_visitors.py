@@ -160,7 +160,7 @@ async def main(scene: str, seed: int, visits: int) -> bool:
     session.run()
     await asyncio.to_thread(fetch, address)
     nobody = panel.people.driver is None
-    await visited(address, seed, 2)  # what is done once has been done
+    await visited(address, seed, 2)  # the first visits include work that is done only once
     gc.collect()
     before_mb = memory_mb()
     alone: list[float] = []

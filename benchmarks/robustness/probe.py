@@ -215,14 +215,14 @@ def changed(made: Product, code: Any, change: str) -> Iterator[None]:
 
 
 def clear_caches() -> None:
-    """Forget the commands that have been read with another table."""
+    """Clear the cached commands, which were read with another table."""
     for read in (interface.read, language.command, language.read):
         getattr(read, "cache_clear", nothing)()
 
 
 @cache
 def effective(model: str) -> dict[Any, set[str]]:
-    """Return the changes by code that have something to change: an answer or a number of an unchanged probe."""
+    """Return, by code, the changes that affect an answer or a number in an unchanged probe."""
     made, found = product(model), defaultdict[Any, set[str]](set)
     clear_caches()
 
@@ -309,7 +309,7 @@ def name(mutant: Mutant) -> str:
 def mutants(
     rng: random.Random, number: int, models: tuple[str, ...], part: int = 0, parts: int = 1
 ) -> tuple[int, list[str], list[str]]:
-    """Probe one part of the mutants; return the number of found ones, those missed, and those that cannot be shown."""
+    """Probe one part of the mutants; return the number found, those missed, and those that no probe can show."""
     every = population(models)
     rng.shuffle(every)
     found, missed, invisible = 0, [], []

@@ -76,7 +76,7 @@ def motor(baud: int, frame: str, incomplete: bytes = b"G") -> tuple[Bench, Virtu
 
 
 def formats() -> Iterator[str]:
-    """Find controllers at each line format; yield the names of those that are not found or move."""
+    """Find controllers at each line format; yield the names of controllers that are not found, or that move."""
     cases = [("IF1", baud, message, interface) for baud in INTERFACE_RATES for message in INTERFACE_FORMATS]
     cases += [("SmartMotor", baud, frame, motor) for baud in MOTOR_RATES for frame in ("8N",)]
     for name, baud, frame, make in cases:

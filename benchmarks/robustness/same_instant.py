@@ -64,7 +64,7 @@ FORMATTED = (b"(", b"U", b"6", b"1", b"\r")
 
 @dataclass(frozen=True)
 class Model:
-    """A controller, what it is told to do, and what may happen to it."""
+    """A controller, the commands that keep it busy, and the external actions on it."""
 
     name: str
     build: Callable[[Bench], Controller]
@@ -212,7 +212,7 @@ def _fault(bench: Bench, kind: Kind, place: str) -> None:
     """Return a fault with a duration and its required parameters."""
     needed = (each for each in kind.parameters if each.default is None and not each.optional)
     given = {each.name: _value(each) for each in needed}
-    with suppress(UsageError):  # nothing of that kind can be there
+    with suppress(UsageError):  # this place cannot have a fault of this kind
         bench.faults.add(kind.name, place, seed=1, duration=None if kind.at_once else 0.2, **given)
 
 

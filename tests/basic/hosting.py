@@ -1,4 +1,4 @@
-"""A sample program on PC-BASIC, and a controller served to it on a loopback port, in one event loop."""
+"""Run a sample program on PC-BASIC and, in the same event loop, serve a controller to it on a loopback port."""
 
 import asyncio
 from collections.abc import Callable
@@ -24,7 +24,7 @@ KEYS = {"SPACE": " ", "PRESS CR": "\r"}
 
 @dataclass
 class Session:
-    """A controller that a sample program has talked to."""
+    """A controller that a sample program has sent messages to."""
 
     bench: Bench
     controller: Controller
@@ -38,7 +38,7 @@ class Session:
     """When each of these characters had come."""
 
     def listen(self) -> None:
-        """From now on, keep what the controller sends."""
+        """Begin to store what the controller sends."""
 
         def hear(byte: int, _: object) -> None:
             self.heard.append(byte)
@@ -47,7 +47,7 @@ class Session:
         self.controller.serial.subscribe_received(hear)
 
     def ask(self, text: str) -> str:
-        """What the controller answers to a message now, without echo and terminator."""
+        """Return the controller's answer to a message, without echo and terminator."""
         message = text.encode() + (b"\n" if self.form.startswith("V") else b"\r")
         self.controller.serial.read()
         self.controller.serial.write(message)
@@ -56,7 +56,7 @@ class Session:
         return (reply.removeprefix(message) if self.form.endswith("2") else reply).decode().strip()
 
     def moves(self) -> list[dict[str, int]]:
-        """Every move since power-up: the axes that began together, and by how many pulses each."""
+        """Return all moves since power-up: for each, the axes that began together and their pulses."""
         by_start: dict[int, dict[str, int]] = {}
         for name, axis in self.controller.axes.items():
             for stroke in axis.train.moves:
@@ -75,10 +75,10 @@ def perform(
     prepare: Callable[[Bench], object] = lambda bench: None,
     **added: Any,
 ) -> Session:
-    """Run a sample program to its end, against a controller that has been switched on before.
+    """Run a sample program to its end, with a controller that was switched on before.
 
-    `added`: how the controller is put on the bench; `prepare` is called when it listens.  What the program has sent
-    last has been transmitted in the end.
+    `added` puts the controller on the bench; `prepare` is called when the controller listens.  The last characters of
+    the program are transmitted before the return.
     """
     bench = Bench()
     session = Session(bench, bench.add(**{"model": "if1", **added}), form)
@@ -96,15 +96,15 @@ async def _serve(bench: Bench, name: str, link: str, speed: float, program: int,
         port = await server.open(name, parse("pty:" if link == "pty" else f"{link}://127.0.0.1:0"))
         server.start()
         com1 = f"{COM1[link]}:{port.path if link == 'pty' else port.address}"
-        # When the interpreter has ended, the loop has long had all it sent: it lingers after hanging up.
+        # The interpreter lingers after hanging up, so when it has ended the loop has received everything.
         return await run_basic(source(runnable(program)), com1, KEYS, lambda: _read(bench, server.pacer), directory)
     finally:
         server.close()
-        await asyncio.sleep(0)  # connections are closed in the loop's next turn
+        await asyncio.sleep(0)  # connections are closed in the next turn of the loop
 
 
 async def _read(bench: Bench, pacer: Pacer) -> None:
-    """Let the time pass that a person takes to read a prompt."""
+    """Let as much time pass as a user needs to read a prompt."""
     read, seen = bench.clock.timeout(to_ns(READING_S)), asyncio.Event()
     unwatch = pacer.subscribe(lambda: seen.set() if read.processed else None)
     pacer.work()

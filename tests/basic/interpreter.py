@@ -1,4 +1,4 @@
-"""PC-BASIC without a screen: a program in, keys typed when it asks for them, out what it printed."""
+"""PC-BASIC without a screen: run a program, type keys at its prompts, and return what it prints."""
 
 import asyncio
 import os
@@ -18,10 +18,10 @@ Patience = Callable[[], Awaitable[object]]
 async def run_basic(
     program: str, com1: str, keys: Mapping[str, str], patience: Patience, directory: Path, seconds: float = SECONDS
 ) -> str:
-    """Run a program to its END or STOP; returns everything it printed.
+    """Run a program to its END or STOP; return everything that it has printed.
 
-    `com1`: what is behind COM1, in PC-BASIC's words.  `keys`: what to type at which prompt.  `directory`: an empty
-    one, for the program and for what PC-BASIC wants to keep.  `seconds`: the longest time that it may take.
+    `com1`: the device at COM1, in PC-BASIC's syntax.  `keys`: the answer to each prompt.  `directory`: an empty one,
+    for the program and for files of PC-BASIC.  `seconds`: the time limit.
     """
     file = directory / "PROGRAM.BAS"
     file.write_bytes(program.encode("ascii"))
@@ -42,7 +42,7 @@ async def run_basic(
 
 async def _start(*options: str, home: Path) -> Process:
     homes = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME"), str(home))
-    # What it writes to stderr is that it cannot save its session, which nobody wants.
+    # The only message on stderr is that PC-BASIC cannot save its session, which is not needed.
     starter = [str(TIED_LINES)] if any("=PORT:" in option for option in options) else ["-m", "pcbasic"]
     return await asyncio.create_subprocess_exec(
         *(sys.executable, *starter, *options), env=os.environ | homes, stdin=PIPE, stdout=PIPE, stderr=DEVNULL

@@ -1,8 +1,8 @@
-"""The eleven BASIC programs of the manual's appendix 3, read from the manual and made to run on PC-BASIC.
+"""The eleven BASIC programs of the manual's appendix 3, read from the manual and changed to run on PC-BASIC.
 
-The listings themselves are not here: they are taken from the manual's text when a test asks for them.  What had to be
-changed in them is, line by line, in two tables.  `REPAIRS` gives back what scanning or typing broke.  `ADAPTATIONS`
-says in PC-BASIC's words what the listing says in its machine's own.  Everything else runs as it is printed.
+The listings are read from the manual's text when a test needs them.  Two tables contain all changes, line by line:
+`REPAIRS` corrects errors of scanning or typing, and `ADAPTATIONS` translates statements for other machines into
+PC-BASIC.  Everything else runs as it is printed.
 """
 
 import re
@@ -16,7 +16,7 @@ Listing = dict[int, str]
 
 
 class Change(NamedTuple):
-    """In this line of this program `found`, wherever it stands, becomes `wanted`."""
+    """In this line of this program, replace each `found` by `wanted`."""
 
     program: int
     line: int
@@ -94,7 +94,7 @@ END_OF_PRINT = re.compile(r"""(PRINT ?\#1,(?:"[^"]*"|[A-Z]\$))(?=\s*(?::|$))""")
 
 
 def printed(program: int) -> Listing:
-    """The program as the manual prints it.  The second one headed "6" is the eighth."""
+    """Return a program as the manual prints it.  The second one with the heading "6" is the eighth."""
     chapters = re.split(r"^SAMPLE PROGRAM \d+ FOR .*$", MANUAL.read_text("utf-8"), flags=re.MULTILINE)
     fenced = "".join(re.findall(r"^```\n(.*?)^```$", chapters[program], re.DOTALL | re.MULTILINE))
     numbered = re.findall(r"^(\d+) (.*(?:\n(?!\d).*)*)", fenced, re.MULTILINE)
@@ -102,7 +102,7 @@ def printed(program: int) -> Listing:
 
 
 def runnable(program: int) -> Listing:
-    """The program as PC-BASIC can run it."""
+    """Return a program with all changes, as PC-BASIC can run it."""
     listing = printed(program)
     for change in (*REPAIRS, *ADAPTATIONS):
         if change.program == program:
@@ -114,5 +114,5 @@ def runnable(program: int) -> Listing:
 
 
 def source(listing: Listing) -> str:
-    """The listing as the text of a program file."""
+    """Return a listing as the text of a program file."""
     return "".join(f"{line} {text}\r\n" for line, text in listing.items())

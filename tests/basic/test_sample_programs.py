@@ -1,4 +1,4 @@
-"""Appendix 3: the manual's own host programs, on a real BASIC interpreter, do with an IF1 what their listings ask."""
+"""Appendix 3: the manual's own host programs, on a real BASIC interpreter, move an IF1 as their listings say."""
 
 import itertools
 
@@ -17,13 +17,13 @@ FORTH_AND_TEN_TIMES_BACK_AND_FORTH = [FORTH, *[BACK, FORTH] * 10]
 
 
 def assert_no_complaint(session: Session) -> None:
-    """Neither the program nor the controller has found anything wrong."""
+    """Assert that neither the program nor the controller has reported an error."""
     assert not [word for word in ("ERROR", "FAULT", "NO U", "rror", "imeout") if word in session.screen], session.screen
     assert (session.ask("K"), session.ask("F")) == ("0", "0")
 
 
 def together(*signs: str) -> dict[str, int]:
-    """A move of X, Y and Z at once, 1000 pulses each, in these directions; a blank: that axis is not named."""
+    """Return a move of X, Y and Z at once, by 1000 pulses in these directions; a blank leaves its axis out."""
     return {axis: int(f"{sign}1000") for axis, sign in zip("XYZ", signs, strict=True) if sign != " "}
 
 
@@ -45,7 +45,7 @@ def test_what_is_changed_in_a_listing_is_there(change):
 
 
 def test_the_programs_for_the_ibm_pc_run_nearly_as_they_are_printed():
-    """Not even their OPEN statements are touched, but for one illegible character and one waiting loop."""
+    """The only changes are one illegible character and one waiting loop; the OPEN statements are as printed."""
     changed = [
         (program, line)
         for program in (7, 8, 9)
@@ -66,7 +66,7 @@ def test_the_programs_for_the_ibm_pc_run_nearly_as_they_are_printed():
 )
 def test_the_index_loop_moves_x_forth_and_ten_times_back_and_forth(program, form, line, tmp_path):
     session = perform(program, form, tmp_path, line=line)
-    session.bench.run(2.0)  # the program ends as soon as it has ordered the last move
+    session.bench.run(2.0)  # the program ends as soon as it has sent the last move
 
     assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH
     assert session.controller.axes["X"].position == 1000
@@ -74,7 +74,7 @@ def test_the_index_loop_moves_x_forth_and_ten_times_back_and_forth(program, form
 
 
 def test_sample_1_finds_every_character_echoed_and_each_takes_its_time_on_the_line(tmp_path):
-    """9600 baud, 11 bits to a character.  The program compares every character with its echo."""
+    """The program compares each character with its echo, at 9600 baud with 11 bits per character."""
     session = perform(1, "U62", tmp_path, line="9600 8N2")
     session.bench.run(2.0)
 
@@ -106,7 +106,7 @@ def test_sample_7_moves_x_and_y_forth_and_back(tmp_path):
 
 
 def test_sample_10_ends_with_an_interpolated_move_forth_and_back(tmp_path):
-    """ "X5000/Y500@6500$": Y makes a tenth of the pulses at a tenth of the speed, while X makes its own."""
+    """ "X5000/Y500@6500$": Y has a tenth of the pulses of X, at a tenth of the speed, in the same time."""
     session = perform(10, "V62", tmp_path, line="9600 8N2")
 
     assert session.moves() == [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]
@@ -138,7 +138,7 @@ ON_AND_OFF = [*((output, True) for output in (1, 2, 3, 4, 5)), *((output, False)
 
 
 def one_pass(session: Session) -> list[tuple[int, bool]]:
-    """Input 1 goes high, and low again while the first pass is on its way; returns the changes of the outputs."""
+    """Set input 1 high, and low again during the first pass; return the changes of the outputs."""
     changes: list[tuple[int, bool]] = []
     pins = session.controller.pins
     unwatch = [pins[f"output{n}"].subscribe(lambda pin, n=n: changes.append((n, pin.level))) for n in range(1, 6)]
@@ -152,7 +152,7 @@ def one_pass(session: Session) -> list[tuple[int, bool]]:
 
 
 def assert_repeats_for_ever(program: int, session: Session) -> None:
-    """With input 1 high it makes pass after pass, all the same."""
+    """Assert that with input 1 high the sequence repeats the same pass again and again."""
     session.controller.pins["input1"].drive(True)
     session.bench.run(600.0)
 
@@ -166,7 +166,7 @@ def test_the_sequence_waits_for_input_1_and_repeats_for_ever(program, form, line
     session = perform(program, form, tmp_path, line=line)
     session.bench.run(10.0)
 
-    assert session.ask("E") == "E"  # busy waiting
+    assert session.ask("E") == "E"  # E: busy, because it waits
     assert session.moves() == []
     assert one_pass(session) == ON_AND_OFF
     assert session.moves() == PASSES[program]
@@ -175,7 +175,7 @@ def test_the_sequence_waits_for_input_1_and_repeats_for_ever(program, form, line
 
 
 def test_sample_6_leaves_an_if2_with_a_locked_sequence_that_power_up_starts(tmp_path):
-    """5-wire: the lines are the host's.  With DSR low a locked IF2 runs its sequence when it is switched on."""
+    """5-wire: DSR is a line of the host.  If DSR is low, a locked IF2 runs its sequence at power-up."""
     session = perform(6, "V61", tmp_path, model="if2", line="2400 8N2")
     session.bench.run(10.0)
     assert (session.ask("E"), session.ask("F")) == ("[", "32")

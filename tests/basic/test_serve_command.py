@@ -1,4 +1,4 @@
-"""Two programs that know nothing of one another: PC-BASIC with a listing of the manual, and `axistwin serve`."""
+"""Two separate programs: PC-BASIC with a listing of the manual, and `axistwin serve`."""
 
 import asyncio
 import csv
@@ -17,7 +17,7 @@ AXISTWIN = ("-c", "from axistwin.cli.main import main; main()")
 
 
 async def serve_while_basic_runs(program: int, directory: Path, *options: str) -> tuple[str, int | None]:
-    """What the program has printed, and the exit code of the server when it is asked to end."""
+    """Return what the program has printed, and the exit code of the server after a request to end."""
     server = await asyncio.create_subprocess_exec(
         *(sys.executable, *AXISTWIN, "serve", "if1", "--tcp", "127.0.0.1:0", *options), stdout=PIPE, stderr=DEVNULL
     )
@@ -35,7 +35,7 @@ async def serve_while_basic_runs(program: int, directory: Path, *options: str) -
 
 
 def test_sample_7_moves_the_axes_of_a_served_if1(tmp_path):
-    """As fast as it goes; the trace tells every pulse of X forth, Y forth, X back and Y back."""
+    """At full speed; the trace contains every pulse of X forth, Y forth, X back and Y back."""
     trace = tmp_path / "moves.csv"
     options = ("--speed", "max", "--line", "2400 8N2", "--option", "self_test_s=0", "--trace", str(trace))
 

@@ -38,7 +38,7 @@ YEARS_291 = 291 * 365 * 86_400
 
 
 def test_virtual_time_ends_before_64_bits_of_nanoseconds_do():
-    """2^63 ns are 9,223,372,036.85 s; also a sequence of runs that adds up beyond that is refused, and does nothing."""
+    """2^63 ns are 9,223,372,036.85 s; a run that would end later, alone or after others, is refused without effect."""
     bench = Bench()
     bench.run(YEARS_291)
     now_ns = bench.now

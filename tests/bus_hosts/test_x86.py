@@ -1,4 +1,4 @@
-"""An 8086 as the host: IN and OUT reach the board, and the board's interrupt is taken.
+"""An 8086 as the host: IN and OUT reach the board, and the board's interrupt is accepted.
 
 The programs follow the manual's advice on interrupts: STATE holds a copy of the control byte, which cannot be read
 back, and interrupts are disabled during each write to the control byte.
@@ -88,7 +88,7 @@ def computer(bench, board, program, **options):
 
 
 def test_a_move_and_its_messages_by_interrupt(bench):
-    """Default velocity and acceleration, a message at the end of motion, one revolution, final position."""
+    """The host sets a default velocity, requests a message at the end of motion, and moves one revolution."""
     board = bench.add("1811")
     enable = code("BE 00 09 ; MOV SI,COMMANDS", "C6 06 00 08 FF ; MOV BYTE [STATE],0FFh")
     pc = computer(bench, board, enable + SEND + THEN_SLEEP)
@@ -96,7 +96,7 @@ def test_a_move_and_its_messages_by_interrupt(bench):
     pc.run(10)
     assert pc.stopped
     assert pc.memory(CODE, COUNT, 1) == b"\x02"
-    assert pc.memory(CODE, BUFFER, 2) == b"\x01\x2a"  # the move takes longer
+    assert pc.memory(CODE, BUFFER, 2) == b"\x01\x2a"  # only the first message, because the move takes longer
     assert pc.memory(CODE, BUFFER + 16, 2) == b"\xa4\x00"
     assert (board.axes["motor"].position, len(board.axes["motor"].pulse_times())) == (25_000, 25_000)
     assert bench.seconds < 2.5
@@ -113,7 +113,7 @@ def test_virtual_time_passes_with_the_instructions(bench):
 
 
 def test_an_interrupt_waits_until_it_is_let_in(bench):
-    """With interrupts disabled the line stays active; after STI one more instruction is executed first."""
+    """With interrupts disabled the line stays active; after STI, one instruction is executed before the interrupt."""
     board = bench.add("1811", interrupts=("input_ready",))
     program = code(
         "B0 40     ; MOV AL,40h       ; enable the board's interrupts",

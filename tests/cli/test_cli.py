@@ -15,7 +15,7 @@ from axistwin.errors import LinkError, ProgramError, UsageError
 
 @pytest.fixture
 def ending(monkeypatch):
-    """Let the command `run` end in some way, and return what `main` does with it."""
+    """Return a function that ends the command `run` in a given way, and returns the result of `main`."""
 
     def end(how) -> int:
         def callback():

@@ -1,4 +1,4 @@
-"""Errors that end a serving program, and errors that are only logged."""
+"""Errors that end a serving program, and errors that are logged only."""
 
 import asyncio
 import gc

@@ -126,7 +126,7 @@ def test_a_conversation_with_the_second_channel():
 
 
 def test_a_conversation_with_a_chain():
-    """The first ECHO is for the first motor, the second for the second; then commands and answers pass through."""
+    """The first ECHO reaches the first motor, the second ECHO the second motor; then all characters pass through."""
     bench = Bench()
     bench.chain(bench.add("smartmotor", "left"), bench.add("smartmotor", "right"))
     talk = """\
@@ -261,7 +261,7 @@ def test_a_source_is_checked_in_whatever_code_its_comments_are(tmp_path):
 @pytest.mark.parametrize(
     "source",
     [
-        b"' wait\x85 A100\n' and\x1c LIMH\nRP\n",  # line ends in Python
+        b"' wait\x85 A100\n' and\x1c LIMH\nRP\n",  # characters that Python takes for line ends
         b"\xef\xbb\xbfRP ' gr\xc3\xbc\xc3\x9fe\r\n",
         "RP\r\nEND ' größer\r\n".encode("utf-16"),
         b"RP\r\nEND\r\n\x1a\x1aA100\r\n",
@@ -337,7 +337,7 @@ def test_a_servo_has_position_and_commanded_in_a_trace(tmp_path):
     commanded = [(int(time), int(value)) for time, name, value in rows if name == "smartmotor.shaft.commanded"]
     assert positions[0][1] == 0
     assert positions[-1][1] == 2000
-    assert len({value for _, value in positions}) == len(positions)  # changes only
+    assert len({value for _, value in positions}) == len(positions)  # each change once
     assert positions[1:] == commanded[1:]  # an ideal motor
     assert [row[1:] for row in rows][-1] == ["smartmotor.A_volts", "2.5"]
     assert "$var real 64" in (tmp_path / "a.vcd").read_text()
@@ -378,7 +378,7 @@ def record_of(*stretches):
 
 
 def test_moves_are_parted_by_rests():
-    """Up to 3 by 3 ms, from 199 ms on back to 1, both as commanded."""
+    """Two moves: 3 counts in 3 ms, and from 199 ms on back to 1 count; actual and commanded positions agree."""
     record = record_of((0, [0, 1, 2, 3, 3], [0, 1, 2, 3, 3]), (199, [3, 2, 1], [3, 2, 1]))
     moves = record.moves_until(10**12)
     assert [(m.origin, m.target, m.start_ns, m.end_ns) for m in moves] == [
@@ -402,7 +402,7 @@ def test_a_move_tells_where_the_shaft_settles():
 
 
 def test_a_velocity_is_taken_over_16_samples():
-    """2 counts per ms are 2000 counts/s; a single step of 7 counts among them is no 7000."""
+    """2 counts per ms are 2000 counts/s; one step of 7 counts does not make it 7000 counts/s."""
     positions = [2 * n + (3 if n == 50 else 0) for n in range(1, 101)]
     (move,) = record_of((1, positions, positions)).moves_until(10**12)
     assert move.top_rate == (2 * 16 + 3) / 0.016

@@ -42,7 +42,7 @@ MAIN = "from axistwin.cli.main import main; main()"
 
 @pytest.fixture(params=[""])
 def elsewhere(request):
-    """Run the program in a process without the POSIX modules; the parameter: further missing imports."""
+    """Run the program in a process without the POSIX modules; the parameter names further missing modules."""
     with patch.object(command, "PROGRAM", (sys.executable, "-c", ELSEWHERE.replace("EXTRA", request.param) + MAIN)):
         yield
 

@@ -1,4 +1,4 @@
-"""Slow preparations of a served bench: in a thread, with a child process for what takes seconds."""
+"""Slow preparations of a served bench run in a thread, and those that take seconds in a child process."""
 
 import gc
 import sys
@@ -118,7 +118,7 @@ def test_motors_change_over_only_when_the_kernel_is_loaded(monkeypatch):
     during = []
     monkeypatch.setattr(core._Engine, "compiled", None)
     monkeypatch.setattr(jit, "best", loading)
-    core.prepare(1.0, 1)  # one motor in real time needs no kernel
+    core.prepare(1.0, 1)  # for one motor in real time no kernel is compiled
     assert during == [] and core.prepared(1.0, 1)
     core.prepare(None, 1)
     assert during == [(11, 0, None)] and core._Engine.compiled is not None

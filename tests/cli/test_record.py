@@ -25,7 +25,7 @@ QUICK = {"self_test_s": 0.05, "recalculation_s": 0.05}
 
 @contextmanager
 def hardware(url="tcp://127.0.0.1:0", **options):
-    """A virtual controller as the hardware, in real time; yields the URL for `record` and the port's URL."""
+    """Serve a virtual controller as the hardware, in real time; yield the URL for `record` and the port's URL."""
     with Served(speed=1.0) as served:
         served.add(line=None, initialised=False, **QUICK, **options)
         found = served.open(served.bench["if1"], url)
@@ -35,7 +35,7 @@ def hardware(url="tcp://127.0.0.1:0", **options):
 
 @contextmanager
 def recorder(*arguments):
-    """The running recorder, and its port for a host."""
+    """Start the recorder; yield it and its port for a host."""
     with serving(*arguments, command="record") as (program, [(_, url)]):
         yield program, url
 
@@ -56,7 +56,7 @@ def replayed(*arguments):
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    """A session of a host with the hardware, recorded: 300 steps and a limit switch after 100."""
+    """Return the recorded session of a host with the hardware: 300 steps, and a limit switch after 100."""
     path = tmp_path_factory.mktemp("session") / "session.talk"
     options = ["--model", "if1", "--on-for", "0.1", "-o", path]
     with hardware(X={"limits": (-10, 100)}) as (served, url), recorder("--serial", url, *options) as (program, port):
@@ -102,7 +102,7 @@ def test_the_recording_says_what_it_is_of(session):
                      session.read_text(), re.MULTILINE)  # fmt: skip
     first, *others = (act.data for act in conversation.acts if isinstance(act, Say))
     assert first == b"("
-    assert b"".join(others) == b"U61\rE\rX300$\rK\rN\r"  # in one piece or two, as TCP brings it
+    assert b"".join(others) == b"U61\rE\rX300$\rK\rN\r"  # in one piece or two, depending on TCP
 
 
 def test_it_is_written_as_it_goes(tmp_path):
@@ -116,7 +116,7 @@ def test_it_is_written_as_it_goes(tmp_path):
     first, answer, *rest = (act for act in load(tmp_path / "a.talk").acts if isinstance(act, Say | Hear))
     assert (first, answer) == (Say(b"("), Hear(b"U\r"))
     said = b"".join(act.data for act in rest if isinstance(act, Say))
-    assert said.startswith(b"U61\rE\r")  # in one piece or two, as TCP brings it
+    assert said.startswith(b"U61\rE\r")  # in one piece or two, depending on TCP
 
 
 def test_control_lines_formats_and_breaks_are_passed_on_and_recorded(tmp_path):
@@ -181,7 +181,7 @@ def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
 
 
 def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
-    """A pty supports neither 1.5 stop bits with 5 data bits nor mark parity."""
+    """A pty supports neither 1.5 stop bits with 5 data bits nor mark parity; both are reported once."""
     device = tmp_path / "hardware"
     with (
         hardware(f"pty:{device}"),
@@ -204,7 +204,7 @@ def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
 
 
 def test_what_raw_tcp_cannot_pass_on_is_told_once_and_is_no_act(tmp_path):
-    """Otherwise the twin would receive a break that the hardware has not received."""
+    """If a break were recorded, the twin would receive it, though the hardware has not."""
     path = tmp_path / "a.talk"
     with hardware() as (_, url), recorder("--serial", url, "--rfc2217", ":0", "-o", path) as (program, port):
         with serial.serial_for_url(str(port), 9600, stopbits=2, timeout=PATIENCE_S) as host:
@@ -225,7 +225,7 @@ def test_what_raw_tcp_cannot_pass_on_is_told_once_and_is_no_act(tmp_path):
 
 
 def test_hardware_that_does_not_answer_holds_up_neither_the_host_nor_the_recording(tmp_path):
-    """Each request to the hardware takes seconds; a host that negotiates with the recorder does not wait for them."""
+    """A request to the hardware takes seconds; a host that negotiates with the recorder is answered meanwhile."""
     path, answers = tmp_path / "a.talk", threading.Event()
     with (
         hardware("rfc2217://127.0.0.1:0") as (served, url),

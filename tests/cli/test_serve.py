@@ -21,7 +21,7 @@ from ..command import AT_ONCE, PATIENCE_S, ended, refused, run, serving
 
 
 def talk(url, *texts):
-    """What a TCP client hears."""
+    """Send texts over TCP and return what the client receives."""
     answers = []
     with socket.create_connection((url.host, url.port), timeout=PATIENCE_S) as connection:
         for text in texts:
@@ -95,7 +95,7 @@ def test_a_session_is_recorded_and_can_be_played_again(tmp_path):
     talk_file = tmp_path / "session.talk"
     arguments = ("if1", *AT_ONCE, "--option", "recalculation_s=0.5", "--option", "X={limits=[-10,100]}")
     with serving(*arguments, "--record", talk_file) as (program, [(_, url)]):
-        # at 400 steps/s, no ramp: the switch opens on pulse 101 and stops the motor there
+        # at 400 steps/s without a ramp, the switch opens on pulse 101 and stops the motor at this pulse
         said = talk(url, b"(", b"U61\rE\r", b"X200$\rE\r", b"N\r")
         assert said == [b"U\r", b"C\r", b"E\r", b"101\r"]
         assert ended(program) == (0, "")
@@ -109,7 +109,7 @@ def test_a_recording_is_written_while_it_goes_on(tmp_path):
     talk_file = tmp_path / "session.talk"
     with serving("if1", *AT_ONCE, "--record", talk_file) as (program, [(_, url)]):
         assert talk(url, b"(", b"U61\rE\r") == [b"U\r", b"C\r"]
-        while "< C" not in talk_file.read_text():  # the last answer, too, without a later event
+        while "< C" not in talk_file.read_text():  # the last answer is written too, without a later event
             assert program.poll() is None
         program.kill()
         program.wait(PATIENCE_S)
@@ -177,7 +177,7 @@ def test_wrong_usage_is_one_line(arguments, words):
 
 
 def test_it_starts_without_what_only_others_need():
-    """`axistwin serve` must start fast."""
+    """`axistwin serve` imports nothing that only other commands need, so that it starts fast."""
     check = """if True:
         import sys
         import axistwin.cli.main, axistwin.cli.serving.serve, axistwin.links.tcp
@@ -197,7 +197,7 @@ def test_the_lines_for_hosts_are_shown_with_each_port():
     with serving("if1", *AT_ONCE, "--show-hosts") as (program, [(_, url)]):
         line = program.stdout.readline()
         assert line == f'    pyserial  serial.serial_for_url("socket://{url.address}", timeout=2)\n'
-        with eval(line.split("  ", 3)[-1]) as host:  # what a user pastes
+        with eval(line.split("  ", 3)[-1]) as host:  # the line that a user pastes
             host.write(b"(")
             assert host.read(2) == b"U\r"
 

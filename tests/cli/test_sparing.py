@@ -9,7 +9,7 @@ from axistwin.cli.serving.sparing import IN_FULL, Sparing
 
 @pytest.fixture
 def written():
-    """The records of loggers below `t`, in order."""
+    """Return the records of all loggers below `t`, in order."""
     records, handler, logger = [], logging.Handler(), logging.getLogger("t")
     handler.emit = lambda record: records.append((record.getMessage(), record.exc_info is not None))
     handler.addFilter(Sparing())
@@ -55,4 +55,4 @@ def test_tracebacks_of_our_own_are_limited():
         error = (ValueError, ValueError(), None)
         record = logging.LogRecord("axistwin.cli", logging.ERROR, "", 0, "a task has failed", (), error)
         passed += sparing.filter(record)
-    assert passed == IN_FULL + 3  # 16, 32, 64
+    assert passed == IN_FULL + 3  # the records 16, 32 and 64

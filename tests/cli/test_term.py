@@ -99,7 +99,7 @@ def test_a_national_keyboard():
     ],
 )
 def test_what_national_keyboards_send(keyboard, typed, sent):
-    """Appendix 1: # $ @ [ ] ^ on certain keyboards; < and > are the same on all of these."""
+    """Appendix 1: # $ @ [ ] ^ are sent by other keys; < and > are the same on all these keyboards."""
     assert to_codes(keyboard, typed) == sent
     assert to_codes(keyboard, to_glyphs(keyboard, "#$<>@[]^XYZ")) == "#$<>@[]^XYZ"
 
@@ -153,7 +153,7 @@ def test_what_cannot_be_opened(arguments, message):
 
 @pytest.fixture
 def urls(tmp_path):
-    """The URLs of an IF1 on a free TCP port, an RFC 2217 port and a pty."""
+    """Yield the URLs of an IF1 on a free TCP port, an RFC 2217 port and a pty."""
     ports = "tcp://127.0.0.1:0", "rfc2217://127.0.0.1:0", f"pty:{tmp_path}/if1"
     with Served() as served:
         if1 = served.add(initialised=False)

@@ -1,4 +1,4 @@
-"""A bench, and an 1811 on it that has been initialised."""
+"""A bench with an 1811 that has been initialised."""
 
 import pytest
 

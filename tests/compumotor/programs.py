@@ -23,7 +23,7 @@ def cruise(
 
 
 def rising(bench: Bench, board: Controller, trigger: int) -> None:
-    """Drive a valid edge of trigger 1 or 6: 3 ms low, then high for 1 ms."""
+    """Drive a valid edge of trigger 1 or 6: the input is low for 3 ms and then high for 1 ms."""
     board.pins[f"trigger{trigger}"].drive(False)
     bench.run(0.003)
     board.pins[f"trigger{trigger}"].drive(True)
@@ -60,7 +60,7 @@ def steps(board: Controller, start_ns: int = 0) -> list[int]:
 
 
 def about(seconds: float, got_ns: int, tolerance_ms: float = 4) -> bool:
-    """True if a time is right within two updates of a ramp, which are 2 ms apart."""
+    """True if a time is right within two ramp updates, which are 2 ms apart."""
     return abs(got_ns - seconds * S) <= tolerance_ms * MS
 
 
@@ -80,7 +80,7 @@ def enter(
 
 
 def velocities(bench: Bench, board: Controller, *numbers: int) -> None:
-    """Send velocities by E1h commands; the last command is filled with the last value."""
+    """Send velocities by E1h commands; the last value fills up the last command."""
     for first in range(0, len(numbers), 7):
         seven = numbers[first : first + 7]
         send(bench, board, 0xE1, *words(*seven, *[numbers[-1]] * (7 - len(seven))))

@@ -31,7 +31,7 @@ def write(board: Controller, *values: int, control: int = 0) -> None:
 
 
 def send(bench: Bench, board: Controller, *what: int, seconds: float = 0) -> None:
-    """Send a command by the handshake, then run for `seconds`.  `messages` reads the messages that it causes."""
+    """Send a command by the handshake and run for `seconds`; `messages` then reads the messages that it causes."""
     assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
     write(board, *what)
     assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
@@ -59,7 +59,7 @@ def status_word(bench: Bench, board: Controller) -> int:  # the same arguments i
 
 
 def message(bench: Bench, board: Controller, timeout: float = 0.1) -> bytes:
-    """Return the sixteen bytes of the next message, or no bytes after `timeout` seconds."""
+    """Return the sixteen bytes of the next message, or no bytes if none comes within `timeout` seconds."""
     if not bench.run_until(lambda: status_word(bench, board) & MESSAGE, timeout):
         return b""
     data = bytes(board.bus.read(DATA) for _ in range(16))

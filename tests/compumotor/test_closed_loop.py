@@ -1,4 +1,4 @@
-"""Addendum for position tracking: parameters, counts, closed-loop moves; the loose sheets on 37h."""
+"""Addendum for position tracking: parameters, counts, closed-loop moves; and the loose sheets on 37h."""
 
 import pytest
 
@@ -42,7 +42,7 @@ def test_a_law_out_of_range_is_ignored(bench, board, wrong):
 
 
 def test_the_lower_nibble_of_the_laws_range_means_nothing(bench, board):
-    """ "0X -> 5X"."""
+    """B3h, range byte: "0X -> 5X": any lower nibble is accepted."""
     send(bench, board, 0xB3, 3, 0xFF, 0x5F, *i32(7))
     assert ask(bench, board, 0x9F)[:8] == bytes.fromhex("9F 03 FF 5F 00000007")
 
@@ -53,11 +53,11 @@ def test_a_ratio_with_denominator_zero_is_ignored(bench, board):
 
 
 def test_a_closed_loop_move_goes_so_many_encoder_pulses(bench, board):
-    """4,000 x 6.25 pulses at 5,000 pps: 5 s; after 2.5 s half of them."""
+    """4,000 encoder pulses are 4,000 × 6.25 motor pulses, 5 s at 5,000 pps; after 2.5 s half of them are done."""
     start(bench, board, 0x35, *i32(4000))
     bench.run(2.5)
     assert number(bench, board, 0x98) == pytest.approx(2000, abs=10)
-    assert number(bench, board, 0x99) == pytest.approx(2000, abs=15)  # still to go
+    assert number(bench, board, 0x99) == pytest.approx(2000, abs=15)  # the rest of the move
     until_idle(bench, board)
     assert position(bench, board) == board.axes["motor"].position == 25_000
     assert [number(bench, board, opcode) for opcode in (0x98, 0x99, 0x9A, 0x9B)] == [4000, 0, 4000, 0]
@@ -71,7 +71,7 @@ def test_the_relative_count_is_of_the_last_move(bench, board):
 
 
 def test_pulses_are_rounded_to_the_nearest_a_half_away_from_zero(bench, board):
-    """10 x 6.25 = 62.5: 63 pulses, 10.08 encoder pulses; 50 x 6.25 = 312.5: 313 of them back, to -250 (-40)."""
+    """A move of 10 is 62.5 pulses: 63 are made.  A move of -50 is 312.5: 313 are made, to -250, encoder -40."""
     complete(bench, board, 0x35, *i32(10))
     assert (position(bench, board), number(bench, board, 0x9A)) == (63, 10)
     complete(bench, board, 0x35, *i32(-50))
@@ -79,7 +79,7 @@ def test_pulses_are_rounded_to_the_nearest_a_half_away_from_zero(bench, board):
 
 
 def test_the_desired_position_is_the_sum_of_closed_loop_moves(bench, board):
-    """The addendum's example: +30 and -10 make +20; then absolute +55."""
+    """The addendum's example: after +30 and -10 the desired position is +20; after absolute +55 it is +55."""
     desired = []
     for command in ((0x35, *i32(30)), (0x35, *i32(-10)), (0x36, *i32(55))):
         complete(bench, board, *command)
@@ -88,7 +88,7 @@ def test_the_desired_position_is_the_sum_of_closed_loop_moves(bench, board):
 
 
 def test_with_maintenance_off_the_desired_position_is_where_an_open_loop_move_ended(bench, board):
-    """1,000 pulses are 160 encoder pulses."""
+    """An open-loop move of 1,000 pulses ends at 160 encoder pulses, which is then the desired position."""
     start(bench, board, 0x33, *i32(1000))
     bench.run(0.1)
     assert number(bench, board, 0x99) < 0
@@ -97,7 +97,7 @@ def test_with_maintenance_off_the_desired_position_is_where_an_open_loop_move_en
 
 
 def test_an_absolute_move_is_from_where_the_encoder_is(bench, board):
-    """Pushed by +100: to +300 there are 200 left, 1,250 pulses."""
+    """The shaft is pushed to +100, so an absolute move to +300 is 200 encoder pulses, or 1,250 motor pulses."""
     board.axes["motor"].encoder.displace(100)
     complete(bench, board, 0x36, *i32(300))
     assert (position(bench, board), number(bench, board, 0x9A), number(bench, board, 0x99)) == (1250, 300, 0)
@@ -148,15 +148,15 @@ def test_defined_closed_loop_moves_need_the_ratio_only(bench, opcode, ends):
 @pytest.mark.parametrize(("counts", "begins"), [(32_768, True), (32_769, False), (-32_768, True), (-32_769, False)])
 @pytest.mark.parametrize("opcode", [0x35, 0x36])
 def test_no_closed_loop_move_is_longer_than_7fffffff_motor_pulses(bench, board, opcode, counts, begins):
-    """65,535 to 1: 32,768 are 2,147,450,880 pulses; one more, and there are 2,147,516,415 > 2,147,483,647."""
+    """At 65,535 to 1, 32,768 are 2,147,450,880 motor pulses; one encoder pulse more exceeds 2,147,483,647."""
     send_all(bench, board, (0xB0, 0xFF, 0xFF, 0, 1), (0xA1, 1), (opcode, *i32(counts)))
     assert messages(bench, board) == (["a1 00"] if begins else [])
 
 
 def test_resume_goes_to_the_last_commanded_position_as_that_move_did(bench, board):
-    """Killed after 1 s and a few ms of a pre-defined move at 2,000 pps (120 x 16.67).
+    """A pre-defined move at 2,000 pps (120 × 16.67) is killed after about 1 s; 37h makes the rest at 2,000 pps.
 
-    After n pulses the encoder is at 4n / 25, rounded down; what is left to 4,000 goes at 2,000 pps again, 0.5 ms each.
+    After n motor pulses the encoder is at 4n / 25, rounded down; the rest is up to 4,000, one pulse each 0.5 ms.
     """
     motor = board.axes["motor"]
     send(bench, board, 0xD4, 1, 0x00, *i32(2_000), *i32(AT_ONCE), *i32(4000))
@@ -211,7 +211,7 @@ def test_the_absolute_count_wraps_at_32_bits(bench, board):
 
 
 def test_the_sense_of_direction_is_that_of_both_counts(bench, board):
-    """14h: CCW is + from now on; counts keep their values."""
+    """14h: from this command on, CCW is +; the counts keep their values."""
     complete(bench, board, 0x35, *i32(16))
     send(bench, board, 0x14, 1)
     assert number(bench, board, 0x9A) == 16
@@ -250,7 +250,7 @@ def test_an_1811_without_an_encoder_counts_nothing(bench):
 
 @pytest.mark.parametrize("sense", [0x00, 0x01])
 def test_jumper_ju17_inverts_the_encoders_direction(bench, sense):
-    """Jumper options: "JU17 ... Invert encoder Direction bit".  25,000 pulses are 4000 counts, the other way now."""
+    """Jumper options: "JU17 ... Invert encoder Direction bit": 25,000 pulses then are -4000 counts instead of 4000."""
     encoder = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}
     counts = []
     for inverted in (False, True):

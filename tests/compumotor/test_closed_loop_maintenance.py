@@ -1,6 +1,6 @@
-"""Addendum for position tracking: position maintenance (18h, B3h), deadband (B5h); a machine with play that is pushed.
+"""Addendum for position tracking: position maintenance (18h, B3h), deadband (B5h); machines with play, and pushed ones.
 
-Where a velocity is asserted it is a multiple of 16.67 pps, the resolution of range 0.
+Expected velocities are multiples of 16.67 pps, the resolution of range 0.
 """
 
 import pytest
@@ -38,7 +38,7 @@ def push(board: Controller, counts: int) -> None:
         (3, 1, 100, 10_000),
         (3, 2, 150, 45_000),
         (3, 2, 160, 50_000),  # 51,200, clipped
-        (1, 1, 1, 50 / 3),  # 1 pps would be rounded to nothing
+        (1, 1, 1, 50 / 3),  # 1 pps would be rounded to 0
         (2, 1, 3, 50 / 3),
     ],
 )
@@ -51,7 +51,7 @@ def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
 
 
 def test_k_is_in_units_of_the_velocity_range(bench, board):
-    """Range 1: 0.1 pps; 20 x 100 of them are 200 pps; the maximum of 1,500 is 150 pps."""
+    """In range 1 the unit is 0.1 pps, so 20 × 100 units are 200 pps, and the maximum of 1,500 units is 150 pps."""
     send(bench, board, 0xB3, 1, 20, 0x10, *i32(50_000))
     push(board, -100)
     bench.run(0.0021)
@@ -63,7 +63,7 @@ def test_k_is_in_units_of_the_velocity_range(bench, board):
 @pytest.mark.parametrize("law", [(1, 20), (2, 100), (3, 1)])
 @pytest.mark.parametrize("counts", [-100, 100])
 def test_a_pushed_motor_comes_back(bench, board, law, counts):
-    """100 encoder pulses are 625 motor pulses; backwards the encoder has gone by one at the first of 6.25."""
+    """100 encoder pulses are 625 motor pulses; backwards 619 are enough, because encoder counts are rounded down."""
     send(bench, board, 0xB3, *law, 0x00, *i32(50_000))
     push(board, counts)
     bench.run(40)
@@ -72,9 +72,9 @@ def test_a_pushed_motor_comes_back(bench, board, law, counts):
 
 
 def test_the_correction_in_time(bench, board):
-    """One encoder pulse, K = 100: 100 pps from 2 ms after the push; at 10 ms intervals pulses come.
+    """An error of one encoder pulse with K = 100 gives 100 pps, from 2 ms after the push: a pulse every 10 ms.
 
-    Of encoder pulses the seventh motor pulse makes one (7 x 0.16 = 1.12): 70 ms, and it is seen at once, at 72 ms.
+    The seventh motor pulse makes an encoder pulse (7 × 0.16 = 1.12), so the correction ends at 72 ms.
     """
     send(bench, board, 0xB3, 1, 100, 0x00, *i32(50_000))
     pushed = bench.now
@@ -127,9 +127,9 @@ def test_turned_off_in_a_correction_the_motor_stands(bench, board):
 
 
 def test_a_closed_loop_move_makes_up_for_backlash(bench):
-    """Play of 50: +1,000 are 6,250 pulses and bring 950; at 6,563 pulses (1,050.08) it is 1,000.
+    """With a play of 50 counts, +1,000 (6,250 pulses) moves the load by 950; 6,563 pulses (1,050.08) move it by 1,000.
 
-    -500 are 3,125 pulses, to 3,438 (550.08), where the load has come to 550 only; at 3,131 (500.96) it is 500.
+    -500 are 3,125 pulses, to 3,438 (550.08), which moves the load to 550 only; at 3,131 (500.96) it is at 500.
     """
     board = tracked(bench, backlash=50)
     complete(bench, board, 0x35, *i32(1000))
@@ -141,7 +141,7 @@ def test_a_closed_loop_move_makes_up_for_backlash(bench):
 
 
 def test_a_correction_is_no_move(bench, board):
-    """No messages of it, 98h tells of the move before, 80h of all its pulses and those of the correction."""
+    """A correction causes no messages; 98h reports the move before; 80h counts the pulses of both."""
     complete(bench, board, 0x35, *i32(16))
     for opcode in (0xA1, 0xA3, 0xA5):
         send(bench, board, opcode, 1)
@@ -174,7 +174,7 @@ def test_a_stopped_closed_loop_move_stays_where_it_stopped_until_it_is_resumed(b
 
 
 def test_a_closed_loop_move_may_begin_in_a_correction(bench, board):
-    """Pushed by -1,000 and then sent +100."""
+    """The shaft is pushed by -1,000; during the correction a move of +100 is sent."""
     push(board, -1000)
     bench.run(0.1)
     assert board.axes["motor"].velocity > 0
@@ -209,7 +209,7 @@ def test_a_continuous_move_may_begin_in_a_correction(bench, board):
 
 
 def test_a_jammed_motor_goes_on_trying(bench, board):
-    """Whole rotor teeth of pulses are lost; when it turns again, the encoder comes home."""
+    """A jam costs whole rotor teeth of pulses; when the shaft is free again, the encoder returns to the position."""
     board.axes["motor"].jam()
     push(board, -10)
     bench.run(1)
@@ -246,7 +246,7 @@ def test_no_correction_while_shut_down(bench, board):
 
 
 def test_a_search_for_home_is_not_disturbed(bench, board):
-    """Pushed while the processor calculates: the correction would be in the other direction, and waits."""
+    """The shaft is pushed while a search is being calculated; the correction comes after the search."""
     send(bench, board, 0x38, 1, 0, 100, 0)
     board.pins["home"].drive(False)
     send(bench, board, 0x39, 0)
@@ -279,7 +279,7 @@ def test_zero_here_is_the_desired_position(bench):
 
 
 def test_the_deadband_is_shown(bench):
-    """Five to each side; not before B5h says so."""
+    """Only after B5h is the deadband shown, here five encoder pulses to each side."""
     board = tracked(bench)
     send(bench, board, 0x0F, 0, 0x80, 0xFF)
     seen = [board.bus.read(1) & USER_BIT]
@@ -291,9 +291,9 @@ def test_the_deadband_is_shown(bench):
 
 
 def test_the_deadband_is_left_by_a_move_and_reached_by_its_end(bench):
-    """1,000 pulses at 5,000 pps are 160 encoder pulses in 200 ms; within 5 of the end from 155 on, 968.75 pulses.
+    """1,000 pulses at 5,000 pps are 160 encoder pulses; the deadband of 5 begins at 155, that is at 968.75 pulses.
 
-    That is pulse 969 at 193.8 ms, seen at 194 ms.
+    Pulse 969 comes at 193.8 ms and is detected at 194 ms.
     """
     board = tracked(bench)
     send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF))

@@ -1,6 +1,6 @@
-"""Addendum for position tracking: slip (9Bh), stall detection (A6h, A7h) and what ends by it (19h).
+"""Addendum for position tracking: slip (9Bh), stall detection (A6h, A7h), and moves that a stall ends (19h).
 
-One of 50 rotor teeth is 500 of 25,000 pulses; at 5,000 pps that takes 100 ms.
+One of 50 rotor teeth is 500 of 25,000 pulses, which take 100 ms at 5,000 pps.
 """
 
 import pytest
@@ -64,7 +64,7 @@ def test_with_maintenance_the_place_of_the_stall_is_the_desired_position(bench, 
 
 
 def test_a_stalled_closed_loop_move_is_resumed(bench, board):
-    """500 pulses are lost; the encoder gets where it was to be."""
+    """A stall loses 500 pulses; after RESUME the encoder is at the end of the move."""
     for command in ((0x18, 1), (0x19, 1)):
         send(bench, board, *command)
     board.axes["motor"].jam()
@@ -76,7 +76,7 @@ def test_a_stalled_closed_loop_move_is_resumed(bench, board):
 
 
 def test_after_a_whole_move_that_stalled_maintenance_makes_up_for_it(bench, board):
-    """From 1 s to 1.2 s the load holds it: 1,000 pulses, two teeth; 160 encoder pulses are missing at the end."""
+    """A load holds the shaft from 1 s to 1.2 s: 1,000 pulses, two teeth, are lost; 160 encoder pulses are missing."""
     start(bench, board, 0x35, *i32(4000))
     bench.run(1)
     board.axes["motor"].jam()
@@ -89,7 +89,7 @@ def test_after_a_whole_move_that_stalled_maintenance_makes_up_for_it(bench, boar
 
 
 def test_a_load_that_the_motor_cannot_bear(bench):
-    """1 N·m at any rate; 2 N·m against it from 1 s to 1.3 s are 1,500 pulses, three teeth."""
+    """The motor has 1 N·m at any rate; a load of 2 N·m from 1 s to 1.3 s loses 1,500 pulses, three teeth."""
     motor = {"torque": ((0, 1), (10_000, 1)), "pull_in": 6_000, "pulses_per_rev": 25_000}
     board = tracked(bench, motor=motor)
     send(bench, board, 0xA7, 1)
@@ -105,7 +105,7 @@ def test_a_load_that_the_motor_cannot_bear(bench):
 
 
 def test_too_fast_for_the_motor(bench):
-    """Above 4,000 pps there is no torque: at 5,000 it stands, and after one tooth it is stopped."""
+    """The motor has no torque above 4,000 pps: at 5,000 pps it stalls, and after one tooth the move is stopped."""
     motor = {"torque": ((0, 1), (4_000, 1), (4_001, 0)), "pull_in": 4_000, "pulses_per_rev": 25_000}
     board = tracked(bench, motor=motor, load={"torque": 0.5})
     send(bench, board, 0x19, 1)
@@ -114,7 +114,7 @@ def test_too_fast_for_the_motor(bench):
 
 
 def test_each_move_is_watched_from_its_own_beginning(bench, board):
-    """A slip of before stands in 9Bh until 30h, and stops no move."""
+    """An earlier slip remains in 9Bh until 30h, but stops no later move."""
     send_all(bench, board, (0x19, 1), (0xA7, 1))
     board.axes["motor"].jam()
     complete(bench, board, 0x33, *i32(1_000))
@@ -128,7 +128,7 @@ def test_each_move_is_watched_from_its_own_beginning(bench, board):
 
 
 def test_backlash_is_no_stall_if_it_has_been_defined(bench):
-    """Play of 100 encoder pulses is 625 motor pulses, more than a tooth."""
+    """A play of 100 encoder pulses is 625 motor pulses, more than a tooth; defined as backlash it is no stall."""
     board = tracked(bench, backlash=100)
     send(bench, board, 0xA7, 1)
     for sigma, told in ((0, ["a7 00"]), (625, [])):
@@ -140,7 +140,7 @@ def test_backlash_is_no_stall_if_it_has_been_defined(bench):
 
 @pytest.mark.parametrize(("teeth", "slip"), [(50, 0), (51, 1), (100, 1), (101, 2), (500, 9)])
 def test_slip_is_truncated(bench, board, teeth, slip):
-    """499 pulses of 25,000, with D/E = 500, 490.2, 250, 247.5, 50."""
+    """9Bh truncates the slip of 499 pulses to whole teeth; a tooth is 500, 490.2, 250, 247.5 or 50 pulses."""
     send(bench, board, 0xB4, 0, 0, *divmod(teeth, 256))
     board.axes["motor"].jam()
     complete(bench, board, 0x33, *i32(499))
@@ -148,7 +148,7 @@ def test_slip_is_truncated(bench, board, teeth, slip):
 
 
 def test_a_push_is_slip_too_and_what_reports_it_wants_ratio_resolution_and_teeth(bench):
-    """-800 encoder pulses are 5,000 motor pulses: ten teeth."""
+    """A push of -800 encoder pulses, 5,000 motor pulses, is a slip of ten teeth."""
     board = tracked(bench)
     board.axes["motor"].encoder.displace(-800)
     assert number(bench, board, 0x9B) == 10

@@ -1,4 +1,4 @@
-"""Appendices A and E, command summaries: an independent list, and every opcode there is."""
+"""Appendices A and E, command summaries: an independent list, and all 256 opcodes."""
 
 from pathlib import Path
 
@@ -59,7 +59,7 @@ def test_a_command_that_lacks_a_parameter_byte_is_ignored(bench, opcode, size):
 
 
 def test_surplus_bytes_must_be_zero(bench):
-    """Chapter Command language syntax: `40 05` and `40 05 00 00 ...` are the same; any other byte ... is ignored."""
+    """Chapter Command language syntax: `40 05` and `40 05 00 00 ...` are the same; other surplus bytes are invalid."""
     board = ready(bench)
     assert ask(bench, board, 0x01, 0x42)[:2] == b"\x01\x42"
     assert ask(bench, board, 0x01, 0x43, *(0,) * 14)[:2] == b"\x01\x43"

@@ -21,13 +21,13 @@ from .programs import (
 )
 from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all, write
 
-STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz: 17,066.67 pulses/s
+STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz, this is 17,066.67 pulses/s
 
 # Definitions
 
 
 def test_move_zero_is_there_from_reset_on(bench, board):
-    """91h, 31h: "After power up or reset the default velocity and acceleration are set to zero"; a type CEh."""
+    """91h, 31h: "After power up or reset the default velocity and acceleration are set to zero"; its type is CEh."""
     assert ask(bench, board, 0x91, 0) == bytes([0x91, 0xCE]).ljust(16, b"\0")
     enter(bench, board, 0x52, 1, 4, rate=10)
     assert ask(bench, board, 0x91, 0) == bytes([0x91, 0xCE]).ljust(16, b"\0")
@@ -38,7 +38,7 @@ def test_move_zero_is_there_from_reset_on(bench, board):
 def test_a_default_move_without_velocity_or_acceleration_is_not_performed(
     bench, board, velocity, acceleration, command
 ):
-    """32h: "If the default move has not been defined no move will be performed"; acceleration 0 leads nowhere."""
+    """32h: "If the default move has not been defined no move will be performed"; acceleration 0 counts as undefined."""
     send_all(bench, board, (0xA1, 1), (0x38, 1, 0, 50, 0))
     default(bench, board, velocity, acceleration)
     send(bench, board, *command, seconds=1)
@@ -49,7 +49,7 @@ def test_a_default_move_without_velocity_or_acceleration_is_not_performed(
 
 @pytest.mark.parametrize("definition", [relative(1, 5_000, 0, 100), continuous(1, 5_000, 0)])
 def test_a_move_with_acceleration_0_is_kept_and_not_performed(bench, board, definition):
-    """C8h allows 0; specifications: 0.00001 steps/s² "to infinity"."""
+    """C8h: acceleration 0 is stored; specifications: 0.00001 steps/s² "to infinity", so it is not performed."""
     send(bench, board, *definition)
     assert ask(bench, board, 0x91, 1) == bytes([0x91, *definition]).ljust(16, b"\0")
     send(bench, board, 0x40, 1, seconds=1)
@@ -59,7 +59,7 @@ def test_a_move_with_acceleration_0_is_kept_and_not_performed(bench, board, defi
 
 @pytest.mark.parametrize("number_", [1, 0x32, 0x33, 0xFF])
 def test_an_undefined_move_has_no_parameters_and_does_nothing(bench, board, number_):
-    """91h: a response "match[es] the ... original define move command", of which there is none; 40h, D7h."""
+    """91h: a response "match[es] the ... original define move command"; without one, 91h reports no parameters."""
     for command in ((0x91, number_), (0x40, number_), (0xD7, number_)):
         send(bench, board, *command)
     bench.run(0.1)
@@ -68,7 +68,7 @@ def test_an_undefined_move_has_no_parameters_and_does_nothing(bench, board, numb
 
 
 def test_the_highest_velocity_of_the_specifications(bench, board):
-    """1,092,267 steps/s: at the resolution of 33.333 that is 1,092,266.67, the half of 4,369,066.67 / 2."""
+    """The highest velocity of 1,092,267 steps/s is 1,092,266.67 (resolution 33.333): half of 4,369,066.67 / 2."""
     default(bench, board, 1_092_267, AT_ONCE, ranges=0x50)
     send(bench, board, 0x32, 0, seconds=0.1)
     assert board.axes["motor"].velocity == pytest.approx(13_107_200 / 12, rel=1e-12)
@@ -76,14 +76,14 @@ def test_the_highest_velocity_of_the_specifications(bench, board):
 
 
 def test_the_lowest_velocity_of_the_specifications(bench, board):
-    """0.017 steps/s is 17 in range 3, at its resolution 0.016667: a step a minute."""
+    """The lowest velocity, 0.017 steps/s, is 17 in range 3, whose resolution is 0.016667: one step per minute."""
     default(bench, board, 17, AT_ONCE, ranges=0x30)
     send(bench, board, 0x32, 0, seconds=601)
     assert len(board.axes["motor"].pulse_times()) == 10
 
 
 def test_the_lowest_acceleration_of_the_specifications(bench, board):
-    """0.00001 steps/s² is 1 in ranges 3 and 2: the first level, 1/60 steps/s, is that of 0.00833 to 0.025: 1,667 s."""
+    """0.00001 steps/s² is 1 in ranges 3 and 2: the first level, 1/60 steps/s, lasts until 0.025 is reached, 1,667 s."""
     default(bench, board, 1_000, 1, ranges=0x32)
     send(bench, board, 0x32, 0)
     levels = []
@@ -111,7 +111,7 @@ def test_surplus_zeros_are_not_kept_in_a_sequence(bench, board):
 
 
 def test_a_seventeenth_byte_finds_the_fifo_full(bench, board):
-    """Reading and writing: the buffers are "16 bytes deep"; so a non-zero 17th byte spoils nothing, a 16th does."""
+    """Reading and writing: the buffers are "16 bytes deep": a non-zero 17th byte is ignored, a 16th one is invalid."""
     write(board, 0x01, 7, *(0,) * 14, 1)
     assert message(bench, board)[:2] == b"\x01\x07"
     write(board, 0x01, 7, *(0,) * 13, 1)
@@ -123,7 +123,7 @@ def test_a_seventeenth_byte_finds_the_fifo_full(bench, board):
 
 @pytest.mark.parametrize("request_", [(0x83,), (0x88,), (0x89,), (0x8C,), (0x90,), (0xE2,), (0x91, 0)])
 def test_requests_with_lost_lists_are_as_their_siblings(bench, board, request_):
-    """83h, 88h, 89h, 8Ch, 90h, 91h, E2h: in both modes and beside a sequence; as 80h to 8Bh print it."""
+    """83h, 88h, 89h, 8Ch, 90h, 91h and E2h are valid as 80h to 8Bh are: in both modes and during a sequence."""
     sequence(bench, board, 1, (0x28, 0))
     assert ask(bench, board, *request_)[0] == request_[0]
     send(bench, board, 0x41, 1)
@@ -134,19 +134,19 @@ def test_requests_with_lost_lists_are_as_their_siblings(bench, board, request_):
     velocities(bench, board, *(STREAMED,) * 7)
     send(bench, board, 0x42)
     answered = ask(bench, board, *request_)[:1] == bytes(request_[:1])
-    assert answered is (request_[0] != 0x91)  # defined moves are out of reach there, and of its list nothing is left
+    assert answered is (request_[0] != 0x91)  # 91h is not valid for defined moves in this mode
 
 
 @pytest.mark.parametrize("request_", [(0x88,), (0x89,), (0x8C,), (0x90,), (0xE2,), (0x91, 0), (0x80,), (0x97,)])
 def test_no_request_but_83h_stands_in_a_sequence(bench, board, request_):
-    """G.2 prints 83h in a sequence; 80h and others have no "within-a-SEQUENCE-buffer"."""
+    """G.2 prints 83h in a sequence; 80h and others are not marked "within-a-SEQUENCE-buffer"."""
     sequence(bench, board, 1, request_, (0x83,))
     assert listing(bench, board, 1) == ["92 83", "92 00"]
 
 
 @pytest.mark.parametrize("opcode", [0x74, 0x75, 0x76, 0x7D])
 def test_trigger_commands_with_lost_lists_stand_in_sequences_and_beside_them(bench, board, opcode):
-    """74h to 76h and 7Dh: as 77h, 7Ch and 7Eh print it."""
+    """74h to 76h and 7Dh are valid in sequences and beside them, like 77h, 7Ch and 7Eh, whose lists are printed."""
     sequence(bench, board, 1, (opcode, 6, 1, 1), (0x28, 0))
     send(bench, board, 0x41, 1, seconds=0.05)
     rising(bench, board, 6)
@@ -156,7 +156,7 @@ def test_trigger_commands_with_lost_lists_stand_in_sequences_and_beside_them(ben
 
 @pytest.mark.parametrize("high", [True, False])
 def test_8ah_before_38h_tells_the_ttl_level(bench, board, high):
-    """8Ah: "active" is what 38h defines; before it the input is taken as active high, in 88h too."""
+    """8Ah: "active" is what 38h defines; before 38h a high input is active, in 88h too."""
     board.pins["home"].drive(high)
     assert ask(bench, board, 0x8A)[1] == (0xFF if high else 0)
     assert bool(ask(bench, board, 0x88)[1] & 4) is high
@@ -168,7 +168,7 @@ def test_8ah_before_38h_tells_the_ttl_level(bench, board, high):
 
 
 def test_01h_stands_in_sequences_and_markers(bench, board):
-    """01h: "to indicate a location within a sequence buffer"; its printed list ends where the page does."""
+    """01h: "to indicate a location within a sequence buffer"; its list is cut off at the end of the printed page."""
     sequence(bench, board, 1, (0x28, 0), (0x01, 9))
     send(bench, board, 0x41, 1)
     assert ask(bench, board, 0x01, 1)[:2] == b"\x01\x01"
@@ -177,7 +177,7 @@ def test_01h_stands_in_sequences_and_markers(bench, board):
 
 
 def test_01h_as_its_list_is_printed(bench):
-    """Option: indexer mode and streaming mode only, in no sequence, beside none, in no marker."""
+    """Option interrupt_command="printed": 01h is valid in both modes, and neither in nor beside sequences."""
     board = ready(bench, interrupt_command="printed")
     sequence(bench, board, 1, (0x28, 0), (0x01, 9))
     assert listing(bench, board, 1) == ["92 28", "92 00"]
@@ -211,7 +211,7 @@ def moved(bench, board):
 
 
 def test_70h_after_a_stream_has_run_dry_is_a_ramp_of_the_last_move(bench, board):
-    """70h: "at the most recent acceleration/deceleration rate": 17,066.67 at 100,000 pps² takes 0.17 s."""
+    """70h: "at the most recent acceleration/deceleration rate": from 17,066.67 pps at 100,000 pps² in 0.17 s."""
     moved(bench, board)
     run_dry(bench, board)
     send(bench, board, 0x70)
@@ -221,14 +221,14 @@ def test_70h_after_a_stream_has_run_dry_is_a_ramp_of_the_last_move(bench, board)
 
 
 def test_70h_after_a_stream_without_any_move_since_reset_ends_the_pulses(bench, board):
-    """There is no most recent acceleration."""
+    """70h uses the most recent acceleration; without any move since reset there is none, so the pulses end at once."""
     run_dry(bench, board)
     send(bench, board, 0x70)
     assert not board.axes["motor"].velocity
 
 
 def test_70h_after_a_stream_may_be_ignored(bench):
-    """Option; 70h: "motion due to the performance of a move"; 7Bh names a streamed zero and 78h only."""
+    """Option; 70h: "motion due to the performance of a move"; 7Bh names only a streamed zero and 78h."""
     board = ready(bench, stop_after_stream="ignored")
     moved(bench, board)
     run_dry(bench, board)
@@ -236,7 +236,7 @@ def test_70h_after_a_stream_may_be_ignored(bench):
     assert board.axes["motor"].velocity == pytest.approx(17_066.67, abs=0.01)
     send(bench, board, 0x78)
     assert not board.axes["motor"].velocity
-    send(bench, board, 0x33, *i32(30_000))  # a move is stopped as ever
+    send(bench, board, 0x33, *i32(30_000))  # 70h still stops a move
     bench.run(0.5)
     complete(bench, board, 0x70)
     assert position(bench, board, 0x81) > 0
@@ -244,7 +244,7 @@ def test_70h_after_a_stream_may_be_ignored(bench):
 
 @pytest.mark.parametrize("performed", [True, False])
 def test_7bh_sends_an_alarm_that_is_on(bench, board, performed):
-    """51h: sent if the bytes left go below its value; "3) Begin velocity streaming" comes before that."""
+    """51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before."""
     enter(bench, board, 0x52, 1, 4, alarm=4, rate=1_000)
     velocities(bench, board, *(STREAMED,) * 7)
     if performed:
@@ -256,7 +256,7 @@ def test_7bh_sends_an_alarm_that_is_on(bench, board, performed):
 
 
 def test_7bh_after_the_alarm_sends_no_second_one(bench, board):
-    """51h: "the alarm will only be sent once"."""
+    """51h: "the alarm will only be sent once", so 7Bh after it sends no second one."""
     enter(bench, board, 0x52, 1, 4, alarm=12, rate=1_000)
     velocities(bench, board, *(STREAMED,) * 7)
     send(bench, board, 0x42)
@@ -266,7 +266,7 @@ def test_7bh_after_the_alarm_sends_no_second_one(bench, board):
 
 
 def test_a2h_and_a3h_tell_nothing_of_a_stream_and_a5h_each_end_of_motion(bench, board):
-    """A2h: of a move; A4h: "when the motor arrives at zero velocity".  They are given before the mode is entered."""
+    """A2h: only moves are reported; A4h: "when the motor arrives at zero velocity", so A5h reports each stop."""
     for code in (0xA1, 0xA2, 0xA3, 0xA5):
         send(bench, board, code, 1)
     enter(bench, board, 0x52, 1, 4, alarm=NEVER, rate=10)
@@ -284,7 +284,7 @@ def test_a2h_and_a3h_tell_nothing_of_a_stream_and_a5h_each_end_of_motion(bench, 
 
 @pytest.mark.parametrize("way", [+1, -1])
 def test_81h_after_a_correction_has_the_sign_of_the_move(bench, way):
-    """X25: positive is short of the end.  Pushed on by 100 counts, the motor goes back by some 620 of 25,000 pulses."""
+    """X25: positive means short of the end.  Pushed on by 100 counts, the motor corrects by about 620 pulses back."""
     board = tracked(bench)
     motor = board.axes["motor"]
     send(bench, board, 0x18, 1)
@@ -303,7 +303,7 @@ def test_81h_after_a_correction_has_the_sign_of_the_move(bench, way):
 ])  # fmt: skip
 @pytest.mark.parametrize("opcode", [0xD4, 0xD5])
 def test_closed_loop_moves_are_limited_by_their_motor_pulses(bench, opcode, ratio, target, begins):
-    """D4h, D5h: the distance "must be less than or equal to 7FFFFFFFh divided by the ... ratio", from 0 here."""
+    """D4h, D5h: the distance "must be less than or equal to 7FFFFFFFh divided by the ... ratio", starting at 0."""
     board = tracked(bench)
     send_all(bench, board, (0xB0, *words(*ratio)), (opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(target)))
     assert ask(bench, board, 0x91, 7)[12:16] == bytes(i32(target))
@@ -312,7 +312,7 @@ def test_closed_loop_moves_are_limited_by_their_motor_pulses(bench, opcode, rati
 
 
 def test_d5h_is_measured_from_where_the_encoder_is(bench):
-    """From -1 to 7FFFFFFFh it is 80000000h."""
+    """D5h is measured from the encoder: from -1 to 7FFFFFFFh the distance is 80000000h, which is too large."""
     board = tracked(bench)
     send_all(bench, board, (0xB0, *words(1, 1)), (0xA1, 1))
     send(bench, board, 0xD5, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(0x7FFF_FFFF))
@@ -322,7 +322,7 @@ def test_d5h_is_measured_from_where_the_encoder_is(bench):
 
 
 def test_36h_and_9ah_agree_beyond_32_bits(bench):
-    """9Ah is a 32-bit counter: 16 on from 7FFFFFFFh is -80000000h + 15, and 36h to there is no way to go."""
+    """9Ah has 32 bits: 16 beyond 7FFFFFFFh is -80000000h + 15, and an absolute move to that position moves nothing."""
     board = tracked(bench)
     send(bench, board, 0x2F, *i32(0x7FFF_FFFF))
     complete(bench, board, 0x35, *i32(16))
@@ -346,7 +346,7 @@ def test_37h_beyond_32_bits_goes_where_the_move_was_to_end(bench):
 
 @pytest.mark.parametrize(("target", "stops"), [(3, 2), (-3, -2), (5, 3), (-5, -3)])
 def test_an_absolute_closed_loop_move_stops_at_the_same_place_from_either_side(bench, target, stops):
-    """Two counts a pulse: 3 is at a pulse and a half.  The half goes away from absolute zero, from either side."""
+    """At two counts per pulse, 3 is 1.5 pulses: rounded away from absolute zero, whichever side the move comes from."""
     found = set()
     for first in (0, 10 * (1 if target > 0 else -1)):
         board = ready(bench, motor={"encoder": {"counts_per_rev": 200, "pulses_per_rev": 100}})
@@ -360,7 +360,7 @@ def test_an_absolute_closed_loop_move_stops_at_the_same_place_from_either_side(b
 
 
 def test_relative_closed_loop_moves_there_and_back_end_where_they_began(bench):
-    """The same half pulse each way."""
+    """A relative move of half a pulse and its reverse are rounded alike, so they end where they began."""
     board = tracked(bench)
     send(bench, board, 0xB0, *words(1, 2))
     for distance, place in ((3, 2), (-3, 0), (-3, -2), (3, 0)):
@@ -378,9 +378,9 @@ def test_a_ratio_is_of_two_positive_numbers(bench, ratio):
 
 @pytest.mark.parametrize("end_on_stall", [0, 1])
 def test_a_jammed_motor_in_a_correction_is_pushed_until_it_is_free(bench, end_on_stall):
-    """19h watches moves, and a correction is none (18h); "always attempts to maintain a zero deadband".
+    """19h: it ends moves only; 18h: a correction "always attempts to maintain a zero deadband".
 
-    100 counts times K = 20: 2,000 pulses/s for as long as the shaft is held.
+    100 counts times K = 20 are 2,000 pulses/s, as long as the shaft is held.
     """
     board = tracked(bench)
     motor = board.axes["motor"]
@@ -416,7 +416,7 @@ def closed_loop_move(bench, board, opcode=0xD4):
 
 @pytest.mark.parametrize("opcode", [0xD4, 0xD5])
 def test_an_1810_keeps_closed_loop_definitions_and_performs_none(bench, opcode):
-    """Addendum: "The software used in the 1810 is identical"; only B5h "will be ignored by an 1810"."""
+    """Addendum: "The software used in the 1810 is identical": definitions are kept; only B5h "will be ignored"."""
     board = tracked(bench, "1810")
     closed_loop_move(bench, board, opcode)
     assert ask(bench, board, 0x91, 7)[1] == opcode

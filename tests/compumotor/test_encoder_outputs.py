@@ -30,7 +30,7 @@ def go(bench, board, pulses):
     [(6, True), (7, False), (24_999, False), (25_000, True), (25_006, True), (25_007, False), (-1, False)],
 )
 def test_the_mark_comes_once_in_a_revolution(bench, pulses, level):
-    """Encoder interface: "gives its home indication once per revolution": a count wide, that of pulses 0 to 6."""
+    """Encoder interface: "gives its home indication once per revolution": one count wide, i.e. pulses 0 to 6."""
     board = encoder_board(bench)
     go(bench, board, pulses)
     assert board.pins["channel_z"].level is level
@@ -38,7 +38,7 @@ def test_the_mark_comes_once_in_a_revolution(bench, pulses, level):
 
 
 def test_a_mark_elsewhere_and_wider(bench):
-    """Counts 10 to 12, of pulses 63 to 81 (62.5 to 81.25)."""
+    """A mark on counts 10 to 12 begins at pulse 63 and ends at pulse 81 (62.5 to 81.25)."""
     board = encoder_board(bench, encoder={**ENCODER, "index": 10, "index_counts": 3})
     found = []
     for pulses in (62, 1, 18, 1):
@@ -63,7 +63,7 @@ def test_an_encoder_that_is_pushed_or_slips_takes_its_mark_along(bench):
 @pytest.mark.parametrize("backlash", [0, 5])
 @pytest.mark.parametrize("way", [+1, -1])
 def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
-    """Seen at each pulse of four revolutions, there and back, and by who watches: the same edges."""
+    """Reading the pin at each pulse of two revolutions and back finds the same edges as a subscriber receives."""
     encoder = {"counts_per_rev": counts_per_rev, "pulses_per_rev": 100, "backlash": backlash, "index": 7}
     edges = []
     for watched in (False, True):
@@ -90,9 +90,9 @@ def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
 @pytest.mark.parametrize(("final_ccw", "found"), [(0, 25_000), (1, 25_006)])
 @pytest.mark.parametrize("minus", [0, 1])
 def test_3ah_finds_the_mark_of_the_revolution_that_home_enable_marks(bench, final_ccw, found, minus):
-    """3Ah without a hand on the pin: pulses 25,000 to 25,006 are the mark, HOME ENABLE is closed around them.
+    """3Ah finds the mark at pulses 25,000 to 25,006, around which HOME ENABLE is closed.
 
-    At 50 % of the default velocity, each pulse takes 2 ms: it stops on the pulse that begins the mark.
+    At 50 % of the default velocity each pulse takes 2 ms, and the motor stops on the pulse that begins the mark.
     """
     board = ready(bench, motor={"encoder": ENCODER, "limits": (-1_000, 40_000)})
     in_series([PositionSwitch(board.axes["motor"], 24_000, 26_000)], board.pins["home_enable"])
@@ -105,7 +105,7 @@ def test_3ah_finds_the_mark_of_the_revolution_that_home_enable_marks(bench, fina
 
 
 def test_a_mark_that_nobody_waits_for_costs_nothing(bench):
-    """A motor that runs for ever passes it again and again without an event."""
+    """If nothing subscribes to channel Z, a motor that runs for ever causes no event at its marks."""
     board = encoder_board(bench)
     send(bench, board, 0x32, 0, seconds=1)
     assert bench.clock.next_event_ns() is None
@@ -117,7 +117,7 @@ def test_a_mark_that_nobody_waits_for_costs_nothing(bench):
 
 
 def test_a_mark_is_no_news_in_a_transcript(bench):
-    """A terminal that changes with each revolution is looked at, not told of; one that is wired by hand is told of."""
+    """A transcript lists channel Z only if it is wired by hand, because an encoder changes it each revolution."""
     board = encoder_board(bench)
     assert "channel_z" not in terminals(board)
     board.pins["channel_z"].set(True)
@@ -162,7 +162,7 @@ def test_a_mark_is_at_least_a_count_and_less_than_a_revolution(bench, wrong):
 
 
 def test_step_out_gives_a_pulse_of_229_ns_for_each_count(bench):
-    """ "Pulses are nominally 229 nanoseconds wide": the first count is that of pulse 7 (1.12), pulse 6 makes none."""
+    """STEP OUT: "Pulses are nominally 229 nanoseconds wide": pulse 7 makes the first count (7 × 0.16 = 1.12)."""
     board = encoder_board(bench)
     send(bench, board, 0x33, *i32(20))
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
@@ -176,7 +176,7 @@ def test_step_out_gives_a_pulse_of_229_ns_for_each_count(bench):
 
 @pytest.mark.parametrize("inverted", [False, True])
 def test_direction_out_is_the_quadrature_detectors_direction(bench, inverted):
-    """ "A jumper on the 1810/11 board inverts the polarity"; backlash of 2 counts keeps it for 12 pulses back."""
+    """DIRECTION OUT: "A jumper on the 1810/11 board inverts the polarity"; a play of 12 pulses delays it."""
     board = encoder_board(bench, encoder={**ENCODER, "backlash": 2}, invert_encoder=inverted)
     pin, levels = board.pins["encoder_direction"], []
     for pulses in (100, -6, -20, 50):

@@ -22,14 +22,14 @@ def drive(pin, level):
 
 
 def interrupted(bench, board):
-    """Interrupts enabled, and a message that is ready."""
+    """Enable interrupts, and make a message ready."""
     board.bus.write(CONTROL, ENABLE)
     write(board, 0x84, control=ENABLE)
     bench.run(0.02)
 
 
 def failed(bench, board):
-    """FFh: 5 s one way, 5 s the other, and then the board monitor alarm."""
+    """Let the test function FFh run: 5 s in each direction, and then the board monitor alarm."""
     send(bench, board, 0xFF, seconds=10.1)
 
 
@@ -49,7 +49,7 @@ def accelerating(bench, board):
 
 
 def at_a_pulse(bench, board, minus=0):
-    """STEP is high for half a period of 546 kHz."""
+    """Run to a pulse; STEP is high for half a period of 546 kHz."""
     cruise(bench, board, minus=minus)
     for _ in range(300):
         bench.clock.run_to(bench.now + US // 2)
@@ -130,7 +130,7 @@ def test_there_is_no_lamp_without_a_situation(model):
 
 
 def test_the_lamps_of_the_encoder(bench):
-    """Encoder connector: CH. Z once a revolution, a pulse of STEP OUT for each count, DIRECTION OUT."""
+    """Encoder connector: CH. Z is lit once a revolution, STEP OUT at each count, DIRECTION OUT in one direction."""
     encoder = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}
     board = ready(bench, motor={"encoder": encoder})
     assert shown(board, ENCODER, "Z") is True  # the mark is at count 0
@@ -183,7 +183,7 @@ def test_no_joystick_requests_nothing(bench, board):
 
 
 def test_the_board_tells_that_the_joystick_moves_the_motor(bench, board):
-    """11h: pulses go straight through; 88h has bit 4, moving, as well."""
+    """11h: the joystick's pulses pass through the board; 88h reports bit 4, moving, too."""
     command(0x11)(bench, board)
     stick(bench, board)
     assert shown(board, BOARD, "motion") == "moved by the joystick"
@@ -194,7 +194,7 @@ def test_the_board_tells_that_the_joystick_moves_the_motor(bench, board):
 
 
 def test_without_power_the_status_byte_and_the_buffers_are_dark(bench, board):
-    """The Status Byte: a register of the board; a host then reads what the bus floats to."""
+    """The Status Byte is a register of the board, so it is dark without power; a host then reads the floating bus."""
     command(0x09, 1)(bench, board)
     command(0x84)(bench, board)
     board.bus.write(0, 0x84)
@@ -204,7 +204,7 @@ def test_without_power_the_status_byte_and_the_buffers_are_dark(bench, board):
 
 
 def test_commands_that_wait_are_counted(bench):
-    """While it waits for its reply (4 ms by default, here 1 s) three more commands are taken."""
+    """The command in progress needs 4 ms by default, here 1 s; meanwhile three more commands wait and are counted."""
     board = ready(bench, reply_ms=1000.0)
     for _ in range(4):
         send(bench, board, 0x84)

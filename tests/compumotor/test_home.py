@@ -1,4 +1,4 @@
-"""Chapter Home (38h, 39h, 3Ah): the HOME that is found is compared with the physical position of the switch."""
+"""Chapter Home (38h, 39h, 3Ah): the HOME that a search finds is compared with the physical position of the switch."""
 
 import pytest
 
@@ -8,12 +8,12 @@ from .talking import ask, default, i32, messages, position, ready, send, send_al
 
 CW, CCW = +1, -1
 WIDTH = 400  # half of the active region, in pulses
-TRAVEL = 6_000  # from its centre to each limit
+TRAVEL = 6_000  # from the centre to each limit
 FINAL = 500  # pulses/s: 5 % of the default velocity, a multiple of its resolution
 
 
 def machine(bench, place, active_high=True, **options):
-    """Return a board whose motor is at `place` from the centre of the home region, and the position of that centre."""
+    """Return a board whose motor is `place` pulses from the centre of the home region, and the centre's position."""
     centre = -place
     board = ready(bench, motor={"limits": (centre - TRAVEL, centre + TRAVEL)}, **options)
     switch = PositionSwitch(board.axes["motor"], centre - WIDTH, centre + WIDTH)
@@ -32,14 +32,14 @@ def done(bench, board):
 
 
 def search(bench, board, minus, opcode=0x39):
-    send(bench, board, 0x0F, 3, 2, 1)  # output 1 while a SINGULAR command is performed
+    send(bench, board, 0x0F, 3, 2, 1)  # output 1 is set while a SINGULAR command is performed
     send(bench, board, opcode, minus)
     done(bench, board)
     bench.run(0.01)
 
 
 def where(centre, edge, final, late):
-    """Return the position `more` pulses after the first pulse beyond the edge, in the final direction."""
+    """Return the position `late` pulses after the first pulse beyond the edge, in the final direction."""
     inside = final == -edge
     last = centre + edge * WIDTH
     return last - edge * late if inside else last + edge * (1 + late)
@@ -51,7 +51,7 @@ def where(centre, edge, final, late):
 @pytest.mark.parametrize("edge", [CW, CCW])
 @pytest.mark.parametrize(("home_ms", "late"), [(0, 0), (3, 1)])
 def test_every_edge_final_direction_start_and_place(bench, edge, final, start, place, home_ms, late):
-    """In 3 ms at 500 pulses/s there is one pulse more after the one that works the switch."""
+    """A level that must last 3 ms (option home_ms) is detected one pulse later, at 500 pulses/s."""
     board, centre = machine(bench, place, home_ms=home_ms)
     define(bench, board, edge, final)
     search(bench, board, int(start == CCW))
@@ -83,9 +83,9 @@ def test_edges_are_physical_and_the_start_is_in_plus_and_minus(bench, edge, sens
 
 
 def test_the_legs_of_a_search(bench):
-    """CW edge, approached CW, found travelling CCW from 3,000: search and overshoot, recovery, approach.
+    """From 3,000 to the CW edge, approached CW, with a start CCW: search and overshoot, recovery, approach.
 
-    Without delay the edge is seen at pulse WIDTH; 10,000 to 0 pps at 200,000 pps² are 25 updates of 2 ms, 24 of them
+    The edge is detected at pulse WIDTH; from 10,000 to 0 pps at 200,000 pps² are 25 updates of 2 ms, 24 of them
     with pulses: 2 ms x 400 x (1 + ... + 24) = 240 pulses of overshoot.
     """
     board, centre = machine(bench, 3_000, home_ms=0)
@@ -113,7 +113,7 @@ def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
     search(bench, board, minus=0)
     axis = board.axes["motor"]
     assert [move.direction for move in list(axis.train.moves)[1:]] == [CW, CCW]
-    assert axis.position == -3_001  # within 75 us at 10,000 pps there is no further pulse
+    assert axis.position == -3_001  # 75 us at 10,000 pps contain no further pulse
     assert messages(bench, board) == ["a1 00", "a5 00", "a9 00", "a5 00", "ab 00"]
     assert position(bench, board, 0x82) == -3_001
 
@@ -197,7 +197,7 @@ REVOLUTION, MARK = 1_000, 4
 
 
 def encoder_machine(bench, z_high=True, enable_high=True, **options):
-    """Marks of 4 pulses every 1,000 from 500 on; HOME ENABLE only around the one at 2,500."""
+    """Marks of 4 pulses are 1,000 apart, from 500 on; HOME ENABLE is active only around the mark at 2,500."""
     board = ready(bench, motor={"limits": (-3_000, 5_000), "encoder": {}}, **options)
     axis = board.axes["motor"]
     marks = [PositionSwitch(axis, at, at + MARK - 1) for at in range(-2_500, 5_000, REVOLUTION)]

@@ -1,4 +1,4 @@
-"""Interactions of two chapters: limits, shutdown, STOP and long listings during another command."""
+"""Interactions of two chapters: limits, shutdown, STOP and long listings while another command is performed."""
 
 import pytest
 
@@ -36,7 +36,7 @@ def levels(bench, board, seconds):
 @pytest.mark.parametrize(("limit", "turned"), [("cw_limit", -25_000), ("ccw_limit", 25_000)])
 @pytest.mark.parametrize("sense", [0, 1])
 def test_the_test_function_needs_limits_that_are_connected_or_bypassed(bench, board, limit, turned, sense):
-    """Functional check: "the limit switches are not connected and not bypassed": it does not rotate as predicted."""
+    """Functional check: if "the limit switches are not connected and not bypassed", the motor turns less."""
     send(bench, board, 0x14, sense)
     board.pins[limit].drive(True)
     send(bench, board, 0xFF)
@@ -55,7 +55,7 @@ def test_the_test_function_at_both_limits_fails_at_once(bench, board):
 
 @pytest.mark.parametrize(("minus", "limit"), [(0, "cw_limit"), (1, "ccw_limit")])
 def test_a_limit_during_a_reversal_is_the_end_of_it(bench, board, minus, limit):
-    """78h: "equivalent to hitting a limit switch"; a move killed on its way to the other direction is over."""
+    """78h: "equivalent to hitting a limit switch": the move is killed, and the reversal does not continue."""
     cruise(bench, board, minus=minus)
     send_all(bench, board, (0xA1, 1), (0x32, 1 - minus))
     bench.run(0.05)  # half of the ramp down
@@ -81,21 +81,21 @@ def test_a_limit_at_the_end_of_an_earlier_move_does_not_end_a_later_reversal(ben
 
 
 def test_no_search_goes_on_while_shut_down(bench):
-    """12h: "after remote power shutdown is turned on no moves may be performed", the legs of a search neither."""
+    """12h: "after remote power shutdown is turned on no moves may be performed", nor the next leg of a search."""
     board = ready(bench, motor={"home": (2000, 6000)})
     default(bench, board, 5000, 20_000)
     send_all(bench, board, (0x13, 1), (0x38, 1, 1, 20, 0), (0x39, 0), seconds=0.3)
     board.pins["shutdown_in"].drive(False)
-    assert bench.run_until(lambda: board.pins["shutdown"].level, 2)  # as soon as the motor rests
+    assert bench.run_until(lambda: board.pins["shutdown"].level, 2)  # at the moment the motor stops
     stands = board.axes["motor"].position
     assert stands > 2000
     bench.run(2)
     assert board.axes["motor"].position == stands
-    assert position(bench, board, 0x82) == stands  # HOME is where it was
+    assert position(bench, board, 0x82) == stands  # HOME has not moved
 
 
 def test_no_reversal_goes_on_while_shut_down(bench, board):
-    """Shutdown: not "if the motor is moving"; at zero velocity it is not, and no move begins after that."""
+    """Shutdown: not "if the motor is moving"; it acts at the zero velocity of a reversal, and the reversal ends."""
     send(bench, board, 0x13, 1)
     cruise(bench, board)
     board.pins["shutdown_in"].drive(False)
@@ -120,7 +120,7 @@ def test_a_move_that_is_being_calculated_is_not_begun_when_the_motor_is_shut_dow
 
 @pytest.mark.parametrize("limit", [False, True])
 def test_shutdown_wants_the_motor_to_stand_and_the_input_disabled(bench, board, limit):
-    """12h: lowest priority; 13h: "no effect" of 12h while it is enabled, whatever the input's level."""
+    """13h: while the input is enabled, 12h has "no effect", whatever the level of the input."""
     board.pins["shutdown_in"].drive(limit)
     send_all(bench, board, (0x13, 1), (0x12, int(limit)))
     assert board.pins["shutdown"].level is not limit
@@ -133,11 +133,11 @@ def test_shutdown_wants_the_motor_to_stand_and_the_input_disabled(bench, board, 
 
 @pytest.mark.parametrize("opcode", [0x70, 0x74])
 def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
-    """70h: "deceleration of any motion due to the performance of a move": the overshoot is part of the search."""
+    """70h: "deceleration of any motion due to the performance of a move"; in an overshoot it ends the search."""
     board = ready(bench, motor={"home": (2000, 6000)})
     default(bench, board, 5000, 20_000)
     send(bench, board, 0x38, 1, 1, 20, 0)
-    send(bench, board, 0x0F, 0, 6, 1)  # user bit 0: decelerating
+    send(bench, board, 0x0F, 0, 6, 1)  # user bit 0 shows deceleration
     if opcode == 0x74:
         board.pins["trigger1"].drive(False)
         send(bench, board, 0x74, 1, 1, 0)
@@ -149,7 +149,7 @@ def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
         write(board, 0x70)
     until_idle(bench, board)
     stands = board.axes["motor"].position
-    assert 2600 < stands < 2700  # 2,000 and the ramp of 5,000²/40,000 = 625 pulses
+    assert 2600 < stands < 2700  # 2,000, and 5,000²/40,000 = 625 pulses of ramp
     bench.run(2)
     assert board.axes["motor"].position == stands
     assert position(bench, board, 0x82) == stands
@@ -157,7 +157,7 @@ def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
 
 @pytest.mark.parametrize("velocity", [20_000, 5_000])
 def test_stop_in_a_ramp_between_two_velocities_ends_at_zero(bench, board, velocity):
-    """70h: "the deceleration to zero is at the most recent acceleration", in a ramp down to another velocity too."""
+    """70h: "the deceleration to zero is at the most recent acceleration", also during a ramp between two velocities."""
     cruise(bench, board)
     default(bench, board, velocity, 100_000)
     send(bench, board, 0x32, 0, seconds=0.02)
@@ -168,7 +168,7 @@ def test_stop_in_a_ramp_between_two_velocities_ends_at_zero(bench, board, veloci
 
 
 def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
-    """Indexer mode: a preset move ends on the pulse; what is already a deceleration to zero is not another one."""
+    """Indexer mode: a preset move that is already decelerating to its end still ends on its last pulse."""
     default(bench, board, 10_000, 100_000)
     send(bench, board, 0x33, *i32(3_000))
     assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 1)
@@ -184,9 +184,9 @@ def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
     ids=["faster", "slower", "reversal, down", "reversal, up"],
 )
 def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode, velocity, minus, seconds, held):
-    """73h: "the velocity being output at the time the command is issued is the last velocity output"; from 10,000."""
+    """73h: "the velocity being output at the time the command is issued is the last velocity output"."""
     cruise(bench, board)
-    send(bench, board, 0x0F, 0, 2, 1)  # user bit 0: performing a SINGULAR command
+    send(bench, board, 0x0F, 0, 2, 1)  # user bit 0 shows that a SINGULAR command is performed
     if opcode == 0x77:
         board.pins["trigger1"].drive(False)
         send(bench, board, 0x77, 1, 1, 0)
@@ -211,7 +211,7 @@ def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode
 
 
 def test_a_faster_continuous_move_ramps_from_the_start_stop_velocity(bench, board):
-    """D6h: "acceleration … is begun at the start/stop velocity", which is 1,000; 200 more every 2 ms."""
+    """D6h: "acceleration … is begun at the start/stop velocity": the ramp is 1,000, and 200 more every 2 ms."""
     send(bench, board, 0xD6, *i32(1000))
     default(bench, board, 500, 100_000)
     send(bench, board, 0x32, 0, seconds=0.1)
@@ -221,7 +221,7 @@ def test_a_faster_continuous_move_ramps_from_the_start_stop_velocity(bench, boar
 
 
 def test_a_continuous_move_below_the_start_stop_velocity_ramps_down_to_it(bench, board):
-    """D6h: "deceleration ends at the start/stop velocity", below it the indexer will "jump"."""
+    """D6h: "deceleration ends at the start/stop velocity"; to a velocity below, the indexer will "jump"."""
     send(bench, board, 0xD6, *i32(1000))
     default(bench, board, 2000, 100_000)
     send(bench, board, 0x32, 0, seconds=0.1)
@@ -235,7 +235,7 @@ def test_a_continuous_move_below_the_start_stop_velocity_ramps_down_to_it(bench,
 
 @pytest.mark.parametrize("start_stop", [0, 1000])
 def test_a_continuous_move_above_the_start_stop_velocity_takes_no_other_level(bench, board, start_stop):
-    """Indexer mode: the ramp is "updated every two milliseconds", here by 200; from 2,000 to 3,000 and back."""
+    """Indexer mode: the ramp from 2,000 to 3,000 and back is "updated every two milliseconds", each time by 200."""
     send(bench, board, 0xD6, *i32(start_stop))
     default(bench, board, 2000, 100_000)
     send(bench, board, 0x32, 0, seconds=0.1)
@@ -248,7 +248,7 @@ def test_a_continuous_move_above_the_start_stop_velocity_takes_no_other_level(be
 
 
 def test_stop_ramps_down_to_the_start_stop_velocity(bench, board):
-    """D6h: "deceleration ends at the start/stop velocity"; at or below it, STOP is at once."""
+    """D6h: "deceleration ends at the start/stop velocity"; from this velocity or less, STOP ends the motion at once."""
     send(bench, board, 0xD6, *i32(1000))
     default(bench, board, 2000, 100_000)
     send(bench, board, 0x32, 0, seconds=0.1)
@@ -263,7 +263,7 @@ def test_stop_ramps_down_to_the_start_stop_velocity(bench, board):
 
 
 def test_a_preset_move_between_start_stop_velocities(bench, board):
-    """D6h: a ramp of 2 ms each at 1,000, 1,200 … 1,800 is 14 pulses up and 14 down; the rest runs at 2,000."""
+    """D6h: the ramps have 2 ms at each of 1,000, 1,200 … 1,800: 14 pulses each; between them the velocity is 2,000."""
     send(bench, board, 0xD6, *i32(1000))
     default(bench, board, 2000, 100_000)
     write(board, 0x33, *i32(228))
@@ -275,7 +275,7 @@ def test_a_preset_move_between_start_stop_velocities(bench, board):
 
 
 def test_the_velocity_that_a_stream_has_left_is_told_in_indexer_mode(bench, board):
-    """85h: "indicating the current velocity"; 1000h of 4.369 MHz/16 is 17,066.67 pulses/s; no move has been defined."""
+    """85h: "indicating the current velocity": a stream with 1000h of 4.369 MHz/16 leaves 17,066.67 pulses/s."""
     enter(bench, board, 0x52, 1, 16, rate=2)
     velocities(bench, board, *[0x1000] * 7)
     send(bench, board, 0x42, seconds=0.1)
@@ -297,14 +297,14 @@ def test_a_long_sequence_is_listed_to_its_end(bench, queue):
 
 
 def test_a_listing_that_waits_for_the_host_is_a_singular_command(bench):
-    """92h is SINGULAR: until its last message has been queued no other one is performed, and 73h ends it."""
+    """92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h."""
     board = ready(bench, message_queue=2)
     default(bench, board, 5000, 100_000)
     sequence(bench, board, 1, *[(0x01, 1)] * 5)
     send_all(bench, board, (0x92, 1), (0x33, *i32(100)), seconds=1)
     assert board.axes["motor"].position == 0
     send(bench, board, 0x73)
-    assert messages(bench, board) == ["92 01 01"] * 3  # one in the ODB, two in the queue
+    assert messages(bench, board) == ["92 01 01"] * 3  # one message in the ODB, two in the queue
     complete(bench, board, 0x33, *i32(100))
     assert board.axes["motor"].position == 100
 
@@ -320,12 +320,12 @@ def test_a_short_listing_is_over_at_once(bench, board):
 
 
 def test_one_continue_ends_a_28h_within_a_loop_and_the_next_one_what_waits_then(bench, board):
-    """48h: what waits is continued; a 28h in a 21h loop waits first, and the loop goes round until a 48h is its own."""
+    """48h: the first one ends the waiting 28h of a 21h loop; the loop is repeated until another 48h comes."""
     sequence(bench, board, 1, (0x21, 2), (0x28, 1), (0x29, 0, 0, 0, 100), (0x01, 9))
     send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["28 00"]
     send(bench, board, 0x48, seconds=0.01)
-    send(bench, board, 0x48)  # during the 29h: this one is the loop's
+    send(bench, board, 0x48)  # during the 29h, so this 48h ends the loop
     assert messages(bench, board) == ["01 09"]
 
 
@@ -333,7 +333,7 @@ def test_one_continue_ends_a_28h_within_a_loop_and_the_next_one_what_waits_then(
 
 
 def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
-    """C8h, range 0: "velocity resolution is 16.667 Hertz"; 8 pulses/s is nearer to 0, 9 nearer to 16.667."""
+    """C8h, range 0: "velocity resolution is 16.667 Hertz": 8 pulses/s rounds to 0, 9 pulses/s to 16.667."""
     for number, velocity in ((1, 8), (2, 9)):
         send(bench, board, *continuous(number, velocity, 100_000))
     send(bench, board, 0x40, 1, seconds=0.5)
@@ -348,7 +348,7 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
 
 @pytest.mark.parametrize("bits", [0, 5])
 def test_a_listing_leaves_the_user_bits_alone(bench, board, bits):
-    """08h to 0Ah set the user bits, nothing else does; 92h only makes waiting messages "be lost"."""
+    """08h to 0Ah alone set the user bits; 92h discards waiting messages and leaves the user bits alone."""
     send_all(bench, board, (0x08, bits), (0x01, 1))
     bench.run(0.01)  # the message is in the ODB
     assert listing(bench, board, 1) == ["92 00"]
@@ -356,14 +356,14 @@ def test_a_listing_leaves_the_user_bits_alone(bench, board, bits):
 
 
 def test_a_loop_over_more_commands_than_follow_repeats_those_that_follow(bench, board):
-    """20h: "repeat the following X commands Y times", where fewer than X follow."""
+    """20h: "repeat the following X commands Y times": if fewer than X follow, these are repeated."""
     sequence(bench, board, 1, (0x01, 1), (0x20, 5, 0, 3), (0x01, 2))
     send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["01 01", "01 02", "01 02", "01 02"]
 
 
 def test_a_marker_of_another_mode_does_not_hide_the_end_of_distances(bench, board):
-    """E3h: 8001h is "a special signal … to go to zero velocity"; EEh: 8000h is excluded in distance-time streaming."""
+    """E3h: 8001h is "a special signal … to go to zero velocity"; EEh: a marker of another mode does not change that."""
     enter(bench, board, 0x52, 1, 4, rate=10)
     for word in (0x8000, 0x8001):
         send(bench, board, 0xEE, *word.to_bytes(2, "big"), 0x09, 2, 0)

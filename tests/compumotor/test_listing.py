@@ -19,7 +19,7 @@ def define(bench: Bench, board: Controller, number: int, *commands: tuple[int, .
 
 
 def perform(bench: Bench, board: Controller, number: int, seconds: float = 1.0) -> list[tuple[int, str, int]]:
-    """Return each command that begins within `seconds`: time in ns after the first, sequence, command (from 1)."""
+    """Return each command that begins within `seconds`: time in ns after the first, sequence, and command from 1 on."""
     found: list[tuple[int, str, int]] = []
 
     def watch(program: str, index: int) -> None:
@@ -41,7 +41,7 @@ def begun(bench: Bench, board: Controller, number: int, seconds: float = 1.0) ->
 
 
 def running(board: Controller) -> dict[str, int]:
-    """Return the running command (from 1) of each sequence that is being performed."""
+    """Return, for each sequence that is performed, the number of its running command, from 1 on."""
     return {name: found.running + 1 for name, found in board.programs.items() if found.running is not None}
 
 
@@ -58,7 +58,7 @@ def test_a_board_that_was_just_switched_on_has_no_sequences(board):
 
 
 def test_a_command_is_listed_in_hex_and_in_words(bench, board):
-    """Sequence buffers; what is written there can be read again as a command."""
+    """Each line of a sequence is a command in hex and in words; the hex can be sent as a command."""
     define(bench, board, 15, (0x33, *i32(25_000)), (0x2A, 0, 2), (0x2C, 3, 1), (0x0B, 1, 0, 0))
     listing = board.programs["sequence 15"]
     assert listing.title == "sequence 15"
@@ -74,7 +74,7 @@ def test_a_command_is_listed_in_hex_and_in_words(bench, board):
 
 
 def test_only_what_has_a_definition_is_there(bench, board):
-    """DAh deletes; a definition without commands is one."""
+    """DAh removes a sequence from the list; a sequence that is defined without commands is in the list."""
     define(bench, board, 7, (0x0B, 1))
     define(bench, board, 2)
     define(bench, board, 11, (0x0C, 1))
@@ -84,7 +84,7 @@ def test_only_what_has_a_definition_is_there(bench, board):
 
 
 def test_what_is_being_defined_is_marked(bench, board):
-    """D9h to D8h: what was in the buffer is gone, what may not stand there is not stored."""
+    """D9h to D8h: the old contents are gone, and commands that are not valid in a sequence are not stored."""
     define(bench, board, 4, (0x0B, 1))
     send_all(bench, board, (0xD9, 4), (0x0C, 2), (0x70,))
     listing = board.programs["sequence 4"]
@@ -94,7 +94,7 @@ def test_what_is_being_defined_is_marked(bench, board):
 
 
 def test_a_command_for_which_there_was_no_room_is_not_there(bench):
-    """Option buffer_bytes: 16 bytes hold three moves of five."""
+    """Option buffer_bytes=16: the buffer has room for three moves of five bytes each."""
     board = bench.add("1810", buffer_bytes=16)
     bench.run(1.01)
     define(bench, board, 1, *[(0x33, *i32(distance)) for distance in (1, 2, 3, 4)])
@@ -102,7 +102,7 @@ def test_a_command_for_which_there_was_no_room_is_not_there(bench):
 
 
 def test_a_streaming_mode_has_no_sequences_and_its_buffer_is_no_program(bench, board):
-    """51h "destroys" the sequences; no command tells what is in the streaming buffer."""
+    """51h "destroys" the sequences; the streaming buffer is not listed, because no command reads it."""
     define(bench, board, 1, (0x0B, 1))
     send_all(bench, board, (0x51, 1, 1, 0, 0, 0, 0), (0xE0, *(0x10, 0, 0, 10) * 3))
     assert board.programs == {}
@@ -112,7 +112,7 @@ def test_a_streaming_mode_has_no_sequences_and_its_buffer_is_no_program(bench, b
 
 
 def test_a_command_begins_when_the_one_before_is_finished(bench, board):
-    """Each takes the processor 1 ms (`step_ms`), and then its own time: 5 ms for 29h."""
+    """The processor needs 1 ms (`step_ms`) for each command, before the command's own time, e.g. 5 ms of 29h."""
     define(bench, board, 3, (0x0B, 1), (0x29, 0, 0, 0, 5), (0x0C, 1), (0x0B, 2))
     assert begun(bench, board, 3) == [(0, 1), (1, 2), (7, 3), (8, 4)]
     assert running(board) == {}
@@ -120,13 +120,13 @@ def test_a_command_begins_when_the_one_before_is_finished(bench, board):
 
 
 def test_a_loop_begins_its_commands_again(bench, board):
-    """20h: the next two commands twice; 1 ms each."""
+    """20h repeats the next two commands twice; each takes 1 ms."""
     define(bench, board, 1, (0x20, 2, 0, 2), (0x0B, 1), (0x0C, 1), (0x0B, 2))
     assert begun(bench, board, 1) == [(0, 1), (1, 2), (2, 3), (3, 2), (4, 3), (5, 4)]
 
 
 def test_a_loop_until_continue_goes_round(bench, board):
-    """21h: one command again and again; after CONTINUE it is left at the end of the round."""
+    """21h repeats one command; after CONTINUE the loop ends when the command has been performed once more."""
     define(bench, board, 1, (0x21, 1), (0x29, 0, 0, 0, 99), (0x0C, 1))
     assert begun(bench, board, 1, 0.45) == [(0, 1), (1, 2), (101, 2), (201, 2), (301, 2), (401, 2)]
     assert (running(board), registers(board)) == ({"sequence 1": 2}, (1, 2))
@@ -135,7 +135,7 @@ def test_a_loop_until_continue_goes_round(bench, board):
 
 
 def test_the_running_command_is_that_of_now(bench, board):
-    """2Bh and 28h run as long as they wait."""
+    """2Bh and 28h are the running command as long as they wait."""
     define(bench, board, 9, (0x2B, 0, 1), (0x28, 0))
     perform(bench, board, 9, 30)
     assert (running(board), registers(board)) == ({"sequence 9": 1}, (9, 1))
@@ -148,7 +148,7 @@ def test_the_running_command_is_that_of_now(bench, board):
 
 
 def test_a_move_runs_until_it_has_ended(bench, board):
-    """A SINGULAR command is finished before the next one begins: 10,000 pulses/s at once, 5000 pulses are 0.5 s."""
+    """A SINGULAR command ends before the next begins: 5,000 pulses at 10,000 pulses/s without ramps are 0.5 s."""
     default(bench, board, 10_000, NO_TIME)
     define(bench, board, 1, (0x33, *i32(5000)), (0x0C, 1))
     board.pins["output1"].subscribe(lambda pin: ends.append((bench.now, board.axes["motor"].position)))
@@ -160,7 +160,7 @@ def test_a_move_runs_until_it_has_ended(bench, board):
 
 
 def test_a_suspended_sequence_stands_at_the_command_that_is_finished(bench, board):
-    """72h: finish the present command, wait for CONTINUE."""
+    """72h: the present command is finished, and remains the running one until CONTINUE."""
     define(bench, board, 1, (0x29, 0, 0, 1, 0), (0x29, 0, 0, 1, 0))
     perform(bench, board, 1, 0.01)
     send(bench, board, 0x72, seconds=10)
@@ -170,7 +170,7 @@ def test_a_suspended_sequence_stands_at_the_command_that_is_finished(bench, boar
 
 
 def test_kill_and_discontinue_end_it(bench, board):
-    """79h at once; 71h when the present command is finished."""
+    """79h ends a sequence at once, 71h when the present command is finished."""
     define(bench, board, 1, (0x29, 0, 0, 1, 0), (0x0C, 1))
     perform(bench, board, 1, 0.01)
     send(bench, board, 0x79)
@@ -184,7 +184,7 @@ def test_kill_and_discontinue_end_it(bench, board):
 
 
 def test_sequences_do_not_nest_and_stay_as_they_are_while_one_is_performed(bench, board):
-    """41h, D9h, DAh from the host are ignored meanwhile, and may not be stored."""
+    """While a sequence is performed, 41h, D9h and DAh from the host are ignored; within a sequence they are invalid."""
     define(bench, board, 1, (0x29, 0, 0, 1, 0), (0x41, 2), (0x0B, 1))
     define(bench, board, 2, (0x0C, 1))
     before = board.programs
@@ -206,7 +206,7 @@ def test_an_empty_or_an_unknown_sequence_begins_nothing(bench, board):
 
 @pytest.mark.parametrize("how", ["power", "reset"])
 def test_power_and_reset_lose_everything(bench, board, how):
-    """Reset is the same as power off and on."""
+    """A reset has the same effect as switching the power off and on."""
     define(bench, board, 5, (0x2B, 0, 1))
     perform(bench, board, 5, 1)
     assert running(board) == {"sequence 5": 1}

@@ -14,8 +14,11 @@ EXAMPLE = (0xC8, 0x12, 0x00, 0x00, 0x04, 0x00, 0x00)
 
 
 def test_the_move_of_the_example(bench, board):
-    """G.1: `00 04 00 00` is 262,144 pulses/second.  With 2,621,440 pps² and 50,000 pulses: 0.1 s each way, 13,107
-    pulses; the rest, 23,786, in 0.0907 s: 0.2907 s in all."""
+    """G.1: `00 04 00 00` is 262,144 pulses/second.
+
+    With 2,621,440 pps² and 50,000 pulses each ramp takes 0.1 s and 13,107 pulses; the rest, 23,786 pulses, takes
+    0.0907 s: 0.2907 s in all.
+    """
     send_all(bench, board, (*EXAMPLE, *i32(2_621_440), *i32(50_000)), (0x40, 0x12))
     assert bench.run_until(lambda: ask(bench, board, 0x8D)[1] == 0xFF, 1)
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, 0, 0, 4, 0, 0])
@@ -32,7 +35,7 @@ def test_a_predefined_move_is_under_way_within_five_milliseconds(bench, board):
     assert ask(bench, board, 0x93)[1] == 0xFF
     asked = bench.now
     complete(bench, board, 0x40, 1)
-    # the first pulse is one period, 0.1 ms, after the beginning
+    # the first pulse comes one period, 0.1 ms, after the beginning
     assert steps(board)[0] - asked <= 5 * MS + 100_000
 
 
@@ -45,7 +48,7 @@ def test_a_move_that_is_not_calculated_is_under_way_within_half_of_thirty_millis
 
 
 def test_moves_are_still_there_after_streaming_mode(bench, board):
-    """G.1: "They will still be there when the indexer is returned to indexer mode"; E.1.b: sequences are destroyed."""
+    """G.1: "They will still be there when the indexer is returned to indexer mode"; sequences are lost (E.1.b)."""
     send(bench, board, *relative(9, 10_000, 100_000, 700))
     sequence(bench, board, 1, (0x40, 9))
     send(bench, board, 0x51, 1, 4, 0, 0, 0, 0)
@@ -59,9 +62,9 @@ def test_moves_are_still_there_after_streaming_mode(bench, board):
 
 
 def test_the_sequence_of_the_example(bench, board):
-    """G.2: moves 12h and 05 with an output set between them, then fifteen times move 08, two seconds, a report.
+    """G.2: moves 12h and 05 with an output set between them; then fifteen times move 08, two seconds, and a report.
 
-    Positions: 1,000 + 500, then 100 more before each report: 1,600 to 3,000.
+    The positions are 1,000 + 500, and 100 more before each report: 1,600 to 3,000.
     """
     send_all(bench, board, relative(0x12, 10_000, 100_000, 1_000), relative(0x05, 10_000, 100_000, 500))
     send_all(bench, board, relative(0x08, 10_000, 100_000, 100), (0x0C, 1))
@@ -84,12 +87,12 @@ def test_the_sequence_of_the_example(bench, board):
     ends = [t for t, u in zip(steps(board), [*steps(board)[1:], 10**12], strict=True) if u - t > 1_000 * MS]
     waits = [b - a for a, b in pairwise(ends)]
     assert len(waits) == 14
-    # 100 pulses at 100,000 pps²: a triangle, twice the root of 100 / 100,000: 63 ms; and the two seconds
+    # two seconds, and a triangle of 2·√(100 / 100,000) = 63 ms
     assert all(about(2.063, w, 15) for w in waits)
 
 
 def test_fifteen_sequences_share_about_six_hundred_bytes(bench, board):
-    """G.2: "up to fifteen sequence buffers", "about 600 decimal bytes long"; DA makes room."""
+    """G.2: "up to fifteen sequence buffers", "about 600 decimal bytes long"; deleting one by DAh makes room."""
 
     def free():
         data = ask(bench, board, 0xE2)
@@ -127,26 +130,29 @@ def test_move_zero_in_streaming_mode(bench, board):
     default(bench, board, 10_000, 100_000)
     complete(bench, board, 0x33, *i32(-400))
     complete(bench, board, 0x34, *i32(50))
-    send(bench, board, 0x32, 0)  # continuous: not valid there
+    send(bench, board, 0x32, 0)  # a continuous move is not valid in this mode
     bench.run(0.5)
     assert board.axes["motor"].position == 50
 
 
 @pytest.mark.parametrize(("distance", "seconds"), [(25_000, 0.35), (-25_000, 0.35), (10_000, 0.2), (4_000, 0.1265)])
 def test_trapezoids_and_triangles(bench, board, distance, seconds):
-    """E.1.a: three parts; no constant part if it does not get there.  At 100,000 pps and 1,000,000 pps²: a ramp takes
-    0.1 s and 5,000 pulses, so 10,000 pulses are the last triangle; 4,000 take 2·√(4,000/1,000,000) = 0.1265 s."""
+    """E.1.a: a move has three parts, or no constant part if its velocity is not reached.
+
+    At 100,000 pps and 1,000,000 pps² a ramp takes 0.1 s and 5,000 pulses, so 10,000 pulses are the last triangle;
+    4,000 take 2·√(4,000/1,000,000) = 0.1265 s.
+    """
     default(bench, board, 100_000, 1_000_000)
     complete(bench, board, 0x33, *i32(distance))
     times = steps(board)
     assert len(times) == abs(distance)
     assert board.axes["motor"].position == distance, "no overshoot or creeping"
-    # the first pulse of a ramp from zero comes √(2/a) = 1.4 ms after the beginning
+    # a ramp's first pulse comes √(2/a) = 1.4 ms late
     assert about(seconds, times[-1] - times[0], 6)
 
 
 def test_the_ramp_is_updated_every_two_milliseconds(bench, board):
-    """E.1.a: at 100,000 pps² a step of the ramp is 200 pps; each lasts 2 ms."""
+    """E.1.a: at 100,000 pps² the velocity changes by 200 pps every 2 ms."""
     default(bench, board, 10_000, 100_000)
     send(bench, board, 0x32, 0)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 0.1)
@@ -157,7 +163,7 @@ def test_the_ramp_is_updated_every_two_milliseconds(bench, board):
         bench.run(0.002)
     assert bench.now - began == 120 * MS
     changes = [b - a for a, b in pairwise(seen) if b != a]
-    assert changes == pytest.approx([200] * len(changes), abs=17)  # a resolution of 16.667 Hz
+    assert changes == pytest.approx([200] * len(changes), abs=17)  # within the resolution, 16.667 Hz
     assert 48 <= len(changes) <= 50
 
 
@@ -188,7 +194,7 @@ def test_each_change_of_a_constant_velocity_has_its_own_acceleration(bench, boar
 
 
 def test_the_start_stop_velocity(bench, board):
-    """Command D6h: a slower move jumps to its velocity, a faster one ramps from there and back to there."""
+    """Command D6h: a slower move jumps to its velocity; a faster one ramps from the start/stop velocity."""
     send(bench, board, 0xD6, *i32(5_000))
     motor = board.axes["motor"]
     seen = set()
@@ -204,5 +210,5 @@ def test_the_start_stop_velocity(bench, board):
     periods = [b - a for a, b in pairwise(times)]
     assert max(periods) <= 200_001, "never slower than 5,000 pps"
     assert position(bench, board) == 2_300
-    # two ramps of 50 ms with 375 pulses each, 1,250 pulses in 125 ms
+    # two ramps of 50 ms (375 pulses each), 125 ms between
     assert about(0.225, times[-1] - times[0])

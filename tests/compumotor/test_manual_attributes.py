@@ -1,4 +1,4 @@
-"""Command definitions, paragraph by paragraph: when each command is taken, and the ranges of its parameter bytes."""
+"""Command definitions, paragraph by paragraph: when each command is valid, and the ranges of its parameter bytes."""
 
 from pathlib import Path
 
@@ -37,11 +37,11 @@ def test_a_command_is_valid_where_the_manual_says_so(row):
 
 
 def test_what_acts_during_a_definition_and_what_needs_the_encoder():
-    """D9h: commands are stored "until" D8h, FFh acts; 00h does nothing anywhere; addendum: the 1811's own motion."""
+    """D9h: commands are stored "until" D8h; only FFh acts at once, 00h does nothing; addendum: the 1811 only."""
     defining = {c.code for c in product("1811").commands if Accept.DEFINING in c.accepted}
     assert {0xD8, 0xFF} <= defining <= {0x00, 0xD8, 0xFF}
     encoder = {c.code for c in product("1811").commands if Accept.ENCODER in c.accepted}
-    assert encoder == {0x35, 0x36, 0x37, 0x3A, 0xB5}  # 2Fh, D4h, D5h are kept by an 1810 too
+    assert encoder == {0x35, 0x36, 0x37, 0x3A, 0xB5}  # an 1810 keeps 2Fh, D4h and D5h too
 
 
 RANGES = """
@@ -112,7 +112,7 @@ def moves(number=1, ranges=0, velocity=0, acceleration=0, rest=b""):
 
 @pytest.mark.parametrize("code", ["C8", "CB", "D4", "D5", "CE"])
 def test_a_move_is_defined_within_its_ranges_only(code):
-    """C8h to CEh: move number "01 -> FF"; range digits 0 to 5 and 0 to 2; neither is ever negative."""
+    """C8h to CEh: the move number is "01 -> FF", the range digits are 0 to 5 and 0 to 2, and no value is negative."""
     rest = b"\0" if code == "CE" else bytes(4)
     highest = 0x7FFF_FFFF
     for good in (moves(rest=rest), moves(0xFF, 0x52, highest, highest, rest)):
@@ -174,5 +174,5 @@ def test_the_syntax_that_is_listed(code, syntax):
 @pytest.mark.parametrize("opcode", [0x80, 0x81, 0x82, 0x83])
 @pytest.mark.parametrize("model", ["1810", "1811"])
 def test_positions_are_zero_after_power_up(bench, model, opcode):
-    """82h: "After power up or reset the HOME limit switch position is" where it stands; nothing has moved yet."""
+    """82h: "After power up or reset the HOME limit switch position is" that of the motor: all positions are 0."""
     assert position(bench, ready(bench, model), opcode) == 0

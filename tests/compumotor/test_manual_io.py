@@ -41,7 +41,8 @@ def test_interrupt_x_marks_a_place_in_a_sequence(bench, board):
 
 def test_write_set_and_clear_user_bits(bench, board):
     """08h: "if one sends the command string 08h, 05h user bit zero will be set, user bit one will be cleared, and user
-    bit two will be set"; 09h and 0Ah act on one bit; other parameters are ignored."""
+    bit two will be set"; 09h and 0Ah each change one bit; other parameters are ignored.
+    """
     for command, bits in (
         ((0x08, 2), 2), ((0x08, 5), 5), ((0x08, 8), 5), ((0x08, 0xFF), 5), ((0x09, 1), 7), ((0x0A, 2), 3),
         ((0x09, 3), 3), ((0x0A, 3), 3), ((0x0A, 0), 2), ((0x08, 0), 0),
@@ -51,7 +52,7 @@ def test_write_set_and_clear_user_bits(bench, board):
 
 
 def test_programmable_outputs(bench, board):
-    """0Bh to 0Dh, 97h: both set after power on; 0D writes bits 1 and 2, "all other bits ... are ignored"."""
+    """0Bh to 0Dh, 97h: both outputs are set at power on; 0Dh writes bits 1 and 2, "all other bits ... are ignored"."""
     for command, both in (
         ((0x00,), (True, True)), ((0x0C, 2), (True, False)), ((0x0C, 0), (True, False)), ((0x0C, 3), (True, False)),
         ((0x0D, 0x04), (False, True)), ((0x0D, 0xF9), (False, False)), ((0x0D, 0x02), (True, False)),
@@ -64,7 +65,7 @@ def test_programmable_outputs(bench, board):
 
 
 def test_user_bit_one_shows_the_motor_moving(bench, board):
-    """0Fh: "OF 01 01 FF ... When the motor is moving, set user-definable bit number one"; undone by the null code."""
+    """0Fh: "OF 01 01 FF ... When the motor is moving, set user-definable bit number one"; state 00 ends this."""
     send(bench, board, 0x0F, 0x01, 0x01, 0xFF)
     cruise(bench, board)
     assert status_word(bench, board) & 7 == 2
@@ -89,7 +90,7 @@ def test_more_than_one_bit_may_show_the_same_state(bench, board):
     ids=["moving", "singular", "accelerating", "decelerating", "constant", "sequence"],
 )
 def test_states_of_a_preset_move(bench, board, state, expected):
-    """0Fh: a trapezoid of 0.1 s, 0.2 s and 0.1 s, looked at every 80 ms."""
+    """0Fh: a trapezoid of 0.1 s, 0.2 s and 0.1 s; the bit is read every 80 ms."""
     send(bench, board, 0x0F, 0, state, 1)
     default(bench, board, 10_000, 100_000)
     send(bench, board, 0x33, *i32(3_000))
@@ -102,7 +103,7 @@ def test_states_of_a_preset_move(bench, board, state, expected):
 
 
 def test_the_state_of_performing_a_sequence(bench, board):
-    """0Fh, state 03; active low on an output."""
+    """0Fh, state 03: an output that is low while a sequence is performed."""
     send(bench, board, 0x0F, 3, 3, 0)
     sequence(bench, board, 1, (0x2A, 0, 1))
     bench.run(0.01)
@@ -114,7 +115,7 @@ def test_the_state_of_performing_a_sequence(bench, board):
 
 
 def stick(bench, board, pulses, cw):
-    """The joystick's own pulses, 1 kHz, with AT ZERO before and after."""
+    """Make pulses of a joystick at 1 kHz, with AT ZERO active before and after."""
     pins = board.pins
     pins["at_zero"].drive(True)
     bench.run(0.005)
@@ -193,7 +194,7 @@ def test_remote_power_shutdown(bench, board):
 
 
 def test_the_shutdown_input(bench, board):
-    """13h: active low, of no effect unless enabled; then 12h is not performed."""
+    """13h: the input is active low, and only when enabled; while it is active 12h is not performed."""
     pin, shutdown = board.pins["shutdown_in"], board.pins["shutdown"]
     pin.drive(False)
     bench.run(0.02)
@@ -213,7 +214,7 @@ def test_the_shutdown_input(bench, board):
 
 
 def test_the_sense_of_direction(bench, board):
-    """14h: "After the direction redefinition move number one is still a + move", but it is CCW now."""
+    """14h: "After the direction redefinition move number one is still a + move", but its direction is CCW."""
     default(bench, board, 10_000, 100_000)
     complete(bench, board, 0x33, *i32(60))
     assert board.pins["direction"].level, "the direction line is high for CW"
@@ -243,7 +244,7 @@ def test_a_limit_is_found_by_its_sign(bench, board):
 
 
 def test_part_number(bench, board):
-    """FDh: 39 34 2D, six characters, 2D, two characters of the revision, a letter, perhaps another."""
+    """FDh: the reply is 39 34 2D, six characters, 2D, two characters of the revision, and one or two letters."""
     data = ask(bench, board, 0xFD)
     assert data[0] == 0xFD
     assert re.fullmatch(rb"94-[0-9]{6}-[0-9]{2}[A-Z]{1,2}\0*", data[1:])
@@ -272,7 +273,7 @@ def test_the_test_switch_function(bench, board, by):
     times = steps(board)
     assert (len(times), board.axes["motor"].position) == (50_000, 0)
     periods = {b - a for a, b in pairwise(times[:25_000])}
-    # 5,000 Hz to the nearest of 16.667 Hz is 5,000 Hz
+    # 5,000 Hz is a multiple of 16.667 Hz
     assert periods == {200_000}
     assert about(10, times[-1] - times[0], 50)
     bench.run(1)
@@ -284,7 +285,7 @@ def test_the_test_switch_function(bench, board, by):
 
 
 def tell_nothing(bench, board):
-    """A failed board: "no pulses will be output to the motor"."""
+    """Send commands to a failed board: "no pulses will be output to the motor"."""
     default_ = (0x31, 0, 0, *i32(1_000), *i32(100_000))
     for command in (default_, (0x33, *i32(10)), (0x90,)):
         for value in command:
@@ -296,7 +297,7 @@ def tell_nothing(bench, board):
 
 
 def test_the_failure_interrupts(bench):
-    """D: the Fail interrupt (JU19) with status bits 5 and 7, cleared by the reset alone."""
+    """D: the Fail interrupt (JU19) comes with status bits 5 and 7; only a reset clears them."""
     board = ready(bench, interrupts=("failed",))
     board.bus.write(CONTROL, 0x40)
     board.bus.write(0, 0xFF)
@@ -312,7 +313,7 @@ def test_the_failure_interrupts(bench):
 
 
 def test_triggers_are_read(bench, board):
-    """94h: bits two to five, 1 for TTL high; 1 and 6 are not in it."""
+    """94h: bits two to five are 1 for TTL high; triggers 1 and 6 are not in the reply."""
     rising(bench, board, 1)
     rising(bench, board, 6)
     for mask in range(0, 64, 4):
@@ -323,7 +324,7 @@ def test_triggers_are_read(bench, board):
 
 
 def test_the_stick_moves_the_motor_both_ways_once_the_joystick_is_enabled(bench, board):
-    """11h with one axis of an 852: 5,000 pulses/s clockwise, then 1,000 counter-clockwise; 80h tells of the latter."""
+    """11h with one axis of an 852: 5,000 pulses/s clockwise, then 1,000 pulses/s back; 80h reports the latter."""
     send(bench, board, 0x11, seconds=0.02)
     board.joystick.deflect(5000)
     bench.run(0.104)

@@ -15,7 +15,7 @@ def absolute(number, velocity, acceleration, place):
 
 
 def go(bench, board, *command):
-    """Where it is, from absolute zero, after a command."""
+    """Perform a command and return the position from absolute zero."""
     complete(bench, board, *command)
     return position(bench, board)
 
@@ -63,7 +63,7 @@ def test_the_default_move_is_move_zero(bench, board):
     ],
 )
 def test_a_default_out_of_range_is_ignored(bench, board, wrong):
-    """31h: "negative velocity and a negative acceleration are invalid parameters"."""
+    """31h: "negative velocity and a negative acceleration are invalid parameters"; such a default is ignored."""
     default(bench, board, 500, 600)
     send(bench, board, *wrong)
     assert ask(bench, board, 0x91, 0)[3:12] == bytes([0, *i32(500), *i32(600)])
@@ -71,7 +71,7 @@ def test_a_default_out_of_range_is_ignored(bench, board, wrong):
 
 @pytest.mark.parametrize("command", [(0x32, 0), (0x33, *i32(50)), (0x34, *i32(50)), (0x40, 1), (0x40, 51), (0x40, 0)])
 def test_without_a_definition_there_is_no_move(bench, board, command):
-    """32h: "If the default move has not been defined no move will be performed"; 40h."""
+    """32h: "If the default move has not been defined no move will be performed"; the same holds for 40h."""
     send(bench, board, *command, seconds=0.5)
     assert board.axes["motor"].pulses == 0
     assert ask(bench, board, 0x8C)[1] == 0
@@ -83,13 +83,13 @@ def test_the_default_move_continuous(bench, board, parameter, velocity):
     default(bench, board, 10_000, 100_000)
     send(bench, board, 0x32, parameter, seconds=5)
     assert board.axes["motor"].velocity == velocity
-    # 0.1 s of ramp with 500 pulses and 4.9 s at speed, less the time it takes to begin
+    # a ramp of 0.1 s with 500 pulses, and 4.9 s at speed, less the delay of the start
     assert abs(board.axes["motor"].position) == pytest.approx(49_500, abs=200)
 
 
 @pytest.mark.parametrize("distance", [1, -1, 2, 255, -256, 65_536, -1_000_000])
 def test_go_relative(bench, board, distance):
-    """33h: signed pulses from here, as often as one says so."""
+    """33h: signed pulses from the present position; another 33h adds to them."""
     default(bench, board, 500_000, 50_000_000)
     for times in (1, 2, 3):
         assert go(bench, board, 0x33, *i32(distance)) == times * distance
@@ -99,7 +99,7 @@ def test_go_relative(bench, board, distance):
 
 @pytest.mark.parametrize("string", [(0x33, 0x80, 0, 0, 0), (0x34, 0x40, 0, 0, 0), (0x34, 0xC0, 0, 0, 0)])
 def test_distances_that_are_invalid(bench, board, string):
-    """33h: "A distance of 80000000h is invalid"; 34h: only C0000001h through 3FFFFFFFh."""
+    """33h: "A distance of 80000000h is invalid"; 34h: valid are only C0000001h through 3FFFFFFFh."""
     default(bench, board, 10_000, AT_ONCE)
     send(bench, board, *string, seconds=0.5)
     assert board.axes["motor"].pulses == 0
@@ -109,7 +109,7 @@ def test_distances_that_are_invalid(bench, board, string):
     "string", [(0x33, 0x80, 0, 0, 1), (0x33, *i32(0x7FFF_FFFF)), (0x34, *i32(0x3FFF_FFFF)), (0x34, 0xC0, 0, 0, 1)]
 )
 def test_the_longest_distances(bench, board, string):
-    """33h, 34h: the bounds themselves are valid."""
+    """33h, 34h: the ends of the ranges are valid."""
     default(bench, board, 10_000, AT_ONCE)
     send(bench, board, *string, seconds=0.5)
     minus = string[1] >= 0x80
@@ -120,7 +120,7 @@ def test_the_longest_distances(bench, board, string):
 
 
 def test_go_absolute(bench, board):
-    """34h: "X pulses away from the absolute zero position", from wherever."""
+    """34h: "X pulses away from the absolute zero position", from any position."""
     default(bench, board, 100_000, 10_000_000)
     places = [100, -100, 0, 5_000, 5_000, -12_345]
     assert [go(bench, board, 0x34, *i32(place)) for place in places] == places
@@ -137,7 +137,7 @@ def test_no_absolute_move_from_outside_the_range(bench, board):
 
 
 def test_a_preset_move_needs_the_motor_to_stand(bench, board):
-    """C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored"."""
+    """C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored" then."""
     send(bench, board, *relative(1, 10_000, 100_000, 2_000))
     default(bench, board, 10_000, 100_000)
     send(bench, board, 0x40, 1, seconds=0.05)
@@ -176,7 +176,7 @@ RANGES = [(0, 1, 16.667), (1, 10, 1.6667), (2, 100, 0.16667), (3, 1000, 0.016667
 
 @pytest.mark.parametrize(("x", "unit", "resolution"), RANGES)
 def test_velocity_ranges(bench, board, x, unit, resolution):
-    """C8h, the six ranges: one number means 1, 0.1, 0.01, 0.001 and 1/60 pulses per second."""
+    """C8h has six ranges, in which the number 1 means 1, 0.1, 0.01, 0.001 or 1/60 pulses per second."""
     number = 500 * unit
     send(bench, board, *continuous(1, number, AT_ONCE, ranges=x << 4), seconds=0.05)
     send(bench, board, 0x40, 1, seconds=0.1)
@@ -188,7 +188,7 @@ def test_velocity_ranges(bench, board, x, unit, resolution):
     ("x", "maximum"), [(0, 546_133), (1, 546_133), (2, 546_133), (3, 546_133), (4, 546_133), (5, 1_092_266)]
 )
 def test_the_fastest_of_each_range(bench, board, x, maximum):
-    """C8h: 546,133.3, 54,613.33, 5,461.333, 546.1333, 9,102.222, 1,092,266.67 Hertz, all in numbers of their units."""
+    """C8h: the maxima are 546,133.3, 54,613.33, 5,461.333, 546.1333, 9,102.222 and 1,092,266.67 Hz."""
     hertz = {0: 546_133.3, 1: 54_613.33, 2: 5_461.333, 3: 546.1333, 4: 9_102.222, 5: 1_092_266.67}[x]
     send(bench, board, *continuous(1, maximum, AT_ONCE, ranges=x << 4), seconds=0.05)
     send(bench, board, 0x40, 1, seconds=0.1)
@@ -197,7 +197,7 @@ def test_the_fastest_of_each_range(bench, board, x, maximum):
 
 @pytest.mark.parametrize(("y", "number"), [(0, 10_000), (1, 100_000), (2, 1_000_000)])
 def test_acceleration_ranges(bench, board, y, number):
-    """C8h: velocity units per second, per ten and per hundred seconds: all of these are 10,000 pps², 0.5 s to 5,000."""
+    """C8h: velocity units per second, per ten seconds or per hundred seconds, here always 10,000 pps²."""
     send(bench, board, *continuous(1, 5_000, number, ranges=y), seconds=0.05)
     send(bench, board, 0x40, 1)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 0.1)
@@ -208,7 +208,7 @@ def test_acceleration_ranges(bench, board, y, number):
 
 
 def test_a_definition_comes_back_as_it_was_sent(bench, board):
-    """91h: "the returned bytes match the format of the bytes that were sent"; one move of a number, of any type."""
+    """91h: "the returned bytes match the format of the bytes that were sent"; a number has one move, of any type."""
     for definition in (
         relative(9, 1_000, 2_000, -3_000, ranges=0x11), absolute(9, 4_000, 5_000, 6_000), continuous(9, 7, 8, 0x7F),
     ):  # fmt: skip
@@ -226,7 +226,7 @@ def test_a_definition_comes_back_as_it_was_sent(bench, board):
     ],
 )  # fmt: skip
 def test_definitions_out_of_range_are_ignored(bench, board, wrong):
-    """C8h: "If one fails to specify a defined range the move definition is invalid"; the old one stays."""
+    """C8h: "If one fails to specify a defined range the move definition is invalid"; the old definition stays."""
     old = relative(4, 10_000, 100_000, 25)
     send_all(bench, board, old, wrong)
     assert ask(bench, board, 0x91, 4) == bytes([0x91, *old])
@@ -235,13 +235,13 @@ def test_definitions_out_of_range_are_ignored(bench, board, wrong):
 
 
 def test_delete_a_move(bench, board):
-    """D7h; a deleted one is not performed."""
+    """D7h deletes a move, which then is not performed."""
     send_all(bench, board, relative(4, 10_000, 100_000, 25), (0xD7, 5), (0xD7, 4), (0x40, 4), seconds=0.2)
     assert board.axes["motor"].pulses == 0
 
 
 def test_an_absolute_move_by_number(bench, board):
-    """CBh: relative to absolute zero; not from outside the range."""
+    """CBh: the target is relative to absolute zero; outside the absolute range the move is not performed."""
     send(bench, board, *absolute(2, 100_000, AT_ONCE, -500))
     for _ in range(2):
         assert go(bench, board, 0x40, 2) == -500
@@ -254,7 +254,7 @@ def test_an_absolute_move_by_number(bench, board):
 
 @pytest.mark.parametrize(("pin", "sign"), [("cw_limit", 1), ("ccw_limit", -1)])
 def test_limits(bench, board, pin, sign):
-    """Inputs: "stop any motor motion in the clockwise direction within 200 microseconds"; and no motion toward it."""
+    """Inputs: "stop any motor motion in the clockwise direction within 200 microseconds", and refuse new moves."""
     cruise(bench, board, 50_000, 1_000_000, minus=sign < 0)
     hit = bench.now
     board.pins[pin].drive(True)
@@ -273,7 +273,7 @@ def test_limits(bench, board, pin, sign):
 
 
 def test_the_limit_of_the_other_direction_does_not_stop_it(bench, board):
-    """Inputs: "stop any motor motion in the clockwise direction", no other."""
+    """Inputs: "stop any motor motion in the clockwise direction": motion in the other direction continues."""
     cruise(bench, board, minus=1)
     board.pins["cw_limit"].drive(True)
     bench.run(0.2)

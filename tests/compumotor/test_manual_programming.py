@@ -55,7 +55,7 @@ def test_reading_in_six_steps(bench, board):
 def test_a_message_that_waits_comes_when_the_first_is_taken(bench, board):
     """B.2: "If the Motor Controller has been waiting to send additional messages ... it will do so then"."""
     send_all(bench, board, (0x01, 0x11), (0x01, 0x22), seconds=0.1)
-    assert board.bus.read(DATA) == 0x01  # of sixteen bytes only two are read
+    assert board.bus.read(DATA) == 0x01  # only two of the sixteen bytes are read
     assert board.bus.read(DATA) == 0x11
     board.bus.write(CONTROL, TAKEN)
     assert message(bench, board)[:3] == b"\x01\x22\x00"
@@ -69,7 +69,7 @@ def test_the_state_of_the_triggers_is_two_bytes_and_fourteen_zeros(bench, board)
 
 
 def test_status_after_power_up(bench):
-    """C.2, the table: all bits cleared but 4 and 6; "power-up initialization takes about one second"."""
+    """C.2, the table: only bits 4 and 6 are set; "power-up initialization takes about one second"."""
     board = bench.add("1811")
     bench.run(0.5)
     assert not status_word(bench, board) & INPUT_READY
@@ -107,7 +107,7 @@ def test_the_three_resets_are_equivalent(bench, board, how):
 
 
 def test_the_masked_interrupt(bench, board):
-    """D: the assembly lines keep the interrupt enable bit: with 50h it stays set, with 10h it is gone."""
+    """D: the printed assembly lines keep the interrupt enable bit: 50h leaves it set, 10h clears it."""
     write(board, 0x90, control=ENABLE)
     bench.run(0.05)
     assert board.bus.interrupt
@@ -121,7 +121,7 @@ def test_the_masked_interrupt(bench, board):
 
 
 def test_message_ready_is_the_only_interrupt_of_a_board_with_its_jumper_alone(bench, board):
-    """D: jumper JU18 alone; the IDB is empty all the time."""
+    """D: with jumper JU18 alone, an empty IDB causes no interrupt, only a ready message does."""
     board.bus.write(CONTROL, ENABLE)
     bench.run(0.1)
     assert not board.bus.interrupt
@@ -159,7 +159,7 @@ def test_both_strings_accomplish_the_same(bench, board):
 
 @pytest.mark.parametrize("string", [(0x40, 5, 0, 7), (0x40,), (0x40, 5, *(0,) * 13, 1)])
 def test_missing_or_surplus_bytes_are_no_command(bench, board, string):
-    """F: "Using any other character will cause the command to be ignored"; B: "missing parameter bytes"."""
+    """F: "Using any other character will cause the command to be ignored"; B: so are "missing parameter bytes"."""
     send_all(bench, board, relative(5, 10_000, 100_000, 1_000), string, seconds=1)
     assert board.axes["motor"].pulses == 0
     assert messages(bench, board) == []
@@ -181,7 +181,7 @@ def test_a_singular_command_is_not_for_the_host_while_a_sequence_is_performed(be
     send(bench, board, *relative(1, 10_000, 100_000, 500))
     sequence(bench, board, 1, (0x28, 0), (0x09, 0))
     send_all(bench, board, (0x41, 1), (0x40, 1))
-    send(bench, board, 0x0C, 1)  # concurrent with a sequence
+    send(bench, board, 0x0C, 1)  # valid while a sequence is performed
     bench.run(0.5)
     assert board.axes["motor"].pulses == 0
     assert not board.pins["output1"].level
@@ -200,7 +200,7 @@ COMMANDS = st.sampled_from(
 
 
 def hear(commands, gaps):
-    """The commands 20 ms apart, their bytes at any time in between; everything that came of it."""
+    """Send commands 20 ms apart, with any pauses between their bytes; return everything that resulted."""
     bench = Bench()
     board = ready(bench)
     heard = []
@@ -220,7 +220,7 @@ def hear(commands, gaps):
 @settings(max_examples=20, deadline=None)
 @given(st.lists(COMMANDS, max_size=12), st.lists(st.integers(0, 1_300), min_size=1, max_size=40))
 def test_the_pace_of_the_bytes_does_not_matter(commands, gaps):
-    """B.1: the board goes to the IDB when bit four is written, and not before."""
+    """B.1: the board reads the IDB when bit four is written, and not before."""
     assert hear(commands, repeat(0)) == hear(commands, cycle(gaps))
 
 
@@ -232,7 +232,7 @@ def test_the_pace_of_the_bytes_does_not_matter(commands, gaps):
     )
 )
 def test_whatever_is_written_or_read_whenever(acts):
-    """Any bytes on either register, any reads, any time: the status stays a status and a reset makes it as new."""
+    """Any bytes are written and read at any time: the status byte stays valid, and a reset restores the board."""
     bench = Bench()
     board = bench.add("1811", interrupts=("message_ready", "input_ready", "failed"))
     for offset, look, value, wait_us in acts:

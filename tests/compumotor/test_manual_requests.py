@@ -22,7 +22,7 @@ from .talking import (
 
 
 def byte(bench, board, *command):
-    """A reply of two bytes and fourteen zeros."""
+    """Return the second byte of a reply; fourteen zeros must follow."""
     data = ask(bench, board, *command)
     assert data[0] == command[0]
     assert data[2:] == bytes(14)
@@ -30,7 +30,7 @@ def byte(bench, board, *command):
 
 
 def test_positions_of_an_excursion(bench, board):
-    """80h to 83h: after 300 and -500: -500 from the start, 0 to the end, -200 from home and zero."""
+    """80h to 83h after moves of 300 and -500: -500 from the start, 0 to the end, -200 from home and from zero."""
     default(bench, board, 10_000, 1_000_000)
     for distance in (300, -500):
         complete(bench, board, 0x33, *i32(distance))
@@ -41,7 +41,7 @@ def test_positions_of_an_excursion(bench, board):
 
 
 def test_positions_on_the_way(bench, board):
-    """80h, 81h during a move: what is done and what is missing add up to the whole."""
+    """80h, 81h during a move: pulses done and pulses left add up to the whole distance."""
     default(bench, board, 10_000, 100_000)
     send(bench, board, 0x33, *i32(-5_000), seconds=0.2)
     early = board.axes["motor"].position
@@ -61,7 +61,7 @@ def test_an_excursion_of_several_continuous_moves_is_one(bench, board):
 
 
 def test_positions_have_six_bytes(bench, board):
-    """83h: from 7FFFFFFFh ten pulses further: 80000009h in six bytes."""
+    """83h: ten pulses beyond 7FFFFFFFh are 80000009h, in six bytes."""
     default(bench, board, 10_000, 1_000_000)
     send(bench, board, 0x2E, *i32(0x7FFF_FFFF))
     complete(bench, board, 0x33, *i32(10))
@@ -70,7 +70,7 @@ def test_positions_have_six_bytes(bench, board):
 
 @pytest.mark.parametrize("minus", [0, 1])
 def test_direction(bench, board, minus):
-    """84h, 8Bh: 00 for +, FF for -; the most recent one when not moving."""
+    """84h, 8Bh: 00 is +, FF is -; at rest they report the most recent direction."""
     cruise(bench, board, minus=minus)
     for _ in range(2):
         assert byte(bench, board, 0x84) == byte(bench, board, 0x8B) == (0xFF if minus else 0)
@@ -92,7 +92,7 @@ def test_velocity_on_a_ramp(bench, board):
 
 
 def phases(bench, board, minus=0):
-    """88h and 8C to 8F at rest, on both ramps and between."""
+    """Return the replies of 88h and 8Ch to 8Fh at rest, on both ramps, and between the ramps."""
     send(bench, board, *continuous(1, 10_000, 20_000, minus), seconds=0.05)
 
     def look():
@@ -107,7 +107,7 @@ def phases(bench, board, minus=0):
 
 @pytest.mark.parametrize("minus", [0, 1])
 def test_move_status(bench, board, minus):
-    """88h: bit 3 the - direction, 4 moving, 5 constant, 6 accelerating, 7 decelerating; 8C to 8F one by one."""
+    """88h: bit 3 is - direction, 4 moving, 5 constant, 6 accelerating, 7 decelerating; 8Ch to 8Fh report each."""
     home = byte(bench, board, 0x88) & 4
     rows = phases(bench, board, minus)
     sign = 8 * minus
@@ -122,7 +122,7 @@ def test_move_status(bench, board, minus):
 
 @pytest.mark.parametrize(("cw", "ccw", "answer"), [(0, 0, 0x00), (1, 0, 0xF0), (0, 1, 0x0F), (1, 1, 0xFF)])
 def test_limits(bench, board, cw, ccw, answer):
-    """89h: the high nibble is the + limit; 88h: bits 0 and 1."""
+    """89h: the high nibble is the + limit; 88h: the limits are bits 0 and 1."""
     board.pins["cw_limit"].drive(bool(cw))
     board.pins["ccw_limit"].drive(bool(ccw))
     bench.run(0.01)
@@ -132,7 +132,7 @@ def test_limits(bench, board, cw, ccw, answer):
 
 @pytest.mark.parametrize("active", [0, 1])
 def test_the_home_switch(bench, board, active):
-    """8Ah with 38h: active as defined; 88h: bit 2."""
+    """8Ah: active is the level that 38h defines; 88h: the home switch is bit 2."""
     send(bench, board, 0x38, active, 0, 10, 0)
     for level in (True, False, True):
         board.pins["home"].drive(level)
@@ -143,7 +143,7 @@ def test_the_home_switch(bench, board, active):
 
 
 def test_modes(bench, board):
-    """90h: 50, or the mode with its parameters."""
+    """90h: 50h is indexer mode; another mode is reported with its parameters."""
     assert byte(bench, board, 0x90) == 0x50
     for command in (
         (0x51, 9, 16, 0, 0, 0, 100), (0x52, 1, 4, 1, 2, 3, 4, 0, 2), (0x53, 3, 1, 0, 0, 0, 0, 0xFF, 0xFF), (0x50,),
@@ -153,7 +153,7 @@ def test_modes(bench, board):
 
 
 def test_crunching(bench, board):
-    """93h: 00 until all definitions are "crunched"."""
+    """93h: the reply is 00 until all definitions have been "crunched"."""
     assert byte(bench, board, 0x93) == 0xFF
     for number in range(1, 51):
         send(bench, board, *relative(number, 10_000, 100_000, 10))
@@ -163,7 +163,7 @@ def test_crunching(bench, board):
 
 
 def events(bench, board):
-    """Every event in its order: a trapezoid, a triangle, a stopped continuous move."""
+    """Return every event, in order, of a trapezoid, a triangle, and a continuous move that is stopped."""
     default(bench, board, 10_000, 100_000)
     for command in ((0x33, *i32(3_000)), (0x33, *i32(-200)), (0x32, 0), (0x70,)):
         send(bench, board, *command, seconds=1)
@@ -175,7 +175,7 @@ def events(bench, board):
     [(0xA0, 1), (0xA1, 3), (0xA2, 1), (0xA3, 2), (0xA4, 1), (0xA5, 3)],
 )
 def test_events_of_moves(bench, board, opcode, expected):
-    """A0 to A5: "this command followed by fifteen zeroes"; the triangle reaches no constant velocity."""
+    """A0h to A5h: "this command followed by fifteen zeroes"; a triangle reaches no constant velocity."""
     send(bench, board, opcode, 0xFF)
     assert events(bench, board) == [f"{opcode:02x} 00"] * expected
     assert events(bench, board) == ([f"{opcode:02x} 00"] * expected if opcode & 1 else [])
@@ -187,7 +187,7 @@ def test_events_of_moves(bench, board, opcode, expected):
 
 @pytest.mark.parametrize("opcode", [0xA0, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5])
 def test_an_event_asked_for_during_a_move(bench, board, opcode):
-    """A0 to A3: "the current move will not cause an interrupt"; A4 and A5 know no such exception."""
+    """A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception."""
     default(bench, board, 10_000, 20_000)
     send(bench, board, 0x33, *i32(8_000), seconds=0.2)
     complete(bench, board, opcode, 1)
@@ -201,7 +201,7 @@ def test_an_event_asked_for_during_a_move(bench, board, opcode):
     ("next_", "every", "pin"), [(0xA8, 0xA9, "cw_limit"), (0xAA, 0xAB, "ccw_limit")], ids=["plus", "minus"]
 )
 def test_hitting_a_limit(bench, board, next_, every, pin):
-    """A8 to AB: an active limit at the time of the command does not count."""
+    """A8h to ABh: a limit that is already active at the time of the command causes no message."""
 
     def hit():
         cruise(bench, board, minus=pin == "ccw_limit")
@@ -226,7 +226,7 @@ def test_hitting_a_limit(bench, board, next_, every, pin):
 
 @pytest.mark.parametrize("trigger", [1, 6])
 def test_interrupt_on_a_trigger(bench, board, trigger):
-    """ACh: "this command followed by the parameter byte (a 01 or a 06)"; it stays until it is turned off."""
+    """ACh: "this command followed by the parameter byte (a 01 or a 06)"; it stays enabled until it is turned off."""
     send(bench, board, 0xAC, trigger, 1)
     for _ in range(2):
         rising(bench, board, trigger)
@@ -241,7 +241,7 @@ def test_interrupt_on_a_trigger(bench, board, trigger):
 
 
 def test_an_event_interrupts_the_bus(bench):
-    """A5h: the "message ready" interrupt; cleared with CB bit seven."""
+    """A5h: its message causes the "message ready" interrupt, which CB bit seven clears."""
     board = ready(bench)
     default(bench, board, 10_000, 100_000)
     send_all(bench, board, (0xA5, 1), (0x33, *i32(100)))
@@ -260,7 +260,7 @@ def test_an_event_interrupts_the_bus(bench):
     "opcode", [0x80, 0x82, 0x83, 0x84, 0x85, 0x88, 0x89, 0x8A, 0x8B, 0x8C, 0x94, 0x95, 0x96, 0x97, 0xFD]
 )
 def test_requests_while_a_sequence_is_performed_and_while_streaming(bench, board, opcode):
-    """Their attributes: valid in both modes and concurrent with a sequence."""
+    """Attributes of these requests: valid in both modes and concurrent with a sequence."""
     for command in ((0xD9, 1), (0x2B, 0, 1), (0xD8,), (0x41, 1)):
         send(bench, board, *command)
     assert ask(bench, board, opcode)[:1] == bytes([opcode])
@@ -269,7 +269,7 @@ def test_requests_while_a_sequence_is_performed_and_while_streaming(bench, board
 
 
 def test_requests_that_streaming_modes_do_not_know(bench, board):
-    """92h, 93h have no such attribute; 91h answers for move 00 only."""
+    """92h and 93h are not valid in streaming modes; 91h is valid for move 00 only."""
     send(bench, board, *relative(3, 10, 10, 10))
     default(bench, board, 10, 10)
     send(bench, board, 0x51, 1, 4, 0, 0, 0, 0)

@@ -15,7 +15,7 @@ def perform(bench, board, *commands):
 
 @pytest.mark.parametrize("times", [1, 2, 255, 256, 1000])
 def test_repeat_x_commands_y_times(bench, board, times):
-    """20h: the following X commands, Y times, most significant byte first."""
+    """20h: the following X commands are repeated Y times; Y has two bytes, the most significant first."""
     send(bench, board, *relative(1, 500_000, 0x7FFF_FFFF, 3))
     perform(bench, board, (0x20, 1, *divmod(times, 256)), (0x40, 1), (0x01, 9))
     bench.run(10)
@@ -76,7 +76,7 @@ def test_wait_for_a_continue(bench, board, parameter):
     ],
 )  # fmt: skip
 def test_waits(bench, board, command, seconds):
-    """29h to 2Bh: absolute numbers, not signed ones; "approximately 50 days!"."""
+    """29h to 2Bh: times are absolute numbers without a sign, up to "approximately 50 days!"."""
     edges = []
     board.pins["output1"].subscribe(lambda pin: edges.append(bench.now))
     perform(bench, board, (0x0C, 1), command, (0x0B, 1))
@@ -111,7 +111,7 @@ def test_wait_for_a_level_of_a_trigger(bench, board, trigger, high):
 @pytest.mark.parametrize("trigger", [1, 6])
 @pytest.mark.parametrize("level", [0, 1])
 def test_wait_for_an_edge(bench, board, trigger, level):
-    """2Ch: the level is "don't care" for 1 and 6; a low to high transition it must be, after it waits."""
+    """2Ch: for 1 and 6 the level is "don't care": only a low to high transition after the start of the wait ends it."""
     pin = board.pins[f"trigger{trigger}"]
     pin.drive(True)
     perform(bench, board, (0x2C, trigger, level), (0x01, 1))
@@ -123,7 +123,7 @@ def test_wait_for_an_edge(bench, board, trigger, level):
 
 
 def test_sequence_commands_have_no_meaning_outside(bench, board):
-    """20h to 2Ch: "it has no meaning anywhere else"; nothing is kept busy by them."""
+    """20h to 2Ch: outside a sequence "it has no meaning anywhere else"; such a command does not delay later ones."""
     for command in (
         (0x20, 1, 0, 5),
         (0x21, 1),
@@ -139,7 +139,7 @@ def test_sequence_commands_have_no_meaning_outside(bench, board):
 
 
 def test_continue_without_anything_that_waits_is_ignored(bench, board):
-    """48h: it is not kept for later."""
+    """48h: without anything to continue it is ignored, and not kept for later."""
     send(bench, board, 0x48)
     perform(bench, board, (0x28, 0), (0x01, 1))
     bench.run(0.5)
@@ -157,7 +157,7 @@ def test_no_such_sequence(bench, board, wrong):
 def test_nothing_is_performed_between_d9_and_d8(bench, board):
     """D9h: "no commands are performed after this command ... they are considered for insertion"."""
     send_all(bench, board, (0xD9, 3), (0x0C, 1), (0x83,))
-    send(bench, board, 0x0A, 9)  # out of range: no command
+    send(bench, board, 0x0A, 9)  # out of range, so not stored
     bench.run(0.1)
     assert (messages(bench, board), board.pins["output1"].level) == ([], True)
     send(bench, board, 0xD8)
@@ -186,7 +186,7 @@ def test_listing_loses_the_messages_that_wait(bench, board):
 
 
 def test_a_definition_in_a_sequence_defines_when_it_is_performed(bench, board):
-    """C8h is valid within a sequence."""
+    """C8h within a sequence defines the move when it is performed, not when it is stored."""
     sequence(bench, board, 1, relative(7, 10_000, 1_000_000, 40), (0x40, 7))
     send(bench, board, 0x40, 7, seconds=0.2)
     assert board.axes["motor"].pulses == 0
@@ -195,7 +195,7 @@ def test_a_definition_in_a_sequence_defines_when_it_is_performed(bench, board):
 
 
 def test_moves_of_a_sequence_wait_for_one_another(bench, board):
-    """E.2: the next command waits for a singular one: 1,000 there, 1,000 back, a message at the end."""
+    """E.2: a SINGULAR move ends before the next command: 1,000 pulses, 1,000 back, and then the message."""
     send_all(bench, board, relative(1, 10_000, 100_000, 1_000), relative(2, 10_000, 100_000, -1_000))
     perform(bench, board, (0x40, 1), (0x40, 2), (0x01, 1))
     bench.run(0.3)
@@ -203,7 +203,7 @@ def test_moves_of_a_sequence_wait_for_one_another(bench, board):
     assert bench.run_until(lambda: board.bus.read(1) & 8, 1)
     motor = board.axes["motor"]
     assert (motor.position, len(motor.pulse_times()), motor.velocity) == (0, 2_000, 0)
-    # 2 x (0.1 s of ramps each way for 500 + 500 pulses)
+    # ramps of 0.1 s, two for each move
     assert about(0.4, int(motor.pulse_times()[-1]) - int(motor.pulse_times()[0]), 25)
 
 
@@ -224,7 +224,7 @@ def test_a_sequence_performs_a_move_that_is_defined_afterwards(bench, board):
 
 
 def test_waiting_for_seconds_takes_no_longer_however_often(bench, board):
-    """20h with 2Ah: ten seconds of ten waits."""
+    """20h with 2Ah: ten repetitions of one second take ten seconds."""
     perform(bench, board, (0x20, 1, 0, 10), (0x2A, 0, 1), (0x01, 1))
     began = bench.now
     assert bench.run_until(lambda: board.bus.read(1) & 8, 20)

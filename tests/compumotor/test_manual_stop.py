@@ -9,7 +9,7 @@ from .talking import ask, complete, default, i32, messages, position, send, send
 
 
 def by(bench, board, opcode, trigger):
-    """The command 70h ... 7Bh itself, or the one four further on with a trigger's edge and a message."""
+    """Send a command (70h to 7Bh), or the command four opcodes higher with a trigger's edge and a message."""
     if trigger is None:
         send(bench, board, opcode)
         return
@@ -23,19 +23,19 @@ WAYS = pytest.mark.parametrize("trigger", [None, 1, 6], ids=["command", "trigger
 
 @WAYS
 def test_stop(bench, board, trigger):
-    """70h, 74h: "deceleration to zero is at the most recent acceleration": 10,000 pps at 100,000 pps²: 0.1 s, 500."""
+    """70h, 74h: "deceleration to zero is at the most recent acceleration": from 10,000 pps in 0.1 s, 500 pulses."""
     cruise(bench, board)
     before, began = board.axes["motor"].position, bench.now
     by(bench, board, 0x70, trigger)
     until_idle(bench, board)
     last = steps(board)[-1]
-    # the trigger's edge comes after 3 ms and a command's time, the command itself in 1 ms
+    # the command takes 1 ms, the trigger's edge 3 ms more
     assert about(0.1, last - began, 12)
     assert board.axes["motor"].position - before == pytest.approx(500, abs=100)
 
 
 def test_stop_uses_the_most_recent_acceleration(bench, board):
-    """70h: that of the last continuous move, 50,000 pps², not the first's 100,000: 0.2 s, 1,000 pulses."""
+    """70h: it is that of the last continuous move, 50,000 pps², not 100,000 of the first: 0.2 s, 1,000 pulses."""
     cruise(bench, board)
     default(bench, board, 10_000, 50_000)
     send(bench, board, 0x32, 0, seconds=0.1)
@@ -47,7 +47,7 @@ def test_stop_uses_the_most_recent_acceleration(bench, board):
 
 @WAYS
 def test_kill(bench, board, trigger):
-    """78h, 7Ch: "Pulses are stopped immediately, there is no deceleration"; 200 and 400 µs by trigger."""
+    """78h, 7Ch: "Pulses are stopped immediately, there is no deceleration"; by trigger within 200 or 400 µs."""
     cruise(bench, board)
     if trigger:
         send(bench, board, 0x7C, trigger, 1, 1)
@@ -78,7 +78,7 @@ def test_a_killed_move_is_short_of_its_end(bench, board, opcode):
 
 @WAYS
 def test_discontinue_a_singular_command(bench, board, trigger):
-    """73h, 77h: "neither STOPPED, KILLED, nor finished"; 81h: "If an overshoot occurs ... a negative number"."""
+    """73h, 77h: "neither STOPPED, KILLED, nor finished"; 81h: for a move beyond its end "a negative number"."""
     default(bench, board, 10_000, 20_000)
     send(bench, board, 0x33, *i32(-8_000), seconds=0.25)
     by(bench, board, 0x73, trigger)
@@ -96,7 +96,7 @@ def test_discontinue_a_singular_command(bench, board, trigger):
 @WAYS
 @pytest.mark.parametrize("opcode", [0x71, 0x72])
 def test_the_current_command_is_completed(bench, board, opcode, trigger):
-    """71h, 72h, 75h, 76h: the move ends properly; then nothing; 48h goes on only after "suspend"."""
+    """71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend"."""
     send(bench, board, *relative(1, 10_000, 100_000, 3_000))
     sequence(bench, board, 1, (0x40, 1), (0x01, 1))
     send(bench, board, 0x41, 1, seconds=0.2)
@@ -114,7 +114,7 @@ def test_the_current_command_is_completed(bench, board, opcode, trigger):
 @WAYS
 @pytest.mark.parametrize("opcode", [0x79, 0x7A])
 def test_the_current_command_is_ended_prematurely(bench, board, opcode, trigger):
-    """79h, 7Ah, 7Dh, 7Eh: a wait of an hour ends; the sequence too, or after a CONTINUE it goes on."""
+    """79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE."""
     sequence(bench, board, 1, (0x2B, 0, 60), (0x01, 1))
     send(bench, board, 0x41, 1, seconds=0.1)
     by(bench, board, opcode, trigger)
@@ -154,7 +154,7 @@ ON_TRIGGER = [0x74, 0x75, 0x76, 0x77, 0x7C, 0x7D, 0x7E]
 def test_messages_of_triggers(bench, board, opcode, trigger):
     """74h: the third parameter: "zero = do not send a message"; the second: "00 = disable this function".
 
-    A sequence is waiting and a motor is running, so that every function has something to do.
+    A sequence is waiting and a motor is running, so each function has an effect.
     """
     other = 7 - trigger
     sequence(bench, board, 1, (0x2B, 0, 1))
@@ -174,7 +174,7 @@ def test_messages_of_triggers(bench, board, opcode, trigger):
 @pytest.mark.parametrize("opcode", [*ON_TRIGGER, 0xAC])
 @pytest.mark.parametrize("trigger", [0, 2, 3, 4, 5, 7, 0x81])
 def test_only_triggers_one_and_six(bench, board, opcode, trigger):
-    """74h: "01 or 06"."""
+    """74h: the trigger is "01 or 06"; with another one the command is ignored."""
     send(bench, board, opcode, trigger, *((1,) if opcode == 0xAC else (1, 1)))
     for number in range(1, 7):
         rising(bench, board, number)
@@ -190,7 +190,7 @@ def test_one_function_at_a_time(bench, board, second):
     rising(bench, board, 1)
     assert messages(bench, board) == ["74 01"]
     until_idle(bench, board)
-    send(bench, board, second, 1, 0, *more[2:])  # not its own to disable
+    send(bench, board, second, 1, 0, *more[2:])  # the other command cannot disable the function of 74h
     cruise(bench, board)
     rising(bench, board, 1)
     assert messages(bench, board) == ["74 01"]
@@ -214,7 +214,7 @@ def test_each_trigger_has_its_own_function(bench, board):
 
 
 def test_a_falling_edge_is_nothing(bench, board):
-    """Trigger inputs: 1 and 6 "must make a low to high transition to be considered active"."""
+    """Trigger inputs: 1 and 6 "must make a low to high transition to be considered active", not a high to low."""
     send(bench, board, 0x7C, 1, 1, 1)
     cruise(bench, board)
     board.pins["trigger1"].drive(True)
@@ -227,7 +227,7 @@ def test_a_falling_edge_is_nothing(bench, board):
 
 @pytest.mark.parametrize("opcode", [0x79, 0x7A])
 def test_a_killed_sequence_leaves_a_move_at_its_velocity(bench, board, opcode):
-    """79h ends the singular command as 73h does: "prematurely ended", not killed; 70h brings it to rest."""
+    """79h ends the SINGULAR command as 73h does: "prematurely ended", so the motion continues; 70h stops it."""
     send(bench, board, *relative(1, 10_000, 100_000, 5_000))
     sequence(bench, board, 1, (0x40, 1), (0x01, 1))
     send(bench, board, 0x41, 1, seconds=0.3)
@@ -241,7 +241,7 @@ def test_a_killed_sequence_leaves_a_move_at_its_velocity(bench, board, opcode):
 
 
 def test_a_kill_of_motion_does_not_end_the_sequence(bench, board):
-    """78h stops motion alone: the move is over, the sequence goes on."""
+    """78h: the move is ended, but the sequence continues."""
     send(bench, board, *relative(1, 10_000, 100_000, 5_000))
     sequence(bench, board, 1, (0x40, 1), (0x01, 1))
     send(bench, board, 0x41, 1, seconds=0.2)

@@ -12,7 +12,7 @@ from axistwin.units import MS, US
 from .programs import steps
 from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all
 
-NO_TIME = 0x7FFF_FFFF  # an acceleration that is over in one update
+NO_TIME = 0x7FFF_FFFF  # an acceleration that reaches any velocity in one update
 
 
 def define(bench, board, opcode, number, velocity, acceleration, target, ranges=0):
@@ -20,9 +20,9 @@ def define(bench, board, opcode, number, velocity, acceleration, target, ranges=
 
 
 def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
-    """100,000 pps at 1,000,000 pps²: updates every 2 ms of 2,000 pps, so 49 levels up to 98,000.
+    """100,000 pps at 1,000,000 pps²: each update, every 2 ms, adds 2,000 pps: 49 levels up to 98,000 pps.
 
-    They give 2 ms x 2,000 x (1 + ... + 49) = 4,900 pulses in 98 ms each way; 15,200 remain for 152 ms: 348 ms in all.
+    Each ramp is 2 ms x 2,000 x (1 + ... + 49) = 4,900 pulses in 98 ms; 15,200 pulses in 152 ms remain: 348 ms in all.
     """
     default(bench, board, 100_000, 1_000_000)
     complete(bench, board, 0x33, *i32(25_000))
@@ -37,7 +37,7 @@ def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
 
 
 def test_a_short_move_is_a_triangle(bench, board):
-    """1,000 pulses: 15 levels fit twice (2 x 4 x 120 = 960 pulses); 40 remain at the 16th, 32,000 pps: 61.25 ms."""
+    """1,000 pulses: 15 levels up and down are 960 pulses (2 x 4 x 120); 40 remain at 32,000 pps: 61.25 ms in all."""
     default(bench, board, 100_000, 1_000_000)
     send(bench, board, 0xA3, 1)
     complete(bench, board, 0x33, *i32(-1_000))
@@ -73,9 +73,9 @@ def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_as
 
 @pytest.mark.parametrize(("x", "maximum"), list(enumerate([546_133] * 5 + [1_092_267])))
 def test_a_velocity_beyond_the_range_is_no_definition(bench, board, x, maximum):
-    """The maxima of the table, in the range's units: 546,133.3; 54,613.33; 5,461.333; 546.1333; 9,102.222; ...
+    """C8h: the maxima of its ranges are 546,133.3; 54,613.33; 5,461.333; 546.1333; 9,102.222; 1,092,266.67.
 
-    Specifications: "to 1,092,267 steps/sec", which is 1,092,266.67 as a number of range 5.
+    Specifications: "to 1,092,267 steps/sec", which is 1,092,266.67 in range 5.
     """
     for velocity, reply in ((maximum, 0x91), (maximum + 1, None)):
         define(bench, board, 0xC8, 1, velocity, 1, i32(1), ranges=x << 4)
@@ -86,7 +86,7 @@ def test_a_velocity_beyond_the_range_is_no_definition(bench, board, x, maximum):
 
 @pytest.mark.parametrize(("y", "divisor"), [(0, 1), (1, 10), (2, 100)])
 def test_acceleration_ranges(bench, board, y, divisor):
-    """50,000 pps reached after 0.1 s at 500,000 pps²: 49 updates of 2 ms before the last one."""
+    """50,000 pps at 500,000 pps² is reached after 0.1 s, that is after 49 updates of 2 ms and the last one."""
     send_all(bench, board, (0x31, 0, y, *i32(50_000), *i32(500_000 * divisor)), (0xA3, 1), (0xA1, 1), (0x32, 0))
     assert message(bench, board, 1)[0] == 0xA1
     began = board.axes["motor"].train.move.start_ns
@@ -95,7 +95,7 @@ def test_acceleration_ranges(bench, board, y, divisor):
 
 
 def test_a_slow_ramp_stays_on_each_level_of_the_resolution(bench, board):
-    """1,000 pps² in range 0: 2 pps per update against 16.667 pps; never more than half a resolution off."""
+    """1,000 pps² in range 0 is 2 pps per update, but the resolution is 16.667 pps: the error is at most half of it."""
     default(bench, board, 1_000, 1_000)
     send(bench, board, 0x32, 0, seconds=2)
     move = board.axes["motor"].train.move
@@ -107,7 +107,7 @@ def test_a_slow_ramp_stays_on_each_level_of_the_resolution(bench, board):
 
 
 def test_the_start_stop_velocity(bench, board):
-    """Begun at 1,000 pps: the first pulse after 1 ms; a move below it has no ramp at all."""
+    """A move that begins at 1,000 pps has its first pulse after 1 ms; a slower move has no ramp."""
     send(bench, board, 0xD6, *i32(1_000))
     default(bench, board, 10_000, 100_000)
     complete(bench, board, 0x33, *i32(5_000))
@@ -132,7 +132,7 @@ def test_moves_are_crunched_one_after_the_other(bench, board):
 
 
 def test_fifty_moves_are_kept(bench, board):
-    """X2: definitions up to FF are accepted by their syntax; 40h reaches 50 of them."""
+    """X2: move numbers up to FFh are valid, but only moves 1 to 50 (32h) are kept."""
     for number in (0x32, 0x33, 0xFF):
         define(bench, board, 0xC8, number, 100, 100, i32(5))
     assert ask(bench, board, 0x91, 0x32)
@@ -166,7 +166,7 @@ def test_continuous_moves_change_speed_and_direction(bench, board):
     for number, velocity in ((1, 10_000), (2, 40_000), (1, 10_000), (3, -20_000)):
         send(bench, board, 0x40, number, seconds=0.2)
         assert motor.velocity == velocity
-    send(bench, board, 0x33, *i32(5))  # a preset move needs the motor at rest
+    send(bench, board, 0x33, *i32(5))  # a preset move begins at rest only
     bench.run(0.2)
     assert motor.velocity == -20_000
     send(bench, board, 0x70, seconds=0.1)

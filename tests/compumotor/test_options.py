@@ -88,12 +88,12 @@ def test_a_message_says_between_what_a_number_must_lie():
 
 
 def test_sixteen_commands_wait_and_then_the_idb_is_not_ready(bench):
-    """Writing commands: "Commands are placed into a command buffer internal to the Motor Controller"."""
+    """Writing commands: "Commands are placed into a command buffer internal to the Motor Controller", of sixteen."""
     board = ready(bench, reply_ms=10_000.0)
     send(bench, board, 0x84)  # keeps the processor busy for ten seconds
     for _ in range(16):
         send(bench, board, 0x09, 0)
-    write(board, 0x09, 1)  # the board has drained it, and has no place for it
+    write(board, 0x09, 1)  # the board has read the IDB, but has no room for the command
     bench.run(1)
     assert not status_word(bench, board) & INPUT_READY
     bench.run(10)
@@ -109,7 +109,7 @@ def test_a_command_queue_of_one(bench):
 
 
 def test_messages_wait_up_to_the_queue_and_further_ones_are_lost(bench):
-    """Reading responses: "waiting to send additional messages"; here two wait behind the one in the ODB."""
+    """Reading responses: "waiting to send additional messages"; here two messages wait besides the one in the ODB."""
     board = ready(bench, message_queue=2)
     for identifier in range(5):
         send(bench, board, 0x01, identifier + 1, seconds=0.01)
@@ -137,7 +137,7 @@ def test_the_next_message_comes_after_the_first_has_been_taken(bench, ms):
 
 @pytest.mark.parametrize("size", [16, 100, 0xFFFF])
 def test_the_memory_is_as_large_as_the_option_says(bench, size):
-    """E2h: four bytes, the first two "always zero"."""
+    """E2h: the reply has four bytes, the first two "always zero"; the others are the size of option buffer_bytes."""
     board = ready(bench, buffer_bytes=size)
     assert ask(bench, board, 0xE2)[:5] == bytes([0xE2, *size.to_bytes(4, "big")])
     send(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
@@ -155,7 +155,7 @@ def test_the_memory_is_as_large_as_the_option_says(bench, size):
     ],
 )
 def test_only_what_a_jumper_connects_interrupts(bench, sources, byte):
-    """Interrupts: MR by JU18, IR by JU20, CF by JU19; SB bit 7 tells that one has occurred."""
+    """Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only."""
     board = bench.add("1811", interrupts=sources)
     bench.run(1.01)
     board.bus.write(CONTROL, ENABLE)
@@ -208,7 +208,7 @@ def test_the_units_in_which_a_command_is_given(opcode, units):
     ],
 )  # fmt: skip
 def test_parameter_bytes_are_in_the_correct_range(code, good, bad):
-    """Command definitions: the bytes above each text, such as "01 -> 07, number of significant distance values"."""
+    """Command definitions: the printed ranges, such as "01 -> 07, number of significant distance values"."""
     command = product("1811").commands.get(int(code, 16))
     assert all(command.decode(bytes.fromhex(text)) is not None for text in good)
     assert [text for text in bad if command.decode(bytes.fromhex(text)) is not None] == []

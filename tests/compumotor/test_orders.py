@@ -1,4 +1,4 @@
-"""Operator's orders for sequence buffers, and subscriptions to commands and messages."""
+"""Commands for sequence buffers that the operator can choose, and subscriptions to commands and messages."""
 
 import pytest
 
@@ -23,7 +23,7 @@ def test_an_order_is_the_command_of_the_summary(label):
 
 
 def test_the_orders_do_to_a_sequence_what_they_say(bench, board):
-    """41h, 72h, 48h, 71h, 79h: each message is that of a 01h of the sequence."""
+    """41h, 72h, 48h, 71h and 79h act on a sequence, whose 01h sends a message each time it is performed."""
     default(bench, board, 10_000, 1_000_000)
     sequence(bench, board, 2, (0x21, 2), (0x29, 0, 0, 0, 200), (0x01, 5))
 
@@ -33,7 +33,7 @@ def test_the_orders_do_to_a_sequence_what_they_say(bench, board):
 
     assert say("perform", 0.25) == ["01 05"]
     assert say("suspend", 0.5) == []
-    assert say("continue", 0.05) == ["01 05"]  # it was suspended in the 29h, and goes on behind it
+    assert say("continue", 0.05) == ["01 05"]  # it was suspended in the 29h, and continues after it
     assert say("discontinue", 1) == []
     assert say("perform", 0.25) == ["01 05"]
     assert say("kill", 1) == []
@@ -41,7 +41,7 @@ def test_the_orders_do_to_a_sequence_what_they_say(bench, board):
 
 
 def test_who_listens_is_told_each_command_and_each_message(bench):
-    """Reading and writing: a command string is what is in the IDB when CB bit 4 is set; a message has 16 bytes."""
+    """Reading and writing: a command is the content of the IDB when CB bit 4 is set; a message has 16 bytes."""
     board = ready(bench)
     told, heard = [], []
     ends = board.bus.subscribe_sent(told.append), board.bus.subscribe_received(heard.append)
@@ -56,7 +56,7 @@ def test_who_listens_is_told_each_command_and_each_message(bench):
 
 
 def test_a_second_command_ready_while_the_idb_is_not_ready_is_no_command(bench, board):
-    """Writing commands: only when "the IDB-Ready bit is set" may the host go on to the second step."""
+    """Writing commands: only when "the IDB-Ready bit is set" may the host set CB bit 4; otherwise it is ignored."""
     default(bench, board, 10_000, 1_000_000)
     told = []
     board.bus.subscribe_sent(told.append)

@@ -20,7 +20,7 @@ def test_the_shutdown_input_takes_the_say_from_the_command(bench, board):
 
 
 def test_the_step_pin_is_high_for_half_a_period_of_the_highest_frequency(bench, board):
-    """Range 0: 546,133.3 Hz, 915 ns."""
+    """STEP is high for half a period of the highest frequency: in range 0, 546,133.3 Hz, this is 915 ns."""
     default(bench, board, 1_000, NO_TIME)
     complete(bench, board, 0x33, *i32(2))
     send(bench, board, 0x33, *i32(2))

@@ -1,4 +1,4 @@
-"""Addendum: parameters that are defined during a move, or while there is an error, take effect at once."""
+"""Addendum: parameters that are defined during a move, or during a position error, take effect at once."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from .talking import complete, default, i32, messages, position, ready, send, se
 
 
 def machine(bench, *commands):
-    """An 1811 with an encoder of 4,000 counts on a motor of 25,000 pulses, and these commands."""
+    """Return an 1811 after these commands; a revolution is 25,000 motor pulses or 4,000 encoder counts."""
     board = ready(bench, motor={"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25_000}})
     for command in commands:
         send(bench, board, *command)
@@ -25,7 +25,7 @@ def test_a_stall_is_watched_for_as_soon_as_all_four_are_defined(bench, last, ter
     send_all(bench, board, (0xA6, 1), (0x19, termination))
     board.axes["motor"].jam()
     send(bench, board, 0x33, *i32(2_000))
-    bench.run(0.2)  # the motor has been stalled for more than a tooth, and nobody knows
+    bench.run(0.2)  # stalled for more than a tooth, but not yet detected
     assert board.axes["motor"].velocity
     send(bench, board, *last, seconds=0.002_1)
     assert (board.axes["motor"].velocity == 0) is bool(termination)
@@ -44,7 +44,7 @@ def test_an_error_is_corrected_as_soon_as_all_is_defined(bench, last):
 
 
 def test_the_constant_may_be_changed_while_maintenance_is_on(bench):
-    """B3h: "These parameters may be changed at any time", also in a correction: K x 100 counts, 10 and then 20."""
+    """B3h: "These parameters may be changed at any time", also in a correction: K is 10, then 20 (× 100 counts)."""
     board = tracked(bench)
     board.axes["motor"].jam()  # the error stays
     send_all(bench, board, (0x18, 1), (0xB3, 1, 10, 0x00, *i32(50_000)))
@@ -59,14 +59,14 @@ def test_the_constant_may_be_changed_while_maintenance_is_on(bench):
 
 @pytest.mark.parametrize(("counts", "pulses"), [(1, 1), (-1, -1), (3, 2), (-3, -2), (2, 1), (-2, -1)])
 def test_half_a_motor_pulse_goes_away_from_where_the_move_begins(bench, counts, pulses):
-    """B0h: one motor pulse for two encoder pulses; an odd number of them ends on a half."""
+    """B0h: one motor pulse is two encoder pulses; an odd number is rounded up to a whole motor pulse."""
     board = machine(bench, *ALL, (0xB0, 0, 1, 0, 2))
     complete(bench, board, 0x35, *i32(counts))
     assert position(bench, board) == pulses
 
 
 def test_the_deadband_may_be_defined_while_it_is_shown(bench):
-    """B5h: "whenever the encoder is within 5 encoder pulses": of an error of 5, then of 4."""
+    """B5h: "whenever the encoder is within 5 encoder pulses": with an error of 5 this is true; within 4 it is false."""
     board = tracked(bench)
     send(bench, board, 0x0F, 0, 0x80, 1)
     board.axes["motor"].encoder.displace(5)
@@ -78,7 +78,7 @@ def test_the_deadband_may_be_defined_while_it_is_shown(bench):
 
 
 def test_a_push_after_power_has_gone_and_come_is_counted_once(bench):
-    """Reset: "encoder counts are zero"; the board that had power before counts nothing any more."""
+    """Reset: "encoder counts are zero"; after a power cycle each push is counted once, not twice."""
     board = tracked(bench)
     board.power_cycle()
     bench.run(1.01)

@@ -1,4 +1,4 @@
-"""Numbers of the manual's examples: expected and obtained values go into the fidelity report."""
+"""Numbers of the manual's examples; the fidelity report lists expected and obtained values."""
 
 from itertools import pairwise
 
@@ -18,7 +18,7 @@ PARABOLA = [*PARABOLA, 0x5B97, *reversed(PARABOLA)]
 
 
 def test_the_velocity_of_move_12h(bench, board, printed):
-    """G.1: `00 04 00 00` is "Velocity = 262,144 pulses/second"; the range's resolution is 8.333 pulses/second."""
+    """G.1: `00 04 00 00` is "Velocity = 262,144 pulses/second"; the resolution of its range is 8.333 pulses/second."""
     send_all(bench, board, (0xCE, 0x12, 0, 0, 4, 0, 0, *i32(10_000_000), 0), (0x40, 0x12), seconds=1)
     printed(
         "G.1 Pre-defined moves", "00 04 00 00, pulses/second", 262_144, float(board.axes["motor"].velocity), within=8.4
@@ -50,7 +50,7 @@ def test_fifty_moves_and_fifteen_sequences(bench, board, printed):
 
 
 def test_the_sequence_of_the_example(bench, board, printed):
-    """G.2: moves 12h and 05, then "fifteen times" move 08, a wait "for two seconds", a position."""
+    """G.2: moves 12h and 05, then "fifteen times" move 08, a wait "for two seconds" and a report of the position."""
     for number, distance in ((0x12, 1_000), (0x05, 500), (0x08, 100)):
         send(bench, board, *relative(number, 50_000, 10_000_000, distance))
     commands = (0x40, 0x12), (0x0B, 1), (0x40, 5), (0x0C, 1), (0x20, 3, 0, 0x0F), (0x40, 8), (0x2A, 0, 2), (0x83,)
@@ -60,12 +60,12 @@ def test_the_sequence_of_the_example(bench, board, printed):
     printed("G.2 Sequence buffers", "positions that are reported", 15, len(found))
     printed("G.2 Sequence buffers", "where the motor stands, pulses", 3_000, position(bench, board))
     waits = [after - before for before, after in pairwise(steps(board)) if after - before > 1_000 * MS]
-    # between two moves also the second of them is calculated and begun: some milliseconds
+    # between two moves the second one is also calculated and started: some milliseconds
     printed("G.2 Sequence buffers", "the shortest of the waits, s", 2, min(waits) / 1e9, within=0.05)
 
 
 def test_five_with_and_without_zeros(bench, board, printed):
-    """F: "perform move number 5" as 40 05, and as 40 05 filled up with zeros: "the same result"."""
+    """F: "perform move number 5" as 40 05, and as 40 05 filled up with zeros, has "the same result"."""
     send(bench, board, *relative(5, 10_000, 1_000_000, 321))
     moved = []
     for surplus in (0, 14):
@@ -85,7 +85,7 @@ def test_the_worked_parabola(bench, board, printed):
     printed(
         "E.1.b Velocity-streaming mode", "from the first pulse to the last, ms", 100, (at[-1] - at[0]) / MS, within=4
     )
-    # The prose's 25,000 and 375,632 Hz need a clock of 1.05 MHz; 4.3690667 MHz / 4 gives 26,041 and 390,783
+    # 25,000 steps and 375,632 Hz in the text need a clock of 1.05 MHz; 4.3690667 MHz / 4 gives 26,041 and 390,783
     printed("E.1.b Velocity-streaming mode", "steps at 4.3690667 MHz / 4, for 'about 25,000'", 26_041, len(at))
     top = 1e9 * 20 / (at[len(at) // 2 + 10] - at[len(at) // 2 - 10])
     printed(

@@ -106,13 +106,13 @@ def test_the_first_interrupt_masks_those_after_it_until_it_is_cleared(bench):
     tell_with_interrupts = (0x01, 0x07)
     write(board, *tell_with_interrupts, control=ENABLE)
     bench.run(0.02)
-    assert seen == [False, True]  # ready for input again; the message makes no difference
+    assert seen == [False, True]  # ready for input again; a message does not matter
     board.bus.write(1, TAKEN | ENABLE)
     assert seen == [False, True]
 
 
 def test_interrupt_lines_that_are_wired_directly_know_no_mask(bench, board):
-    """Installation: JU18 to JU20, right side: "not affected by the 1810/11's interrupt mask", each by itself."""
+    """Installation: JU18 to JU20, right side: such lines are "not affected by the 1810/11's interrupt mask"."""
     lines = {name: board.pins[name] for name in ("ju18", "ju20", "ju19")}
     seen = []
     for line in lines.values():
@@ -154,7 +154,7 @@ def test_a_board_without_power_does_not_drive_the_bus(bench, board):
 
 
 def test_a_fifo_holds_sixteen_bytes(bench, board):
-    """The seventeenth is lost: the command is still well formed."""
+    """The seventeenth byte is lost, so the command of sixteen bytes is still valid."""
     write(board, 0x01, 0x07, *(0,) * 14, 0x55)
     assert message(bench, board)[:2] == b"\x01\x07"
 

@@ -1,4 +1,4 @@
-"""Specifications, Inputs: how long a limit must be active, and how soon triggers 1 and 6 act; to the nanosecond."""
+"""Specifications, Inputs: how long a limit must be active, and when triggers 1 and 6 act, to the nanosecond."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def later(bench, ns):
 @pytest.mark.parametrize(("active_ns", "stopped"), [(75 * US - 1, False), (75 * US + 1, True)])
 @pytest.mark.parametrize(("minus", "limit"), [(0, "cw_limit"), (1, "ccw_limit")])
 def test_a_limit_must_remain_active_for_75_microseconds(bench, board, minus, limit, active_ns, stopped):
-    """CW LIMIT: "the signal must remain active for a minimum duration of 75 microseconds"; it acts within 200."""
+    """CW LIMIT: "the signal must remain active for a minimum duration of 75 microseconds"; it acts within 200 µs."""
     cruise(bench, board, minus=minus)
     board.pins[limit].drive(True)
     later(bench, active_ns)
@@ -26,7 +26,7 @@ def test_a_limit_must_remain_active_for_75_microseconds(bench, board, minus, lim
 
 @pytest.mark.parametrize(("trigger", "response"), [(1, 200 * US), (6, 400 * US)])
 def test_a_trigger_responds_within_200_or_400_microseconds(bench, board, trigger, response):
-    """TRIGGER #1 and #6: "response will be within 200 microseconds for #1 and 400 microseconds" for the other."""
+    """TRIGGER #1 and #6: "response will be within 200 microseconds for #1 and 400 microseconds" for #6."""
     cruise(bench, board)
     send(bench, board, 0x7C, trigger, 1, 0)
     pin = board.pins[f"trigger{trigger}"]
@@ -54,7 +54,7 @@ def test_a_trigger_must_have_been_low_for_two_milliseconds(bench, board):
 
 @pytest.mark.parametrize("by", [0x78, "limit"])
 def test_nothing_of_a_killed_move_is_still_to_come(bench, board, by):
-    """78h: "immediately stopped"; A3h: no message "if constant, nonzero velocity is not reached"; one end of motion."""
+    """78h: "immediately stopped": A3h sends no message, and there is one end of motion."""
     for event in (0xA3, 0xA5):
         send(bench, board, event, 1)
     default(bench, board, 10_000, 100_000)

@@ -6,40 +6,40 @@ from axistwin.units import MS
 
 from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, status_word, write
 
-SINGULAR = 1  # user bit 0
+SINGULAR = 1  # the value of user bit 0
 
 
 @pytest.fixture
 def board(bench):
-    """HOME at 2,000, the minus edge of a region that is active from there; 5,000 pulses/s, a ramp of 0.25 s, 625."""
+    """Return a board with HOME at 2,000, where an active region begins; a ramp to 5,000 pulses/s is 625 pulses."""
     board = ready(bench, motor={"home": (2000, 9000)})
     default(bench, board, 5000, 20_000)
-    send(bench, board, 0x38, 1, 1, 20, 0)  # high, CCW edge, 1,000 pulses/s, final approach CW
+    send(bench, board, 0x38, 1, 1, 20, 0)  # active high, CCW edge, 1,000 pulses/s, final approach CW
     send(bench, board, 0x0F, 0, 2, 1)
     return board
 
 
 def over(bench, board):
-    """The search ends."""
+    """Run until the search has ended; return the position."""
     assert bench.run_until(lambda: not status_word(bench, board) & SINGULAR, 20)
     return board.axes["motor"].position
 
 
 def overshoot(bench, board):
-    """Item number two of the diagram: the edge has been found, and the motor decelerates."""
+    """Run until the edge has been found and the motor decelerates (item two of the manual's diagram)."""
     send(bench, board, 0x39, 0)
     assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 5)
 
 
 def test_all_of_it(bench, board):
-    """The level must last 3 ms before it is seen: at 1,000 pulses/s the motor stops 3 pulses beyond the edge."""
+    """The level must last 3 ms, so at 1,000 pulses/s the motor stops 3 pulses beyond the edge."""
     send(bench, board, 0x39, 0)
     assert over(bench, board) == 2003
     assert position(bench, board, 0x82) == 0
 
 
 def test_a_limit_behind_the_overshoot_lets_no_recovery_begin(bench, board):
-    """Limit switch inputs: "will not allow the motor to move toward that limit switch"; HOME stays where it was."""
+    """Limit switch inputs: "will not allow the motor to move toward that limit switch": HOME is unchanged."""
     overshoot(bench, board)
     board.pins["ccw_limit"].drive(True)
     stands = over(bench, board)
@@ -48,14 +48,14 @@ def test_a_limit_behind_the_overshoot_lets_no_recovery_begin(bench, board):
 
 
 def test_a_limit_in_the_overshoot_ends_it_and_the_recovery_begins_there(bench, board):
-    """Limit switch inputs: as 78h at the motor, and the way back is free."""
+    """Limit switch inputs: a limit stops the overshoot, as 78h does, and the recovery begins at that position."""
     overshoot(bench, board)
     board.pins["cw_limit"].drive(True)
     bench.run(0.001)
     assert board.axes["motor"].velocity == 0
     assert board.axes["motor"].position < 2500
     assert bench.run_until(lambda: board.axes["motor"].velocity < 0, 1)
-    assert over(bench, board) < 2003  # the final approach CW is not allowed
+    assert over(bench, board) < 2003  # the final approach CW is refused
     assert position(bench, board, 0x82) != 0
 
 
@@ -73,10 +73,10 @@ def test_a_limit_in_the_recovery_is_the_end_of_the_search(bench, board):
 
 @pytest.mark.parametrize("opcode", [0x70, 0x78])
 def test_a_search_that_is_stopped_at_a_limit_does_not_turn_round(bench, board, opcode):
-    """39h: both limits are struck before it is abandoned, but 70h and 78h abandon it at once."""
+    """39h: a search ends when both limits have been struck; 70h or 78h ends it at once, at a limit too."""
     send(bench, board, 0x39, 1, seconds=0.1)
     write(board, opcode)
-    bench.run(0.001)  # as the command is obeyed
+    bench.run(0.001)  # the time until the command acts
     board.pins["ccw_limit"].drive(True)
     stands = over(bench, board)
     bench.run(1)
@@ -84,7 +84,7 @@ def test_a_search_that_is_stopped_at_a_limit_does_not_turn_round(bench, board, o
 
 
 def test_a_search_that_turns_round_at_a_limit(bench, board):
-    """39h: "if an end of limit is encountered the motor will reverse"; then 2,003 as from the other side."""
+    """39h: "if an end of limit is encountered the motor will reverse"; HOME is 2,003, as without the limit."""
     send(bench, board, 0x39, 1, seconds=0.1)
     board.pins["ccw_limit"].drive(True)
     bench.run(0.1)
@@ -94,7 +94,7 @@ def test_a_search_that_turns_round_at_a_limit(bench, board):
 
 
 def test_a_search_is_one_move(bench, board):
-    """A0h to A5h: one start, one constant velocity at the default velocity, and each end of motion of its legs."""
+    """A0h to A5h: a search reports one start, one constant velocity, and the end of motion of each leg."""
     for opcode in (0xA1, 0xA3, 0xA5):
         send(bench, board, opcode, 1)
     send(bench, board, 0x39, 0)
@@ -107,7 +107,7 @@ def test_a_search_is_one_move(bench, board):
 
 
 def test_a_search_waits_for_its_calculation_and_a_correction_gives_way(bench, board):
-    """Pre-defined moves: less than half of 30 ms for a move that is not calculated; 1 + 10 + 3 ms here."""
+    """Pre-defined moves: less than half of 30 ms for a move that is not calculated; here 1 + 10 + 3 ms."""
     began = bench.now
     write(board, 0x39, 0)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
@@ -125,7 +125,7 @@ def test_the_final_approach_is_at_its_percentage_of_the_default_velocity(bench, 
 
 
 def test_31h_during_a_search_is_for_the_next_one(bench, board):
-    """39h: "at the velocity and acceleration specified with command 31h" when it was given."""
+    """39h: "at the velocity and acceleration specified with command 31h": a later 31h is for the next search."""
     send(bench, board, 0x39, 0, seconds=0.3)
     default(bench, board, 500, 20_000)
     bench.run(0.02)

@@ -9,7 +9,7 @@ NO_TIME = 0x7FFF_FFFF
 
 
 def test_nothing_is_performed_while_a_sequence_is_defined(bench, board):
-    """Requests and other commands that are not valid in a sequence are ignored."""
+    """Requests and other commands that are not valid in a sequence are ignored while a sequence is defined."""
     default(bench, board, 10_000, NO_TIME)
     send(bench, board, 0xD9, 1)
     for command in ((0x08, 7), (0x90,), (0x33, *i32(100)), (0x70,), (0x41, 2), (0xDA, 1), (0xD9, 2)):
@@ -37,7 +37,7 @@ def test_wait_for_a_level(bench, board, trigger, level):
     send(bench, board, 0x41, 1, seconds=1)
     board.pins[f"trigger{trigger}"].drive(bool(level))
     bench.run(0.001)
-    board.pins[f"trigger{trigger}"].drive(not level)  # too short
+    board.pins[f"trigger{trigger}"].drive(not level)  # too short to act
     bench.run(0.1)
     assert board.bus.read(1) & 1 == 0
     board.pins[f"trigger{trigger}"].drive(bool(level))
@@ -46,7 +46,7 @@ def test_wait_for_a_level(bench, board, trigger, level):
 
 
 def test_who_is_heard_while_a_sequence_is_performed(bench, board):
-    """Only what is valid concurrent with it: not a move, nor another sequence, nor 12h; requests are."""
+    """Only commands that are valid concurrent with a sequence are performed: requests, but no move, sequence or 12h."""
     default(bench, board, 10_000, NO_TIME)
     sequence(bench, board, 1, (0x28, 0))
     sequence(bench, board, 2, (0x08, 7))

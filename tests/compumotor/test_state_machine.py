@@ -62,7 +62,7 @@ PINS = [
 
 
 class Tape:
-    """A board with a record of all actions and observations; a repetition must give the same observations."""
+    """A board with a record of actions and observations; a repetition must give the same observations."""
 
     def __init__(self):
         self.bench = Bench()
@@ -110,7 +110,7 @@ class Host(RuleBasedStateMachine):
         self.define_moves()
 
     def define_moves(self):
-        """Define some moves, as most hosts do at first."""
+        """Define some moves, as most hosts do first."""
         self.send(*relative(1, 40_000, 20_000_000, 900))
         self.send(*relative(2, 5_000, 100_000, -700))
         self.send(*continuous(3, 5_000, 100_000))
@@ -142,7 +142,7 @@ class Host(RuleBasedStateMachine):
         return data
 
     def ask(self, opcode):
-        """The reply, behind whatever else there was to say."""
+        """Send a request and return its reply; messages before the reply are discarded."""
         self.send(opcode)
         for _ in range(80):
             data = self.message(100)
@@ -198,12 +198,12 @@ class Host(RuleBasedStateMachine):
     @rule(bits=st.integers(0, 7))
     def user_bits_are_seen(self, bits):
         self.send(0x08, bits)
-        self.tape.do("run", 300_000)  # sixteen commands may be waiting, each of them 15 ms to calculate
+        self.tape.do("run", 300_000)  # sixteen waiting commands take 15 ms each to calculate
         assert self.status & 7 == bits
 
     @rule()
     def the_position_from_home_is_the_net_count(self):
-        """82h: nobody goes home here, so its reference is the place of the last reset."""
+        """82h: no search is made in these runs, so positions from HOME count from the last reset."""
         before, since = self.net, self.tape.bench.now
         reply = int.from_bytes(self.ask(0x82)[1:7], "big", signed=True)
         issued = len(self.tape.board.axes["motor"].pulse_times(since))
@@ -212,7 +212,7 @@ class Host(RuleBasedStateMachine):
 
     @rule()
     def the_status_of_the_motor_is_the_motors(self):
-        """88h: at most one of constant, accelerating, decelerating, and none of them at rest."""
+        """88h: at most one of constant, accelerating, decelerating is reported, and at rest none."""
         status = self.ask(0x88)[1]
         assert (status >> 5).bit_count() <= 1
         assert bool(status & 0x10) or not status & 0xE0, "a motor at rest has no velocity and no ramp"
@@ -220,12 +220,12 @@ class Host(RuleBasedStateMachine):
     @precondition(lambda self: not self.moving)
     @rule()
     def killed_it_rests_where_it_says(self):
-        """After 10, 79 and 78 nothing moves; all counts agree with the pulses."""
+        """After 10h, 79h and 78h nothing moves, and all reported positions agree with the pulses."""
         for opcode in (0x10, 0x79, 0x78):
             self.send(opcode)
         self.tape.do("run", 40_000)
         if self.moving:
-            return  # by a command or a pin that came before
+            return  # the move of a command or a pin that came earlier
         assert int.from_bytes(self.ask(0x82)[1:7], "big", signed=True) == self.net
         first = self.ask(0x83)[1:7]
         self.tape.do("run", 10_000)

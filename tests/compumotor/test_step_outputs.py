@@ -17,7 +17,7 @@ def levels(board):
 @pytest.mark.parametrize("ccw_is_plus", [0, 1])
 @pytest.mark.parametrize("distance", [3, -3])
 def test_cw_step_and_ccw_step_are_active_low_for_their_direction_only(bench, board, distance, ccw_is_plus):
-    """ "Same as STEP output except active only for clockwise motion"; range 0: 915 ns (half of 1/546,133.3 Hz)."""
+    """CW STEP: "Same as STEP output except active only for clockwise motion"; in range 0 pulses are 915 ns wide."""
     send(bench, board, 0x14, ccw_is_plus)
     default(bench, board, 1_000, AT_ONCE)
     assert levels(board) == (False, True, True)
@@ -49,7 +49,7 @@ def test_step_is_step_in_while_the_joystick_is_enabled(bench, board, cw):
     found = []
     for level in (True, False, True):
         pins["step_in"].drive(level)
-        bench.run(0.003)  # much longer than any range's pulse
+        bench.run(0.003)  # much longer than the pulse of any range
         found.append(levels(board))
     active = (True, not cw, cw)
     assert found == [active, (False, True, True), active]
@@ -72,7 +72,7 @@ def test_a_pulse_of_the_test_function_lasts_one_to_two_microseconds(bench, board
     assert seen == [False, True, True, False] * 2
     assert levels(board) == (False, True, True)
     bench.run(0.000_198)
-    assert levels(board) == (True, True, False)  # counter-clockwise first
+    assert levels(board) == (True, True, False)  # the function begins counter-clockwise
 
 
 # A failed board
@@ -80,7 +80,7 @@ def test_a_pulse_of_the_test_function_lasts_one_to_two_microseconds(bench, board
 
 @pytest.mark.parametrize("pulled_up", [False, True])
 def test_a_failed_boards_outputs_are_in_high_impedance(bench, pulled_up):
-    """Status byte, bit 5: what they are connected to decides their level; no open collector sinks current."""
+    """Status byte, bit 5: outputs of a failed board are in high impedance: their wiring decides their levels."""
     board = ready(bench, high_impedance=pulled_up)
     send(bench, board, 0xFF, seconds=10.1)
     assert board.pins["led"].level
@@ -137,7 +137,7 @@ def test_what_takes_the_motor_from_a_moving_joystick_is_an_end_of_motion(bench, 
 
 
 def test_what_is_asked_for_during_a_joysticks_move_is_for_the_next_one(bench, board):
-    """A0h: "the current move will not cause an interrupt"; the host may give it in the joystick's control."""
+    """A0h: "the current move will not cause an interrupt"; the request is for the joystick's next move."""
     send(bench, board, 0x11)
     board.pins["at_zero"].drive(False)
     bench.run(0.01)
@@ -149,7 +149,7 @@ def test_what_is_asked_for_during_a_joysticks_move_is_for_the_next_one(bench, bo
 
 
 def test_a_joystick_at_constant_velocity_is_not_told(bench, board):
-    """A2h, A3h: the pulses pass through the board, which gives out no velocity of its own."""
+    """A2h, A3h: the joystick's pulses pass through the board, which has no constant velocity of its own to report."""
     armed(bench, board, 0xA2, 0xA3)
     send(bench, board, 0x11, seconds=0.02)
     board.joystick.deflect(1_000)
@@ -220,7 +220,7 @@ def test_97h_is_the_programmed_state_whatever_overpowers_the_outputs(bench, boar
 
 
 def test_a_shutdown_terminal_that_is_overpowered_stops_no_move(bench, board):
-    """12h and 13h decide; the terminal is an output."""
+    """12h and 13h decide on a shutdown, not the level of the terminal, which is an output."""
     board.pins["shutdown"].drive(True)
     default(bench, board, 1_000, AT_ONCE)
     complete(bench, board, 0x33, *i32(10))
@@ -231,7 +231,7 @@ def test_a_shutdown_terminal_that_is_overpowered_stops_no_move(bench, board):
 
 
 def test_the_shutdown_input_waits_for_a_moving_motor(bench, board):
-    """Remote power shutdown: not "if the motor is moving"; the input is still active when it rests."""
+    """Remote power shutdown: not "if the motor is moving"; it acts if the input is still active at rest."""
     send(bench, board, 0x13, 1)
     default(bench, board, 1_000, AT_ONCE)
     send(bench, board, 0x33, *i32(500), seconds=0.1)
@@ -244,7 +244,7 @@ def test_the_shutdown_input_waits_for_a_moving_motor(bench, board):
 
 @pytest.mark.parametrize("opcode", [0x08, 0x09])
 def test_a_bit_that_shows_a_state_and_is_written_shows_it_again_at_its_next_change(bench, board, opcode):
-    """0Fh: the bit shows the state of moving; 08h and 09h reach it until the motor moves or rests next."""
+    """0Fh: the bit shows whether the motor moves; a value written by 08h or 09h stays until this state changes."""
     send(bench, board, 0x0F, 0, 1, 1)
     assert board.bus.read(1) & 1 == 0
     send(bench, board, opcode, 1 if opcode == 0x08 else 0)
@@ -256,7 +256,7 @@ def test_a_bit_that_shows_a_state_and_is_written_shows_it_again_at_its_next_chan
 
 @pytest.mark.parametrize("opcode", [0x85, 0x86])
 def test_velocity_and_acceleration_before_any_move_are_zeros(bench, board, opcode):
-    """86h: "current acceleration"; at rest and at constant velocity it is that of the most recent move."""
+    """86h: "current acceleration"; at rest and at constant velocity that of the most recent move, before any move 0."""
     default(bench, board, 1_000, 7_000, ranges=0x11)
     assert ask(bench, board, opcode) == bytes([opcode]).ljust(16, b"\0")
     complete(bench, board, 0x33, *i32(5))
@@ -266,14 +266,14 @@ def test_velocity_and_acceleration_before_any_move_are_zeros(bench, board, opcod
 
 @pytest.mark.parametrize("here", [0x7FFF_FFFF, -0x8000_0000])
 def test_2fh_takes_any_number_of_the_counter(bench, board, here):
-    """2Fh: "within the absolute closed-loop positioning range"; 9Ah: 80000000h to 7FFFFFFFh."""
+    """2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh."""
     send(bench, board, 0x2F, *i32(here))
     assert ask(bench, board, 0x9A)[1:5] == bytes(i32(here))
 
 
 @pytest.mark.parametrize(("pin", "code", "cw"), [("cw_limit", 0xA9, True), ("ccw_limit", 0xAB, False)])
 def test_a_limit_under_the_joystick_is_told_and_stops_nothing(bench, board, pin, code, cw):
-    """REMOTE ACKNOWLEDGE: "Striking a limit switch will not disable the Joystick"; limits are monitored."""
+    """REMOTE ACKNOWLEDGE: "Striking a limit switch will not disable the Joystick"; limits are reported only."""
     send_all(bench, board, (code, 1), (0x11,), seconds=0.02)
     board.joystick.deflect(1_000 if cw else -1_000)
     bench.run(0.1)
@@ -286,7 +286,7 @@ def test_a_limit_under_the_joystick_is_told_and_stops_nothing(bench, board, pin,
 
 
 def test_a_message_that_waits_and_an_empty_idb_are_both_in_the_status_byte(bench):
-    """Installation: the first interrupt masks others on the line; bits 3 to 5 tell which conditions there are."""
+    """Installation: the first interrupt masks others on the line; status bits 3 to 5 show the present conditions."""
     board = ready(bench, interrupts=("message_ready", "input_ready"))
     edges = []
     board.bus.write(1, 0x40)

@@ -11,7 +11,7 @@ NO_TIME = 0x7FFF_FFFF
 
 
 def test_stop_ramps_down_at_the_most_recent_acceleration(bench, board):
-    """From 10,000 pps at 100,000 pps²: 49 levels of 2 ms, 9,800 to 200 pps: 490 pulses in 98 ms."""
+    """From 10,000 pps at 100,000 pps²: 49 levels of 2 ms, from 9,800 to 200 pps, are 490 pulses in 98 ms."""
     cruise(bench, board)
     motor = board.axes["motor"]
     send(bench, board, 0x70)

@@ -1,4 +1,4 @@
-"""Chapter Velocity-streaming mode: the three modes, their data, and the pulses they make."""
+"""Chapter Velocity-streaming mode: the three modes, their data, and their pulses."""
 
 from fractions import Fraction
 
@@ -69,7 +69,7 @@ def test_a_wrong_clock_divisor_or_update_rate_is_ignored(bench, board, parameter
 
 
 def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
-    """Three hundred velocities that are not a whole number of pulses each, refilled while they are performed."""
+    """Three hundred velocities, each a fractional number of pulses, are sent while earlier ones are performed."""
     numbers = [1_000 + 37 * (k % 91) for k in range(301)]
     enter(bench, board, 0x52, 2, 3, rate=7)
     velocities(bench, board, *numbers[:210])
@@ -83,7 +83,7 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
         [BASE_CLOCKS[2] / 3 * v / 65_536 for v in (*numbers, *[numbers[-1]] * 500)], start_ns, 7 * MS
     )
     times = steps(board)
-    assert len(board.axes["motor"].train.moves) > 4  # it is not one ever longer move
+    assert len(board.axes["motor"].train.moves) > 4  # the pulses are several moves, not one long move
     assert times == expected[: len(times)]
     assert board.axes["motor"].position == len(times) > 3_000
 
@@ -98,7 +98,7 @@ def test_the_seven_values_must_all_be_there(bench, board):
 
 
 def test_pairs_of_velocity_and_distance(bench, board):
-    """Base 3: 2/3 pulses/s for 1.  1,000 pps for 100 pulses, 2,000 for 50, 500 for 25: 100, 25 and 50 ms."""
+    """Base 3: a velocity number of 1 is 2/3 pulses/s.  1,000 pps for 100 pulses, 2,000 for 50, 500 for 25."""
     enter(bench, board, 0x51, 3, 1)
     pairs(bench, board, (1_500, 100), (3_000, 50), (750, 25))
     pairs(bench, board, (0, 0), (0, 0), (0, 0))
@@ -137,7 +137,7 @@ def test_a_pair_without_distance_is_skipped_and_a_velocity_of_zero_stops(bench, 
 
 
 def test_a_pair_shorter_than_two_milliseconds_lasts_two(bench, board):
-    """2,000 pps for 1 pulse are 0.5 ms; in 2 ms there are 4."""
+    """2,000 pps for 1 pulse would take 0.5 ms; the pair lasts 2 ms, which are 4 pulses."""
     enter(bench, board, 0x51, 3, 1)
     pairs(bench, board, (3_000, 1), (0, 0), (0, 0))
     complete(bench, board, 0x42)
@@ -159,7 +159,7 @@ def test_with_ccw_as_plus_the_direction_bit_is_still_physical(bench, board):
 
 
 def test_distances_add_up_exactly(bench, board):
-    """7 ms: rates of 1000 D / 7 are no multiples of the clock; the sum counts, and 8001h ends it."""
+    """D pulses in 7 ms are 1000 D / 7 pps, no multiple of the clock; the sum is exact, and 8001h ends it."""
     lengths = [1, 5, 13, 29, 13, 5, 1, -3, -40, 0, 6]
     enter(bench, board, 0x53, 1, 4, rate=7)
     distances(bench, board, *lengths, 0x8001, 1_000)
@@ -173,11 +173,11 @@ def test_distances_add_up_exactly(bench, board):
     for k in range(len(lengths)):
         within = [t for t in times if start_ns + 7 * MS * k < t <= start_ns + 7 * MS * (k + 1)]
         assert len(within) == abs(lengths[k])
-    assert free(bench, board) == 598  # what stands behind the end waits for another 42h
+    assert free(bench, board) == 598  # data after the end wait for another 42h
 
 
 def test_as_fast_as_the_clock_allows(bench, board):
-    """Base 3 / 16: at most 1365 1/3 pulses/s x 32,767/32,768, in 100 ms 136 pulses."""
+    """Base 3 / 16: the maximum is 1365 1/3 pulses/s × 32,767/32,768, that is 136 pulses in 100 ms."""
     enter(bench, board, 0x53, 3, 16, rate=100)
     distances(bench, board, 10_000, 0x8001)
     complete(bench, board, 0x42)
@@ -214,7 +214,7 @@ def test_the_moves_that_streaming_modes_know(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=2)
     send_all(bench, board, (0x32, 0), (0x33, *i32(120)), seconds=0.06)
     velocities(bench, board, 0)
-    send(bench, board, 0x42)  # not during a move
+    send(bench, board, 0x42)  # ignored during a move
     assert ask(bench, board, 0x85)[:3] == b"\x85\x05\xdc"  # 1,000 pps
     until_idle(bench, board)
     complete(bench, board, 0x34, *i32(100))
@@ -226,11 +226,11 @@ def test_no_other_mode_while_moving_or_performing(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=50)
     velocities(bench, board, *[0] * 6, 1_500)
     send(bench, board, 0x42)
-    enter(bench, board, 0x51, 1, 1)  # performing, at rest
+    enter(bench, board, 0x51, 1, 1)  # performing a stream, at rest
     send(bench, board, 0x50)
     assert ask(bench, board, 0x90)[:4] == b"\x90\x52\x03\x01"
     bench.run(1)
-    enter(bench, board, 0x51, 1, 1)  # moving, not performing
+    enter(bench, board, 0x51, 1, 1)  # moving, but not performing a stream
     assert ask(bench, board, 0x90)[:4] == b"\x90\x52\x03\x01"
     send(bench, board, 0x50)
     assert ask(bench, board, 0x90)[:2] == b"\x90\x50"
@@ -259,7 +259,7 @@ def test_no_more_pulses_after_a_reset(bench, board):
 
 
 def test_a_motor_that_streams_does_not_stall_where_its_strokes_meet(bench):
-    """500 velocities are more than one pulse train: each goes on from the one before, not from a standstill."""
+    """500 velocities are several pulse trains; each begins at the velocity of the one before, not at rest."""
     motor = {"torque": [(0.0, 1.0), (40_000.0, 1.0)], "pull_in": 600.0}
     board = ready(bench, motor={"motor": motor})
     ramp = [150 * k for k in range(1, 100)]

@@ -1,4 +1,4 @@
-"""Chapter Velocity-streaming mode: the buffer and its alarm, markers, running dry, stops, and reports meanwhile."""
+"""Chapter Velocity-streaming mode: the buffer and its alarm, markers, an empty buffer, stops, and reports meanwhile."""
 
 from fractions import Fraction
 
@@ -57,7 +57,7 @@ def test_an_empty_buffer_is_not_performed(bench, board):
 
 
 def test_the_alarm_comes_once_when_the_bytes_left_are_down_to_its_value(bench, board):
-    """56 bytes, a value every 20 ms: 20 left are reached when the 18th is taken, 340 ms after the first."""
+    """56 bytes are 28 values, one each 20 ms: 20 bytes are left when the 18th is taken, 340 ms after the first."""
     enter(bench, board, 0x52, 1, 1, alarm=20, rate=20)
     velocities(bench, board, *range(100, 128))
     send(bench, board, 0x42)
@@ -78,7 +78,7 @@ def test_no_alarm_unless_the_buffer_has_held_more(bench, board):
     velocities(bench, board, *[9] * 14)
     send(bench, board, 0x42, seconds=0.1)
     assert messages(bench, board) == ["52 01 01 00 00 00 0e 00 02"]
-    velocities(bench, board, *[9] * 14)  # and again
+    velocities(bench, board, *[9] * 14)  # fill the buffer again
     send(bench, board, 0x42, seconds=0.1)
     assert messages(bench, board) == ["52 01 01 00 00 00 0e 00 02"]
 
@@ -123,7 +123,7 @@ def test_when_it_runs_dry_the_motor_stays_at_its_velocity_until_it_is_performed_
     bench.run(2)
     assert moving_at(board, 2_000)
     assert not board.bus.read(1) & USER_BIT_0
-    assert ask(bench, board, 0x8D)[1] == 0xFF  # only heard when it is not performed
+    assert ask(bench, board, 0x8D)[1] == 0xFF  # 8Dh is valid only when no stream is performed
     put(4_000)
     bench.run(2)
     assert moving_at(board, 2_000)
@@ -145,7 +145,7 @@ def test_stop_and_kill_end_the_pulses_and_the_performance_at_once(bench, board, 
     assert moving_at(board, 0)
     bench.run(1)
     assert moving_at(board, 0)
-    assert free(bench, board) == 600 - 8  # what has not been performed is still there
+    assert free(bench, board) == 600 - 8  # the rest is kept
     send(bench, board, 0x42, seconds=1)
     assert moving_at(board, 1_000)
 
@@ -240,7 +240,7 @@ def test_a_marker_met_while_another_is_executed_is_lost(bench, board, rate, seen
     enter(bench, board, 0x52, 3, 1, rate=rate)
     for number in (1, 2):
         marker(bench, board, 0x7FF0 + number, 0x08, 0)
-        marker(bench, board, 0x7FF0 + number, 0x01, number)  # defined again
+        marker(bench, board, 0x7FF0 + number, 0x01, number)  # the marker is defined again
     performed(bench, board, 1_500, 0x7FF1, 1_500, 0x7FF2, 1_500, 0, 0, rate=rate)
     until_idle(bench, board)
     assert messages(bench, board)[: len(seen) + 1] == seen
@@ -259,12 +259,12 @@ def test_the_null_command_deletes_a_marker(bench, board):
 @pytest.mark.parametrize(
     ("opcode", "first", "second"),
     [
-        (0x7C, 1, 1),  # three parameters
-        (0x86, 0, 0),  # not while the buffer is performed
-        (0x41, 1, 0),  # not in a streaming mode
+        (0x7C, 1, 1),  # three parameters are missing
+        (0x86, 0, 0),  # invalid while the buffer is performed
+        (0x41, 1, 0),  # invalid in a streaming mode
         (0x07, 0, 0),  # undefined
-        (0x0B, 3, 0),  # no such output
-        (0x0B, 1, 1),  # a surplus byte
+        (0x0B, 3, 0),  # there is no output 3
+        (0x0B, 1, 1),  # with a surplus byte
     ],
 )
 def test_commands_that_no_marker_takes(bench, board, opcode, first, second):
@@ -281,7 +281,7 @@ def test_ten_markers_and_no_more(bench, board):
         marker(bench, board, 1_500 + number, 0x01, number)
     performed(bench, board, 1_508, 1_510, 1_509, 0)
     until_idle(bench, board)
-    assert board.axes["motor"].position == 10  # 1,510 was a velocity
+    assert board.axes["motor"].position == 10  # 1,510 was a velocity, and no marker
     assert messages(bench, board) == ["01 08", "01 09"]
 
 
@@ -313,20 +313,20 @@ def test_reports_while_streaming(bench, board):
     assert reports[0x81] == b"\x81".ljust(16, b"\0")
     assert reports[0x84][1] == 0
     assert reports[0x8C][1] == 0xFF
-    send(bench, board, 0x86)  # not while the buffer is performed
+    send(bench, board, 0x86)  # ignored while the buffer is performed
     statuses = []
     bench.run(0.1)
     for _ in range(3):
         statuses.append(ask(bench, board, 0x88)[1] & 0xF8)
         bench.run(0.2)
-    assert statuses == [0x50, 0x30, 0x90]  # moving and: accelerating, constant, decelerating
+    assert statuses == [0x50, 0x30, 0x90]  # moving, and: accelerating, constant, decelerating
     bench.run(0.2)
     assert ask(bench, board, 0x88)[1] & 0xF8 == 0
     assert position(bench, board, 0x80) == board.axes["motor"].position == 1_200
 
 
 def test_what_a_velocity_leads_to_at_once_may_end_the_performance(bench):
-    """A stall is seen as zero velocity is given out, 3 ms at 3,500 pulses/s after the start: ten pulses, one tooth."""
+    """A stall is detected when the zero velocity is output, after 3 ms at 3,500 pulses/s: ten pulses, one tooth."""
     board = ready(bench, motor={"encoder": {"counts_per_rev": 400}})
     for command in ((0xB0, 0, 1, 0, 1), (0xB1, 0, 0, 1, 0x90), (0xB2, 0, 0, 0, 0), (0xB4, 0, 0, 0, 50), (0x19, 1)):
         send(bench, board, *command)

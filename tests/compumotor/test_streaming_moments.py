@@ -1,4 +1,4 @@
-"""Streaming: its start, the width of its pulses, and a loss of power while it is performed."""
+"""Streaming: its start, the width of its pulses, and a loss of power while a stream is performed."""
 
 import pytest
 
@@ -22,7 +22,7 @@ def streaming(bench, board, mode, **options):
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("start_ms", [3, 0, 20])
 def test_the_first_velocity_comes_as_a_calculated_move_does(bench, mode, start_ms):
-    """Pre-defined moves: "within five milliseconds of receipt": 1 ms to read the command, 3 ms until it begins."""
+    """Pre-defined moves: "within five milliseconds of receipt": 1 ms to read the command, and 3 ms to begin."""
     board = ready(bench, start_ms=start_ms)
     streaming(bench, board, mode)
     written = bench.now
@@ -35,7 +35,7 @@ def test_the_first_velocity_comes_as_a_calculated_move_does(bench, mode, start_m
 @pytest.mark.parametrize("mode", [0x52, 0x53])
 def test_a_pulse_is_half_a_period_of_the_highest_frequency_wide(bench, board, mode, divisor, width_ns):
     """STEP: "always one half the period of the maximum frequency out", which is half of the effective clock: 229 ns
-    at 2.18 MHz; for 4.369 MHz/16 it is 1/273,067 s.
+    wide at 2.18 MHz, 1/273,067 s wide at 4.369 MHz/16.
     """
     enter(bench, board, mode, 1, divisor, rate=100)
     velocities(bench, board, 16) if mode == 0x52 else distances(bench, board, 50)
@@ -71,7 +71,7 @@ def test_a_stream_does_not_outlive_its_board(bench, board, mode, way):
 
 @pytest.mark.parametrize("seconds", [0.001, 0.002])
 def test_the_command_of_a_marker_does_not_outlive_its_board(bench, board, seconds):
-    """EEh: a command takes "two to four milliseconds to execute"; here the reset comes before it has been."""
+    """EEh: a command takes "two to four milliseconds to execute"; a reset within this time prevents it."""
     enter(bench, board, 0x52, 1, 16, rate=10)
     send_all(bench, board, (0xEE, 0xFF, 0xFF, 0x09, 0x02, 0), (0xEE, 0xFF, 0xFE, 0x94, 0, 0))
     velocities(bench, board, 0xFFFE, 0x1000, 0xFFFF, 0x2000, 0x1000, 0, 0)

@@ -1,4 +1,4 @@
-"""Text form of commands and messages."""
+"""The text form of commands and messages."""
 
 import pytest
 
@@ -88,7 +88,7 @@ def test_a_message(message, words):
 
 
 def test_a_streamed_velocity_has_a_direction():
-    """ "The most significant bit is the sign bit, 1 = CCW motion and 0 = CW motion"."""
+    """E0h, E1h: "The most significant bit is the sign bit, 1 = CCW motion and 0 = CW motion"."""
     pairs = "8008 0064 7FFF 0001 8000 0000"
     assert WORDS.explain(bytes.fromhex(f"E0 {pairs}")) == "velocity-distance data: " + ", ".join(
         f"velocity {velocity} effective clock/65536, distance {distance} pulses"

@@ -42,7 +42,7 @@ def test_hardware_that_is_slower_is_measured_from_what_the_host_did_last():
     comparison = compared(READY + "> E\\r\n< C\\r\n= clock 2.728229167\n+1\n> N\\r\n< 0\\r\n= clock 3.738229167\n")
     first, second, third = comparison.acts
     assert (first.later_ns, second.later_ns) == (0, second.twin_ns - 25 * MS)
-    assert second.twin_ns == 4_958_333  # one strobe, and two characters
+    assert second.twin_ns == 4_958_333  # one strobe and two characters later
     assert (second.hardware_ns, third.hardware_ns) == (25 * MS, 10 * MS)
     assert comparison.worst is second
     assert (second.line, second.after) == (8, r"> E\r")
@@ -73,7 +73,7 @@ def test_words_that_come_at_the_end():
 
 @pytest.mark.parametrize(("hardware_s", "same"), [(29, True), (28, True), (20, False)])
 def test_the_twin_has_as_long_as_the_hardware_and_some_patience(hardware_s, same):
-    """A sequence that reports after 29 s."""
+    """A sequence reports after 29 s; the twin's report may come later than the hardware's, by the patience."""
     text = READY + "> :P0,99:=29,1:%:$\\r\n" + f"< %\\r\n= clock {2.703229167 + hardware_s}\n"
     assert compared(text).acts[-1].same is same
 
@@ -167,7 +167,7 @@ def test_a_line_that_was_so_all_the_time_is_right():
 
 
 def test_a_pulse_that_the_recording_has_missed_is_no_change_that_it_has_seen():
-    """RTS is on during transmission; a recording samples RTS 100 times per second."""
+    """RTS is on during a transmission only; a recording that samples RTS 100 times per second may miss it."""
     text = READY + "> E\\r\n< C\\r\n= clock 2.71\n+0.1\n> N\\r\n+0.002\n= rts high\n< 0\\r\n= clock 2.83\n= rts low\n"
     comparison = compared(text)
     assert comparison.different == ()

@@ -36,7 +36,7 @@ def corrected(conversation: Conversation, difference: Difference) -> Conversatio
         acts = [replace(act, value=difference.got)]
     elif isinstance(act, Hear) and act.data:
         acts = [replace(act, data=message)] if message else []
-    else:  # data were received that are not in the conversation
+    else:  # data were received that the conversation does not contain
         acts = [Hear(message), act] if isinstance(act, Hear) else [act, Hear(message)]
     changed = (*conversation.acts[:place], *acts, *conversation.acts[place + 1 :])
     return Conversation(tuple(replace(a, line=n) for n, a in enumerate(changed, start=1)), conversation.file)

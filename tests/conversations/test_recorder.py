@@ -136,7 +136,7 @@ def test_whatever_a_host_says_can_be_replayed(messages):
 
 
 def of_a_machine(made, *doings):
-    """Return the recording of these actions on `made(bench)`, half a second apart, after a successful replay."""
+    """Record these actions on `made(bench)`, half a second apart; replay the recording, and return it."""
     bench, again = Bench(), Bench()
     controller = made(bench)
     made(again)
@@ -207,7 +207,7 @@ def test_a_joystick_is_recorded():
 
 
 def test_a_lead_that_changes_nothing_yet_is_recorded():
-    """Later the test lead holds the level of the input."""
+    """A test lead that has no effect at first holds the level of the input later."""
     acts, _bench, _again = of_a_machine(
         lambda bench: bench.add("if1"),
         lambda if1: if1.pins["input1"].drive(False),

@@ -15,7 +15,7 @@ from axistwin.errors import AxistwinError, UsageError
 
 @pytest.fixture
 def check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
-    """Write a program into a file, and check it."""
+    """Return a function that writes a program into a file, and checks it."""
     monkeypatch.chdir(tmp_path)
 
     def run(name: str, text: str, *options: str, model: str = "if1") -> Result:

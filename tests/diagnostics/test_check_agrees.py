@@ -97,7 +97,7 @@ def test_a_terminal_of_two_names(scene, wires, message):
 
 
 def values(text: str) -> list[str]:
-    """Return the words and numbers of a file, to be exchanged for one another."""
+    """Return the words and numbers of a file, which mutations exchange for one another."""
     return re.findall(r'"[^"\n]*"|[\w.-]+', text)
 
 
@@ -120,7 +120,7 @@ def mutated(text: str, chance: random.Random) -> str:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_mutated_examples(name, tmp_path):
-    """Check and build agree for fifty mutations of each example, and report the same place."""
+    """For fifty mutations of each example, check and build report the same errors at the same places."""
     directory = tmp_path / "scene"
     shutil.copytree((EXAMPLES / name).parent, directory)
     file = directory / Path(name).name

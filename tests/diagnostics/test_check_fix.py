@@ -18,7 +18,7 @@ from axistwin.errors import AxistwinError
 
 @pytest.fixture
 def fix(tmp_path, monkeypatch):
-    """Write a file and fix it; return the output and the new contents."""
+    """Return a function that writes a file and fixes it, and returns the output and the new contents."""
     monkeypatch.chdir(tmp_path)
 
     def run(name, data, *options):

@@ -26,7 +26,7 @@ FILES = {
 
 @pytest.fixture
 def check(tmp_path, monkeypatch):
-    """Run `axistwin check` in a folder with these files."""
+    """Return a function that runs `axistwin check` in a folder with these files."""
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
         Path(name).write_text(text, encoding="utf-8")

@@ -25,12 +25,12 @@ PARITY: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7: 
 
 
 def write(controller: Controller, *messages: str, end: str = "\r") -> None:
-    """Write messages, each with its terminator, to the host's port; no time passes."""
+    """Write messages, each with its terminator, to the host's port, without advancing the time."""
     controller.serial.write("".join(message + end for message in messages).encode("latin-1"))
 
 
 def send(bench: Bench, controller: Controller, *messages: str, seconds: float = 0.2, end: str = "\r") -> bytes:
-    """Write messages, run for a while, and return all that the host has received and not read."""
+    """Write messages and run for `seconds`; return everything received that the host has not read."""
     write(controller, *messages, end=end)
     bench.run(seconds)
     return controller.serial.read()
@@ -81,7 +81,7 @@ def until_idle(bench: Bench, controller: Controller, timeout: float = 100.0) -> 
 
 
 def each_character(bench: Bench, controller: Controller, text: str, act: Callable[[int], None]) -> None:
-    """Send `text`; call `act(n)` just before character n is transmitted."""
+    """Send `text`; just before its character n is transmitted, call `act(n)`."""
     for n, character in enumerate(text):
         act(n)
         write(controller, character, end="")
@@ -110,10 +110,10 @@ def detect(bench: Bench, controller: Controller) -> None:
 
 
 def initialise(bench: Bench, controller: Controller, message: str = "U61") -> Controller:
-    """Initialise a controller that was just switched on, until the ramp is calculated; the host takes its format."""
+    """Initialise a controller after power-up until its ramp is calculated; set the host to the same format."""
     detect(bench, controller)
     end = "\r\n" if message[0] == "V" else "\r"
-    each_character(bench, controller, message + end, lambda n: bench.run(0.02))  # so slowly that none is overwritten
+    each_character(bench, controller, message + end, lambda n: bench.run(0.02))  # so slow that none is lost
     bench.run(0.15)
     host_format(controller, message)
     bench.run(1.2)
@@ -164,7 +164,7 @@ def start_ns(axis: StepperAxis) -> int:
 
 
 def since_start(axis: StepperAxis, nth: int = -1) -> list[int]:
-    """Return the pulse times of the latest motion, or of the nth, in nanoseconds from its start."""
+    """Return the pulse times of the latest motion, or of motion `nth`, in nanoseconds from its start."""
     starts = [*(move.start_ns for move in axis.train.moves), axis.clock.now + 1]
     begin, end = starts[nth - 1 if nth < 0 else nth], starts[nth if nth < 0 else nth + 1]
     return [int(time) - begin for time in axis.pulse_times(begin, end)]
@@ -188,7 +188,7 @@ def edges(pin: Pin) -> list[tuple[int, bool]]:
 
 
 def pulse_times_of(segments: Sequence[Segment]) -> list[int]:
-    """Return pulse times: the phase advances at each rate in turn, pulse n is where the phase reaches n."""
+    """Return pulse times: the phase advances at the rate of each segment, and pulse n comes when it reaches n."""
     found: list[int] = []
     begin, phase = Fraction(0), Fraction(0)
     for rate, seconds in segments:
@@ -204,7 +204,7 @@ def constant(rate: int | Fraction, pulses: int) -> list[int]:
 
 
 def ramped(distance: int, start: int, top: int | Fraction, increment: int, acceleration: int) -> list[Segment]:
-    """Return the segments of an index: up by `increment` every increment/acceleration seconds, along, and down.
+    """Return the segments of an index: up by `increment` every increment/acceleration seconds, constant, down.
 
     A distance too short for the whole ramp uses as many levels as fit twice, and the rest runs at the next level.
     """
@@ -224,7 +224,7 @@ def ramped(distance: int, start: int, top: int | Fraction, increment: int, accel
 
 
 def scripts(table: dict[str, str]) -> pytest.MarkDecorator:
-    """Parametrise a test by scripts for `play`; each key is the section of the manual with what it says."""
+    """Parametrise a test by scripts for `play`; each key is a section of the manual with its rule."""
     return pytest.mark.parametrize("script", table.values(), ids=table.keys())
 
 
@@ -247,7 +247,7 @@ def play(bench: Bench, controller: Controller, script: str) -> None:
 
 
 def _act(bench: Bench, controller: Controller, words: list[str]) -> bool:
-    """Carry out an action other than a message; return False if the words are no such action."""
+    """Perform an action other than a message; return False if the words are no such action."""
     match words:
         case [seconds, "s"]:
             bench.run(float(seconds))
@@ -269,7 +269,7 @@ def _act(bench: Bench, controller: Controller, words: list[str]) -> bool:
 
 
 def _check(bench: Bench, controller: Controller, words: list[str], act: str) -> bool:
-    """Carry out a check; return False if the words are no check."""
+    """Perform a check; return False if the words are no check."""
     match words:
         case ["K:" | "F:" | "I:" | "O:" | "E:" | "N:" as request, answer]:
             assert (act, status(bench, controller, request[0])) == (act, answer)

@@ -41,13 +41,13 @@ def test_a_run_is_stopped_again_by_a_high_level(bench, if1):
     if1.pins["input1"].drive(True)
     bench.run(1.0)
     x = times(if1.axes["X"])
-    assert RAMP <= len(x) - before <= RAMP + 51  # up to 50 ms went by while O was asked
+    assert RAMP <= len(x) - before <= RAMP + 51  # up to 50 ms have passed with requests of O
     assert x[-1] - at_ns <= RAMP_NS + 2 * MS
     assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
 
 
 def test_the_stop_is_a_deceleration_along_the_ramp(bench, if1):
-    """Aborting: A stops a run as the cancel code does, down the same levels."""
+    """Aborting: A decelerates a run through the same levels as the cancel code does."""
     command(bench, if1, ":X@1000G:H1A:$", seconds=2.0)
     stop_ns = bench.now
     if1.pins["input1"].drive(True)
@@ -75,7 +75,7 @@ def test_the_abort_may_have_inputs_before_and_a_repeat_after_it(bench, if1, step
 
 
 def test_a_run_below_start_stop_speed_ends_at_once_and_counts(bench, if1):
-    """Aborting with a delay instead of an input: 500 ms at 206.25 steps/s are 103 steps."""
+    """Aborting, after a delay instead of an input: a run of 500 ms at 206.25 steps/s is 103 steps."""
     write(if1, ":X@206G:P0,50:A:Y7:$")  # 206 / 6.25 = 32.96, so 33 x 6.25 = 206.25 steps/s
     until_idle(bench, if1)
     assert positions(if1) == (103, 7, 0)
@@ -97,7 +97,7 @@ def test_the_repeat_command_can_be_combined_with_an_abort(bench, if1):
 
 
 def test_the_next_step_waits_until_the_aborted_run_stands(bench, if1):
-    """Aborting: one ramp generator, so the Y move begins when the X axis has come to rest."""
+    """Aborting: there is one ramp generator, so the Y move begins when the X axis is at rest."""
     write(if1, ":X@1000G:P0,50:A:Y20@400:$")
     until_idle(bench, if1)
     assert times(if1.axes["X"])[-1] < times(if1.axes["Y"])[0]
@@ -123,7 +123,7 @@ def test_runs_in_a_sequence(bench, if1, script):
 
 
 def test_a_move_after_a_run_that_goes_on_waits_for_the_run_to_be_stopped(bench, if1):
-    """R36: "waits until the run is stopped"; only the cancel code can do that, and it ends the sequence."""
+    """R36: a move "waits until the run is stopped"; only the cancel code can stop it, which ends the sequence."""
     command(bench, if1, ":X@200G:Y100:$", seconds=20.0)
     assert positions(if1)[1] == 0
     assert (status_word(bench, if1), number(bench, if1, "O"), status(bench, if1, "E")) == (3, 2, "E")
@@ -133,7 +133,7 @@ def test_a_move_after_a_run_that_goes_on_waits_for_the_run_to_be_stopped(bench, 
 
 
 def test_a_run_of_two_axes_is_aborted_together(bench, if1):
-    """Aborting: "stop the run-mode move", whatever axes it has."""
+    """Aborting: "stop the run-mode move", of all its axes at the same time."""
     write(if1, ":X-Y@1000G:P0,99:A:$")
     until_idle(bench, if1)
     x, y, _ = positions(if1)

@@ -7,7 +7,7 @@ from .talking import ask, command
 
 @pytest.mark.parametrize("run", ["X@400G$", "X/Y@400G$", ":X@400G:P0,5:A:$"])
 def test_each_index_length_is_zero_until_it_is_said_again(bench, if1, run):
-    """Run mode: "the distance MUST be stated in a subsequent index instruction", each of an interpolation's two."""
+    """Run mode: "the distance MUST be stated in a subsequent index instruction", both distances of an interpolation."""
     command(bench, if1, "X200/Y100@400$", seconds=1)
     command(bench, if1, run, seconds=0.3)
     command(bench, if1, "#", seconds=0.3)

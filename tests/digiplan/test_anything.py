@@ -108,7 +108,7 @@ def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given_anything
 def test_anything_at_any_time_neither_raises_nor_hangs(model, form, line, wiring, happenings):
-    """After all faults are removed and the power is cycled, the interface works as when new."""
+    """After any actions, once all faults are removed and the power is cycled, the interface works as when new."""
     bench = Bench()
     it = ready(bench, form, model, line=line, wiring=wiring)
     for happening in happenings:
@@ -116,9 +116,9 @@ def test_anything_at_any_time_neither_raises_nor_hangs(model, form, line, wiring
     bench.run(2)
     put_right(bench, it)
     if (model, wiring) == ("if2", "3-wire"):
-        return  # DSR is low at power-up: if it is locked, only those who know its baud rate and format get in again
+        return  # DSR is low at power-up: a locked IF2 then answers only its own baud rate and format
     bench.run(1.5)
-    write(it, "(*", end="")  # a locked IF2 is broken into; an IF1 takes no notice
+    write(it, "(*", end="")  # this breaks into a locked IF2; an IF1 ignores it
     bench.run(0.5)
     send(bench, it, "\rU61", seconds=1.5)
     before = it.axes["X"].position
@@ -135,11 +135,11 @@ def put_right(bench: Bench, it: Controller) -> None:
     it.serial.to_device.mend()
     it.serial.from_device.mend()
     it.serial.drop_pending()
-    bench.run(3)  # a break or a character at 110 baud may still be on its way
+    bench.run(3)  # the end of a break or of a character at 110 baud
     it.power(False)
     host = it.serial.host
     host.baudrate, host.bytesize, host.parity, host.stopbits, host.dtr, host.rts = 9600, 8, "N", 2, True, True
-    it.serial.write(bytes(9))  # on these the line's remaining faults are spent
+    it.serial.write(bytes(9))  # they use up the remaining faults of the line
     bench.run(0.5)
     it.power(True)
 
@@ -168,7 +168,7 @@ def outcome(bench: Bench, it: Controller) -> tuple[object, ...]:
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.sampled_from(TIMELESS), max_size=6), st.floats(0, 0.05), st.sampled_from(["U61", "U62", "U24"]))
 def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
-    """The speed at which a message is typed does not change its effect."""
+    """A message has the same effect at once as byte by byte with pauses."""
     whole, bit_by_bit = Bench(), Bench()
     text = "".join(message + "\r" for message in said)
     first = ready(whole, form, line="2400 8N2")
@@ -182,7 +182,7 @@ def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
 
 @pytest.mark.parametrize("step", [0.0001, 0.0137, 2.0])
 def test_it_does_not_matter_in_what_steps_time_is_advanced(step):
-    """Each event has its exact time, whatever the lengths of the runs."""
+    """Each event has its exact time, whatever the length of the steps in which time is advanced."""
 
     def session(step: float) -> tuple[object, ...]:
         bench = Bench()
@@ -200,10 +200,10 @@ def test_it_does_not_matter_in_what_steps_time_is_advanced(step):
 @settings(max_examples=60, deadline=None)
 @given(st.binary(max_size=60))
 def test_rubbish_before_initialisation_does_no_harm(rubbish):
-    """Initialisation: only `(` is understood; if the rubbish holds one, another is answered all the same.
+    """Initialisation: only `(` is accepted; if the random bytes contain one, a later `(` is answered too.
 
-    Rubbish can pass for a `(` at a lower baud rate (80h is low for 8 bits, 4 bits at half the rate): then the answer
-    comes at that rate, and only there.
+    Random bytes can read as `(` at a lower baud rate (80h is low for 8 bits, which are 4 bits at half the rate): then
+    the answer comes at that rate only.
     """
     bench = Bench()
     if1 = bench.add("if1")
@@ -220,7 +220,7 @@ def test_rubbish_before_initialisation_does_no_harm(rubbish):
 @settings(max_examples=60, deadline=None)
 @given(st.text(LANGUAGE.replace("[", "").replace("#", ""), max_size=60))
 def test_after_any_message_cancel_makes_it_ready(text):
-    """Cancel: after any text, `#` CR and a read of the faults make the interface ready."""
+    """Cancel: after any text, `#` CR and a request of the faults make the interface ready."""
     bench = Bench()
     if1 = ready(bench)
     send(bench, if1, text, seconds=4)
@@ -236,7 +236,7 @@ def test_after_any_message_cancel_makes_it_ready(text):
 
 @pytest.mark.parametrize("moment", [n * 0.0137 for n in range(80)])
 def test_power_may_fail_at_any_moment_of_a_message(moment):
-    """Power off during reception, calculation of a ramp, motion, an output pulse, a reversal or an answer."""
+    """The power may fail during reception, calculation of a ramp, motion, an output pulse, a reversal or an answer."""
     bench = Bench()
     if1 = ready(bench, "U62", line="1200 8N2", recalculation_s=0.1)
     write(if1, "B-9^20", "X20@500BP1,9$", "K")
@@ -267,7 +267,7 @@ def test_power_may_fail_at_any_moment_of_a_message(moment):
     ],
 )  # fmt: skip
 def test_odd_orders(bench, if1, message):
-    """R7: a wrong message is never obeyed in part, and the next message is obeyed."""
+    """R7: no part of a wrong message is executed, and the next message is executed."""
     command(bench, if1, message, seconds=5)
     command(bench, if1, "#", seconds=0.5)
     ask(bench, if1, "F")
@@ -278,7 +278,7 @@ def test_odd_orders(bench, if1, message):
 
 
 def test_a_flood_does_no_harm_and_leaves_no_trace_after_cancel(bench, if1):
-    """A buffer overflow sets only F 8; the interface continues."""
+    """A flood sets only F 8 (buffer overflow); after cancel the interface works as before."""
     if1.serial.write(bytes(range(256)) * 40)
     bench.run(20)
     command(bench, if1, "#", seconds=3)

@@ -29,7 +29,7 @@ def begin() -> tuple[Bench, Controller]:
 
 
 def undisturbed() -> list[int]:
-    """Return the times in ns at which something changes in the first pass, half a ms later, and between."""
+    """Return the times of all changes in the first pass, the times half a ms later, and times between them, in ns."""
     bench, if2 = begin()
     begun_ns = bench.now
     seen = {begun_ns}
@@ -51,7 +51,7 @@ MOMENTS = undisturbed()
 
 
 def test_the_sequence_itself():
-    """The undisturbed sequence: twice X +70 -10, Y and Z together, a run, Z -9."""
+    """The sequence without faults moves X +70 -10 twice, Y and Z together, a run, and Z -9."""
     bench, if2 = begin()
     bench.run(5.0)
     x = moves(if2.axes["X"])
@@ -82,7 +82,7 @@ def assert_recovered(bench: Bench, if2: Controller) -> None:
 
 
 def at_every_moment(act: Act, check: Act) -> None:
-    """Play the sequence once per moment, do `act` there and `check` at the end."""
+    """Play the sequence once for each moment; call `act` at the moment and `check` at the end."""
     for moment_ns in MOMENTS:
         bench, if2 = begin()
         bench.run(moment_ns / S)
@@ -91,7 +91,7 @@ def at_every_moment(act: Act, check: Act) -> None:
 
 
 def test_cancelling_at_every_moment():
-    """Cancel: "This will stop any axis in motion"; it ends the sequence, a wait, a pulse, a pause before a reversal."""
+    """Cancel: "This will stop any axis in motion"; it also ends a wait, a pulse or a pause before a reversal."""
 
     def cancel(bench: Bench, if2: Controller) -> None:
         command(bench, if2, "#")
@@ -105,7 +105,7 @@ def test_cancelling_at_every_moment():
 
 @pytest.mark.parametrize("names", [["estop"], ["x_fault"], ["y_fault"], ["estop", "y_fault"]])
 def test_a_fault_at_every_moment(names):
-    """Clearing: "any axis in motion will stop", "further movement is inhibited" until the request; R22."""
+    """Clearing: "any axis in motion will stop", "further movement is inhibited" until the status request (R22)."""
 
     def fault(bench: Bench, if2: Controller) -> None:
         for name in names:
@@ -125,7 +125,7 @@ def test_a_fault_at_every_moment(names):
 
 @pytest.mark.parametrize(("name", "back"), [("limit_plus", "XYZ-5"), ("limit_minus", "XYZ5")])
 def test_a_limit_at_every_moment(name, back):
-    """Clearing, limits: a motion towards the limit stops; then the other direction is allowed."""
+    """Clearing, limits: a motion towards the limit stops; afterwards the axis moves in the other direction only."""
 
     def limit(bench: Bench, if2: Controller) -> None:
         if2.pins[name].drive(False)
@@ -143,7 +143,7 @@ def test_a_limit_at_every_moment(name, back):
 
 
 def test_locking_at_every_moment_changes_nothing():
-    """Lockout: a lock concerns only communication; the sequence continues to its end."""
+    """Lockout: a lock affects only communication, so the sequence continues to its end."""
 
     def lock(bench: Bench, if2: Controller) -> None:
         command(bench, if2, "[", "#", seconds=4.0)
@@ -155,7 +155,7 @@ def test_locking_at_every_moment_changes_nothing():
 
 
 def test_asking_at_every_moment_changes_no_pulse():
-    """Report-back: "at any time"; a pause before a reversal "may be extended if ... being interrogated"."""
+    """Report-back: "at any time"; only a pause before a reversal "may be extended if ... being interrogated"."""
     bench, if2 = begin()
     bench.run(5.0)
     quiet = {name: moves(if2.axes[name]) for name in "XYZ"}
@@ -197,7 +197,7 @@ def test_a_power_cut_at_every_moment():
 
 
 def test_a_line_that_dies_at_every_moment():
-    """The host's DSR and CTS go: "The interface will not transmit any data"; it moves on, and answers later."""
+    """Control lines: without DSR and CTS "The interface will not transmit any data"; it moves, and answers later."""
 
     def unplug(bench: Bench, if2: Controller) -> None:
         if2.serial.host.dtr = if2.serial.host.rts = False

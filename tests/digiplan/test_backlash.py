@@ -81,7 +81,7 @@ def test_the_pause_may_be_extended_by_interrogation_but_never_shortened(bench, i
 
 
 def test_the_correction_is_made_at_the_start_stop_speed(bench, if1):
-    """Backlash: "The correction will be applied at the programmed start/stop speed"; the index itself has its ramp."""
+    """Backlash: "The correction will be applied at the programmed start/stop speed"; the index has its own ramp."""
     command(bench, if1, "B-20", "<3", "X100B@1000$", seconds=3)
     axis = if1.axes["X"]
     assert since_start(axis, -2) == pulse_times_of(ramped(120, 300, 1000, 100, 10_000))
@@ -89,14 +89,14 @@ def test_the_correction_is_made_at_the_start_stop_speed(bench, if1):
 
 
 def test_the_correction_is_made_at_the_start_stop_speed_that_the_range_can_set(bench, if1):
-    """Start/stop: 300 is 288 in range 4."""
+    """Start/stop: a start/stop speed of 300 becomes 288 in range 4; the correction runs at 288."""
     command(bench, if1, ">4<3B-20", "X100B@1000$", seconds=3)
     assert since_start(if1.axes["X"]) == constant(288, 20)
     assert if1.axes["X"].position == 100
 
 
 def test_the_correction_is_at_start_stop_even_below_it(bench, if1):
-    """R26: speed below start/stop: the correction still at start/stop."""
+    """R26: for an index below the start/stop speed, the correction still runs at the start/stop speed."""
     command(bench, if1, "B-20", "X100B@100$", seconds=3)
     axis = if1.axes["X"]
     assert since_start(axis, -2) == constant(100, 120) and since_start(axis) == constant(400, 20)
@@ -113,7 +113,7 @@ def test_the_direction_must_always_be_specified(bench, if1, message):
 
 @pytest.mark.parametrize("message", ["B-256", "B+999", "B-1000000000000"])
 def test_more_than_255_steps_are_out_of_range(bench, if1, message):
-    """R25: out of range, and not taken."""
+    """R25: a backlash above 255 is out of range, and the previous value is kept."""
     write(if1, "B-20", message)
     assert faults(bench, if1) == (b"128\r", b"16\r")
     command(bench, if1, "X100B$", seconds=2)
@@ -121,24 +121,24 @@ def test_more_than_255_steps_are_out_of_range(bench, if1, message):
 
 
 def test_several_axes_in_the_same_direction(bench, if1):
-    """Backlash: "the directions must all be the same": then all end in their place."""
+    """Backlash: "the directions must all be the same"; then all axes end at their targets."""
     command(bench, if1, "B-20", "XYZ100B$", seconds=2)
     for axis in if1.axes.values():
         assert moves(axis) == [120, -20]
 
 
 def test_several_axes_in_different_directions_introduce_a_position_error(bench, if1):
-    """Backlash: "otherwise a position error will be introduced": nothing prevents it, nothing reports it."""
+    """Backlash: "otherwise a position error will be introduced", which is neither prevented nor reported."""
     command(bench, if1, "B-20", "X+Y-100B$", seconds=2)
     assert (if1.axes["X"].position, if1.axes["Y"].position) != (100, -100)
     assert faults(bench, if1) == (b"0\r", b"0\r")
 
 
 def test_it_is_busy_from_the_first_pulse_to_the_last(bench, if1):
-    """Busy status: "occupied", the pause included."""
+    """Busy status: the interface is "occupied" from the first pulse to the last, the pause included."""
     command(bench, if1, "B-20", "X100B$", seconds=0.02)
     answers = b""
-    for _ in range(60):  # 300 ms, 3 ms and 50 ms in all
+    for _ in range(60):  # 300 ms out, a pause of 3 ms and 50 ms back
         answers += ask(bench, if1, "E", 0.008)
     lead = answers.index(b"C")
     assert answers[:lead] == b"E\r" * (lead // 2)
@@ -147,7 +147,7 @@ def test_it_is_busy_from_the_first_pulse_to_the_last(bench, if1):
 
 
 def test_cancel_during_the_index_leaves_the_correction_out(bench, if1):
-    """Index mode: cancel stops "any axis in motion", and the rest is lost."""
+    """Index mode: cancel stops "any axis in motion", and no correction follows."""
     command(bench, if1, "B-20", "X400B$", seconds=0.5)
     command(bench, if1, "#", seconds=2)
     assert (len(moves(if1.axes["X"])), ask(bench, if1, "E")) == (1, b"C\r")
@@ -186,7 +186,7 @@ def test_the_net_distance_is_always_the_one_asked_for(distance, direction, corre
 
 @pytest.mark.parametrize("message", ["X100/Y50B$", "XBG$", "XGB$"])
 def test_no_correction_of_an_interpolated_move_or_a_run(bench, if1, message):
-    """Backlash correction speaks of "any index"; neither an interpolated move nor a run can come back by it."""
+    """Backlash correction: "any index" is corrected, but neither an interpolated move nor a run."""
     write(if1, message)
     assert (faults(bench, if1), if1.axes["X"].position) == ((b"128\r", b"8\r"), 0)
 
@@ -204,7 +204,7 @@ def test_cancel_in_the_pause_leaves_the_correction_out(bench, if1):
 
 @pytest.mark.parametrize("pin", ["estop", "limit_plus", "x_fault"])
 def test_a_fault_during_the_index_leaves_the_correction_out(bench, if1, pin):
-    """Clearing faults: "any axis in motion will stop", "further movement is inhibited"."""
+    """Clearing faults: "any axis in motion will stop", "further movement is inhibited", also the correction."""
     command(bench, if1, "B-20", "X400B$", seconds=0.5)
     if1.pins[pin].drive(False)
     bench.run(2)
@@ -213,7 +213,7 @@ def test_a_fault_during_the_index_leaves_the_correction_out(bench, if1, pin):
 
 
 def test_backlash_in_a_run_does_nothing_worse_than_nothing(bench, if1):
-    """Backlash: it finishes "any index"; a run has no end to correct."""
+    """Backlash: "any index" is corrected; a run, which has no end, is made without a correction."""
     command(bench, if1, "B-20", "XGB$", seconds=1)
     command(bench, if1, "#", seconds=1)
     assert not moving(if1) and len(moves(if1.axes["X"])) <= 1

@@ -48,7 +48,7 @@ def stored(bench: Bench, sequence: str = STORED, form: str = "U61", **options: o
 
 
 def power_up(bench: Bench, if2: Controller, dsr: bool) -> None:
-    """Switch on in a 5-wire system with DSR (the host's DTR) at `dsr`; then set DSR, so that answers can be sent."""
+    """Switch on in a 5-wire system with DSR (the host's DTR) at `dsr`; then set DSR, so that answers are sent."""
     if2.serial.host.dtr = dsr
     if2.power(True)
     bench.run(1.05)
@@ -72,7 +72,7 @@ def test_the_stored_sequence_starts_at_power_up_with_dsr_low(bench):
 
 
 def test_a_sequence_that_begins_without_an_input_runs_at_once(bench):
-    """Storing: ":H1:" "prevents the interface from executing the sequence at power-up"; here there is none."""
+    """Storing: ":H1:" "prevents the interface from executing the sequence at power-up"; without it, it runs."""
     if2 = stored(bench, ":X100@400:Y50:$")
     bench.run(3.0)
     before = positions(if2)
@@ -82,7 +82,7 @@ def test_a_sequence_that_begins_without_an_input_runs_at_once(bench):
     bench.run(3.0)
     x, y, _ = positions(if2)
     assert (x - before[0], y - before[1]) == (100, 50)
-    # after the self-test of about 1 s; whether another ramp is calculated first the manual does not say
+    # after the self-test of about 1 s; the manual does not say whether a ramp is calculated first
     first_ns = int(if2.axes["X"].pulse_times(on_ns)[0])
     assert 1 * S <= first_ns - on_ns <= 2 * S + 10 * MS
 
@@ -140,7 +140,7 @@ def test_the_speed_data_and_the_ramp_are_kept_too(bench):
 
 
 def test_the_inter_character_delay_is_kept(bench):
-    """Battery backup: "any data"."""
+    """Battery backup: "any data" is stored, the inter-character delay too."""
     if2 = ready(bench, model="if2")
     command(bench, if2, "D10", "[", seconds=0.5)
     if2.power(False)
@@ -178,11 +178,11 @@ def test_the_positions_of_the_machine_stay_when_the_power_goes(bench):
     assert positions(if2) == (stands, 0, 0)
     power_up(bench, if2, dsr=False)
     bench.run(1.0)
-    assert positions(if2) == (stands + 100, 50, 0)  # from the beginning
+    assert positions(if2) == (stands + 100, 50, 0)  # the sequence begins with its first step
 
 
 def test_the_outputs_are_off_when_the_power_comes_back(bench):
-    """Default values: "Outputs 1-5 - Off"; they are not among the data."""
+    """Default values: "Outputs 1-5 - Off": levels of outputs are not among the stored data."""
     if2 = stored(bench, ":S135:H1:R1:$")
     bench.run(0.1)
     levels = [edges(if2.pins[f"output{n}"]) for n in (1, 2)]
@@ -215,7 +215,7 @@ def test_status_requests_only(bench, wiring):
 def test_3_wire_with_dsr_linked_to_cts_and_rts_counts_as_low(bench):
     """Running, condition 1: "In a 3-wire system this can be achieved by linking DSR to CTS and RTS"."""
     if2 = stored(bench, wiring="3-wire")
-    if2.power(True)  # the host's lines do not matter
+    if2.power(True)  # the levels of the host's lines do not matter
     bench.run(1.05)
     if2.pins["input1"].drive(True)
     bench.run(1.0)
@@ -248,7 +248,7 @@ def test_no_error_checking_while_locked_up(bench):
 
 
 def test_unlocked_after_power_up_it_obeys_again(bench):
-    """Changing: "it is first necessary to unlock the interface"; same baud rate and data format as before."""
+    """Changing: "it is first necessary to unlock the interface", at the same baud rate and data format as before."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     write(if2, "]")
@@ -280,7 +280,7 @@ def test_changing_the_sequence_data(bench):
 
 
 def test_unlocked_and_switched_off_all_is_lost(bench):
-    """Storing: only what is locked is kept."""
+    """Storing: an unlocked sequence is lost without power."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     command(bench, if2, "]", seconds=0.1)
@@ -366,7 +366,7 @@ def test_the_new_format_is_kept_as_the_old_one_was(bench):
 
 @pytest.mark.parametrize("baudrate", [110, 300, 600, 1200, 2400, 4800, 9600])
 def test_the_bracket_breaks_in_without_a_power_cycle_while_dsr_is_held(bench, baudrate):
-    """Breaking in: "issue the open bracket "(" followed by the erase command"; nothing about the power."""
+    """Breaking in: "issue the open bracket "(" followed by the erase command", here without a power cycle."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     assert status(bench, if2, "E") == "["  # it runs the stored sequence, and waits for input 1
@@ -381,7 +381,7 @@ def test_the_bracket_breaks_in_without_a_power_cycle_while_dsr_is_held(bench, ba
 
 @pytest.mark.parametrize("lock", [2400, 4800, 9600])
 def test_nothing_else_that_a_host_says_is_taken_for_a_bracket_at_another_baud_rate(bench, lock):
-    """Lockout: "it will respond to status request commands", at the rate of the lock command."""
+    """Lockout: "it will respond to status request commands"; at another baud rate only `(` is accepted."""
     if2 = bench.add("if2")
     if2.serial.host.baudrate = lock
     bench.run(1.1)
@@ -399,7 +399,7 @@ def test_nothing_else_that_a_host_says_is_taken_for_a_bracket_at_another_baud_ra
 
 @pytest.mark.parametrize("form", ["U11", "U13", "U14", "U63", "U64", "U33", "U71"])
 def test_the_bracket_breaks_in_whatever_the_format_of_the_lock_command(bench, form):
-    """Breaking in: for a host that does not know that format, such as one with 8 bits and no parity."""
+    """Breaking in: the host need not know the format of the lock command; it may have 8 bits and no parity."""
     if2 = stored(bench, form=form)
     host = if2.serial.host
     locked_in = host.format
@@ -418,7 +418,7 @@ def test_the_bracket_breaks_in_whatever_the_format_of_the_lock_command(bench, fo
 
 
 def test_breaking_in_and_the_data_format_in_one_go(bench):
-    """Changing: the waiting sequence ends before the sequence starts again, even at the same instant."""
+    """Changing: `(` and a data format end the waiting sequence before the same instant starts it again."""
     if2 = stored(bench, line="instant")
     power_up(bench, if2, dsr=False)
     assert send(bench, if2, "(U61", seconds=0.1) == b"U\r"
@@ -430,7 +430,7 @@ def test_breaking_in_and_the_data_format_in_one_go(bench):
 
 
 def test_a_lock_behind_a_held_move_is_kept_and_unlocked_as_any_other(bench):
-    """Lockout: the lock command has the format in which it was received, even if it was held."""
+    """Lockout: a lock command held behind a move is unlocked in the format in which it was received."""
     if2 = ready(bench, model="if2")
     for text in ("X40$", "Y20$", "["):
         write(if2, text)
@@ -452,7 +452,7 @@ def status_of_7_bits(bench, controller, letter):
 
 
 def test_a_bracket_at_another_baud_rate_that_is_cut_off_is_none(bench):
-    """Breaking in: the wire breaks during the `(`; the next character is read as usual."""
+    """Breaking in: a `(` that a broken wire cuts off is no `(`, and the next character is read as usual."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     if2.serial.host.baudrate = 1200
@@ -517,7 +517,7 @@ def test_no_breaking_in_while_dsr_is_low(bench, baudrate):
 
 
 def test_breaking_in_waits_for_no_terminator_and_forgets_what_was_typed_before(bench):
-    """Breaking in: "(" alone; sample 6 sends the erase command on its own too."""
+    """Breaking in: "(" acts at once, without a terminator; an incomplete message before it is dropped."""
     if1 = ready(bench)
     write(if1, "[")
     assert send(bench, if1, "X10(", seconds=0.1, end="") == b"U\r"
@@ -543,7 +543,7 @@ def test_breaking_into_a_locked_interface(bench, erase):
     assert positions(if2) == before
     assert (status(bench, if2, "E"), number(bench, if2, "F")) == ("C", 0)
     command(bench, if2, ":$", "X$", seconds=1.0)
-    assert positions(if2) == before  # the sequence and the distance are gone
+    assert positions(if2) == before  # the sequence and the distance are erased
     command(bench, if2, "Z5$", seconds=1.0)
     assert positions(if2)[2] == before[2] + 5
 
@@ -562,7 +562,7 @@ def test_what_has_been_erased_does_not_come_back(bench):
     if2.pins["input1"].drive(True)
     bench.run(3.0)
     assert positions(if2) == (0, 0, 0)
-    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"  # as fresh from the factory: it waits for this
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"  # as new from the factory, it waits for this `(`
 
 
 def test_installing_a_sequence_as_sample_6_does(bench):
@@ -591,7 +591,7 @@ def test_installing_a_sequence_as_sample_6_does(bench):
 
 @pytest.mark.parametrize("cut_s", [0.0, 0.0001, 0.5, 0.9999, 1.0, 1.0001, 1.06, 1.1, 1.3105, 1.5, 1.56, 2.0])
 def test_a_power_cut_at_any_moment_of_the_start_and_the_sequence(bench, cut_s):
-    """Battery backup: "a stand-alone pre-programmed controller": it starts afresh each time."""
+    """Battery backup: "a stand-alone pre-programmed controller": after each power cut the sequence starts anew."""
     if2 = stored(bench, ":S1:X100@400BP2,25:Y50:R1:$")
     bench.run(2.0)
     if2.serial.host.dtr = False
@@ -622,7 +622,7 @@ def test_a_power_cut_in_the_middle_of_a_message_and_of_an_answer(bench):
 
 
 def test_a_locked_interface_without_a_sequence_starts_nothing(bench):
-    """Battery backup: data without a sequence is kept too."""
+    """Battery backup: data without a sequence are stored too, and nothing is started at power-up."""
     if2 = ready(bench, model="if2")
     command(bench, if2, "X60@200$", "[", seconds=1.0)
     if2.power(False)
@@ -636,7 +636,7 @@ def test_a_locked_interface_without_a_sequence_starts_nothing(bench):
 
 
 def test_a_sequence_with_a_hand_over_at_power_up(bench):
-    """Intervention while locked: the prompt is sent; `%` is ignored like other commands."""
+    """Intervention, while locked: the prompt `%` is sent, but a `%` of the host is ignored like other commands."""
     if2 = stored(bench, ":X10@400:%:Y10:$")
     bench.run(1.0)
     power_up(bench, if2, dsr=False)
@@ -650,7 +650,7 @@ def test_a_sequence_with_a_hand_over_at_power_up(bench):
 
 @pytest.mark.parametrize("name", ["estop", "x_fault", "y_fault"])
 def test_a_fault_there_at_power_up_keeps_the_stored_sequence_from_moving(bench, name):
-    """Running: "power must be temporarily removed in order to reset the system": with the fault gone it starts."""
+    """Running: "power must be temporarily removed in order to reset the system"; without the fault it then starts."""
     if2 = stored(bench, ":X100@400:Y50:$")
     bench.run(2.0)
     before = positions(if2)
@@ -669,7 +669,7 @@ def test_a_fault_there_at_power_up_keeps_the_stored_sequence_from_moving(bench, 
 
 
 def test_an_emergency_stop_can_be_read_away_once_it_is_unlocked(bench):
-    """Running: the power must go "when the interface is operating in the battery-backup mode", not otherwise."""
+    """Running: the power must be removed only "when the interface is operating in the battery-backup mode"."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     if2.pins["estop"].drive(False)

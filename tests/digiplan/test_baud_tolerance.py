@@ -1,7 +1,7 @@
-"""Chapter Baud rate: "The interface senses the baud rate automatically", as far as the character reads as `(`.
+"""Chapter Baud rate: "The interface senses the baud rate automatically": the tolerance of its detection.
 
-Its bits are 0 0 0 1 0 1 0 0, and each is read in its middle.  The second 1 lasts from 6 to 7 of the host's bits after
-the edge, and is read at 6.5, the 0 behind it at 7.5: so the host may be 7 / 6.5 = 1.077 or 0.933 times as fast.
+The bits of `(` are 0 0 0 1 0 1 0 0, and each is read in its middle.  The second 1 lasts from 6 to 7 of the host's
+bits after the edge and is read at 6.5, the 0 after it at 7.5: the host's rate may be 7 / 6.5 = 1.077 or 0.933 of it.
 """
 
 import pytest
@@ -14,7 +14,7 @@ RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
 
 
 def answered_at(bench, baud: int) -> float | None:
-    """The rate at which `U` and <CR> come back to a `(` sent at this rate; None: nothing comes."""
+    """Return the rate at which `U` and <CR> answer a `(` sent at this rate, or None without an answer."""
     if1 = bench.add("if1", line=f"{baud} 8N2")
     bench.run(1.5)
     received = arrivals(bench, if1)
@@ -38,5 +38,5 @@ def test_a_rate_at_which_the_character_is_misread_is_none(bench, rate, percent):
 
 @pytest.mark.parametrize("baud", [55, 85, 200, 420, 850, 1700, 3500, 7000, 19200])
 def test_a_rate_between_those_of_the_list_is_none(bench, baud):
-    """Baud rate: "The options available" are seven."""
+    """Baud rate: "The options available" are seven; a rate between two of them is not detected."""
     assert answered_at(bench, baud) is None

@@ -1,4 +1,4 @@
-"""The checker of the IF1 and IF2: it finds what the interface would refuse, without a run."""
+"""The checker of the IF1 and IF2: without a run, it finds what the interface would refuse."""
 
 import re
 import string

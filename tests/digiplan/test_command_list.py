@@ -1,4 +1,4 @@
-"""Appendix 1, Full command list: an independent list, and every possible character."""
+"""Appendix 1, Full command list: compared with an independent list, and tested with every possible character."""
 
 from pathlib import Path
 
@@ -32,13 +32,13 @@ UNDEFINED = sorted({*range(0x80)} - {code for _, code in listed()})
 
 @pytest.mark.parametrize("message", ["{}", "X10{}$", ":X10{}:$"], ids=["alone", "in a message", "in a sequence"])
 def test_a_character_that_is_no_command_is_a_data_fault(message):
-    """Bit 8 is ignored: 81h is the same as 01h."""
+    """Such a character is a data fault; bit 8 is ignored, so 81h is the same as 01h."""
     bench = Bench()
     if1 = ready(bench)
     for code in (*UNDEFINED, *(code + 0x80 for code in UNDEFINED)):
         text = message.format(chr(code))
         if code & 0x7F in map(ord, "0123456789") and message != "{}":
-            continue  # a digit of the distance
+            continue  # after a number, a digit belongs to the distance
         assert ask(bench, if1, text) == b"", f"{code:02X}h"
         assert ask(bench, if1, "F") == b"8\r", f"{code:02X}h"
     assert all(axis.position == 0 for axis in if1.axes.values())
@@ -47,7 +47,7 @@ def test_a_character_that_is_no_command_is_a_data_fault(message):
 @pytest.mark.parametrize("message", ["{}", "X10{}$", "X10{}", "X10${}", ":X10{}:$"])
 @pytest.mark.parametrize("code", [code for _, code in listed()], ids=lambda code: f"{code:02X}h")
 def test_a_command_in_any_place_is_survived(message, code):
-    """After `#` (and `]`) the interface answers again."""
+    """Whatever code a message contains, the interface answers again after `#` (and `]`)."""
     bench = Bench()
     if1 = ready(bench)
     ask(bench, if1, message.format(chr(code)), seconds=1.5)

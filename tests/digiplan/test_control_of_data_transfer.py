@@ -52,7 +52,7 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
     write(if1, "I")
     bench.run(0.1)
     assert [level for _, level in lines] == [True, False]
-    assert lines[0][0] <= received[0][0] - 10 * S // 9600  # not after its start bit
+    assert lines[0][0] <= received[0][0] - 10 * S // 9600  # at the latest with its start bit
     assert lines[1][0] >= received[-1][0]
 
 
@@ -67,7 +67,7 @@ def test_a_reply_waits_until_dsr_and_cts_are_set(bench, if1, line):
 
 
 def test_both_lines_are_needed(bench, if1):
-    """Control lines: "DSR and CTS are both set"."""
+    """Control lines: nothing is sent before "DSR and CTS are both set"."""
     if1.serial.host.dtr = if1.serial.host.rts = False
     command(bench, if1, "E", seconds=1)
     if1.serial.host.dtr = True
@@ -81,7 +81,7 @@ def test_both_lines_are_needed(bench, if1):
 
 
 def test_rts_asks_while_the_reply_waits(bench, if1):
-    """Control lines: RTS is set prior to the start of transmission, so that CTS can answer it."""
+    """Control lines: RTS is set prior to the start of transmission, so a host can answer RTS by CTS."""
     if1.serial.host.rts = False
     command(bench, if1, "E", seconds=1)
     assert if1.serial.rts
@@ -117,7 +117,7 @@ def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
 
 @pytest.mark.parametrize("line", ["dtr", "rts"])
 def test_a_line_that_goes_away_holds_the_rest_of_the_reply(bench, line):
-    """Control lines: all must be set before a transmission; characters already in the UART are still sent."""
+    """Control lines: if a line is reset during a reply, only characters that are already in the UART are sent."""
     if1 = ready(bench, line="110 8N2")
     write(if1, "I")
     bench.run_until(lambda: if1.serial.rts, 2)
@@ -160,7 +160,7 @@ def test_dtr_is_reset_when_the_buffer_is_80_percent_full(bench):
 def test_dtr_is_set_again_below_20_percent(bench, left, dtr):
     """Control of data transfer: "DTR is set again when the buffer has become less than 20% full": 12 of 64 (12.8).
 
-    A second ramp calculation stops the emptying when `left` characters are left.
+    A second ramp calculation stops the emptying of the buffer at `left` characters.
     """
     if1 = calculating(bench)
     fill(bench, if1, " " * (52 - 4 - left) + "^20\r" + " " * left)
@@ -173,7 +173,7 @@ def test_dtr_is_set_again_below_20_percent(bench, left, dtr):
 
 
 def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench):
-    """Control of data transfer: only 80 % resets it."""
+    """Control of data transfer: DTR is reset only when the buffer is 80 % full, and never before."""
     if1 = calculating(bench)
     changes: list[bool] = []
     if1.serial.dtr_line.subscribe(lambda pin: changes.append(pin.level))
@@ -183,7 +183,7 @@ def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench):
 
 
 def test_60_characters_are_not_lost(bench):
-    """Data fault: "95% full" is 61 of 64 (60.8)."""
+    """Data fault: "95% full" is 61 of 64 characters (60.8), so 60 characters are kept."""
     if1 = calculating(bench)
     fill(bench, if1, "X7$\r" + " " * 56)
     bench.run(1.5)
@@ -194,7 +194,7 @@ def test_at_95_percent_everything_in_the_buffer_is_lost(bench):
     """Data fault: "the input buffer is 95% full, in which case all the characters in the buffer will be lost"."""
     if1 = calculating(bench)
     fill(bench, if1, "X7$\r" + " " * 57)
-    assert if1.serial.dtr  # it is empty
+    assert if1.serial.dtr  # the buffer is empty
     bench.run(1.5)
     assert (if1.axes["X"].position, faults(bench, if1)) == (0, (b"128\r", b"8\r"))
     assert faults(bench, if1) == (b"0\r", b"0\r")
@@ -222,11 +222,11 @@ def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
 
 
 def test_it_transmits_while_dtr_is_reset(bench, if1):
-    """Control lines: DTR is "set prior to the start of transmission"; a host stopped by it waits for replies."""
+    """Control lines: DTR is "set prior to the start of transmission"; its reset stops the host, not the replies."""
     command(bench, if1, "D25", seconds=0.1)
     seen = []
     if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
-    write(if1, "I")  # a character each 0.25 s
+    write(if1, "I")  # one character each 0.25 s
     bench.run(0.3)
     fill(bench, if1, " " * 52)
     bench.run(1.5)
@@ -246,17 +246,17 @@ def test_x_off_is_sent_at_80_percent_and_x_on_at_20(bench, parity):
     assert if1.serial.read() == b""
     fill(bench, if1, " ")
     bench.run(0.01)
-    assert if1.serial.read() == bytes([XOFF])  # while the ramp is still being calculated
+    assert if1.serial.read() == bytes([XOFF])  # during the calculation of the ramp
     fill(bench, if1, " " * 3)
     bench.run(0.01)
-    assert if1.serial.read() == b""  # once is enough
+    assert if1.serial.read() == b""  # X-off is sent once only
     bench.run(1.2)
     assert if1.serial.read() == bytes([XON])
 
 
 @pytest.mark.parametrize(("left", "sent"), [(13, b"\x13"), (12, b"\x13\x11")])
 def test_x_on_is_sent_below_20_percent_and_not_before(bench, left, sent):
-    """Control of data transfer: 12 of 64 characters."""
+    """Control of data transfer: X-on is sent when fewer than 20 %, that is 12 of 64 characters, are left."""
     if1 = calculating(bench, "U67")
     fill(bench, if1, " " * (52 - 4 - left) + "^20\r" + " " * left)
     bench.run(1.2)
@@ -266,7 +266,7 @@ def test_x_on_is_sent_below_20_percent_and_not_before(bench, left, sent):
 
 
 def test_x_on_follows_the_loss_of_the_buffer(bench):
-    """Control of data transfer: an empty buffer is less than 20 % full, and the host waits for X-on."""
+    """Control of data transfer: the loss empties the buffer, so X-on is sent; without it the host would wait."""
     if1 = calculating(bench, "U67")
     fill(bench, if1, " " * 61)
     bench.run(0.05)
@@ -275,7 +275,7 @@ def test_x_on_follows_the_loss_of_the_buffer(bench):
 
 @pytest.mark.parametrize("parity", [1, 2, 3, 4, 5, 6])
 def test_the_other_formats_send_no_x_off(bench, parity):
-    """Initialisation, table: X-on with X2 = 7, 8 and 9 only."""
+    """Initialisation, table: only X2 = 7, 8 and 9 have X-on and X-off."""
     if1 = calculating(bench, f"U6{parity}")
     if1.serial.read()
     fill(bench, if1, " " * 55)
@@ -299,7 +299,7 @@ def test_x_off_waits_for_the_control_lines_like_everything_it_sends(bench):
 
 
 def distinct_slots(characters: int, bits: int, strobe: int) -> int:
-    """Return the number of strobes that find a character; `strobe` and `bits` are the periods in bit times."""
+    """Return how many strobes find a character; `strobe` and `bits` are the periods of both in bit times."""
     return len({n * bits // strobe for n in range(characters)})
 
 
@@ -316,7 +316,7 @@ def test_safe_up_to_2400_baud(bench):
 def test_above_2400_baud_a_character_can_be_overwritten(bench):
     """Overrun error: "set when the first character has not been read before the next one becomes available".
 
-    9-bit characters at 9600 baud come every 0.9375 ms: 33 of them in 30 ms are found by 31 strobes.
+    At 9600 baud a 9-bit character comes every 0.9375 ms: 33 characters meet 31 strobes, so two are overwritten.
     """
     if1 = ready(bench, "U12", line="9600 8N2")
     sent = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ2345678"
@@ -326,7 +326,7 @@ def test_above_2400_baud_a_character_can_be_overwritten(bench):
     echo = if1.serial.read()
     assert len(echo) == 31
     rest = iter(sent)
-    assert all(byte in rest for byte in echo)  # in order, two left out
+    assert all(byte in rest for byte in echo)  # in order, with two characters missing
     for character in "#\rF":
         write(if1, character, end="")
         bench.run(0.01)
@@ -395,7 +395,7 @@ def obedient_xon_host(if1: Controller) -> Callable[[], None]:
     return if1.serial.subscribe_received(obey)
 
 
-LONG = "^10\r" + "X1$Y1$".replace("$", "$\r") * 25  # 204 characters, the first four start a calculation
+LONG = "^10\r" + "X1$Y1$".replace("$", "$\r") * 25  # 204 characters, of which the first four start a calculation
 
 
 @pytest.mark.parametrize("wiring", ["3-wire", "5-wire"])
@@ -487,7 +487,7 @@ def test_an_x_off_from_the_host_is_a_character_like_others(bench):
 
 
 def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
-    """Inter-character delay: "inserted before each transmitted character"; X-off would come too late."""
+    """Inter-character delay: "inserted before each transmitted character", except X-off, which would be too late."""
     if1 = ready(bench, "U67")
     command(bench, if1, "D25", seconds=0.1)
     seen = []

@@ -27,18 +27,18 @@ FORMATS = [(frame, parity) for frame in range(1, 9) for parity in range(1, 10)]
 
 
 def bits_of(frame: int, parity: int) -> int:
-    """Return the number of start, data, parity and stop bits, by the table in Initialisation."""
+    """Return the number of start, data, parity and stop bits of a format, from the table in Initialisation."""
     return 1 + BITS_7_OR_8[frame] + (PARITY[parity] != "N") + (2 - frame % 2)
 
 
 @pytest.mark.parametrize(("frame", "parity"), FORMATS)
 def test_a_character_takes_all_its_bits(bench, frame, parity):
-    """Serial data format: start bit, 7 or 8 data bits, perhaps a parity bit, 1 or 2 stop bits, back to back."""
+    """Serial data format: start bit, 7 or 8 data bits, perhaps a parity bit, and 1 or 2 stop bits, without gaps."""
     if1 = ready(bench, f"U{frame}{parity}", line="2400 8N2")
     received = arrivals(bench, if1)
     write(if1, "I")
     bench.run(0.2)
-    answer = received[-4:]  # 200 CR; an echo may stand before it
+    answer = received[-4:]  # the answer is 200 CR, perhaps after an echo
     assert bytes(byte & 0x7F for _, byte, _ in answer) == b"200\r"
     times = [time for time, _, _ in answer]
     expected = round(Fraction(bits_of(frame, parity) * S, 2400))
@@ -64,7 +64,7 @@ def test_a_host_in_the_same_format_finds_no_error(bench, frame, parity):
     [(1, b"0\r"), (2, b"0\r"), (3, b"0\r"), (4, b"0\r"), (5, b"0\r"), (6, b"0\r"), (7, b"\xb0\x8d"), (8, b"\xb0\x8d")],
 )
 def test_bit_8_of_what_it_sends(bench, frame, reply):
-    """Number of data bits: "the last bit being 0, 1 or data-dependent"."""
+    """Number of data bits: "the last bit being 0, 1 or data-dependent" in characters from the interface."""
     if1 = ready(bench, f"U{frame}1")
     assert ask(bench, if1, "K") == reply
 
@@ -104,7 +104,7 @@ def test_a_host_that_has_7_bits_can_initialise(bench, own):
     message = {"7E1": "U14", "7O1": "U13", "7E2": "U24", "7N2": "U21"}[own]
     if1 = bench.add("if1", line=f"2400 {own}")
     bench.run(1.5)
-    send(bench, if1, "(", seconds=0.1, end="")  # perhaps with a parity error at the host: bit 8 of `U` and CR is 0
+    send(bench, if1, "(", seconds=0.1, end="")  # the host may find a parity error: bit 8 of `U` and CR is 0
     command(bench, if1, message, seconds=1.3)
     assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"C\r", b"0\r")
 
@@ -116,7 +116,7 @@ def test_12_bits_at_1200_baud_are_100_characters_per_second(bench):
     begin = bench.now
     if1.serial.write(b"I\r" * 50)  # 100 characters
     bench.run_until(lambda: not if1.serial.pending, 10)
-    assert bench.now - begin == 990 * MS  # the hundredth has just begun
+    assert bench.now - begin == 990 * MS  # the last of the 100 characters has just begun
     bench.run(3)
     answers = received[-4:]
     assert [after[0] - before[0] for before, after in itertools.pairwise(answers)] == [10 * MS] * 3
@@ -124,7 +124,7 @@ def test_12_bits_at_1200_baud_are_100_characters_per_second(bench):
 
 @pytest.mark.parametrize("baud", [110, 300, 600, 1200, 2400, 4800, 9600])
 def test_11_bit_characters_at_every_baud_rate(bench, baud):
-    """Baud rate: bits per second; a 8N2 character has 11 bits."""
+    """Baud rate: in bits per second; a character in 8N2 has 11 bits."""
     if1 = ready(bench, line=f"{baud} 8N2")
     received = arrivals(bench, if1)
     write(if1, "I")
@@ -160,13 +160,13 @@ def test_two_flipped_bits_are_not_found_by_parity(bench):
     if1 = ready(bench, "U63")
     each_character(bench, if1, "X11$\r", lambda n: if1.serial.to_device.flip(0x06) if n == 1 else None)
     bench.run(1)
-    assert if1.axes["X"].position == 71  # 31h with bits 1 and 2 inverted is 37h
+    assert if1.axes["X"].position == 71  # 31h with bits 1 and 2 inverted reads 37h, so 71 instead of 11
     assert ask(bench, if1, "F") == b"0\r"
 
 
 @pytest.mark.parametrize("message", ["U61", "U21"])
 def test_without_parity_a_flipped_bit_is_not_found(bench, message):
-    """Parity: "As a check for transmission errors, a parity bit can be included": without it there is none."""
+    """Parity: "As a check for transmission errors, a parity bit can be included"; without parity no bit is checked."""
     if1 = ready(bench, message)
     each_character(bench, if1, "X11$\r", lambda n: if1.serial.to_device.flip(0x02) if n == 1 else None)
     bench.run(1)
@@ -174,7 +174,7 @@ def test_without_parity_a_flipped_bit_is_not_found(bench, message):
 
 
 def test_every_7_bit_character_with_the_wrong_parity_is_found(bench):
-    """Parity: any single wrong bit makes the total wrong."""
+    """Parity: a single wrong bit is always found, because it makes the total wrong."""
     if1 = ready(bench, "U24")
     for character in (0x00, 0x11, 0x2A, 0x55, 0x7E, 0x7F):
         if1.serial.to_device.flip(0x10)
@@ -219,7 +219,7 @@ def test_8n2_to_a_7e1_receiver(bench):
     host.bytesize, host.parity, host.stopbits = 8, "N", 2
     assert send(bench, if1, "K", seconds=0.1) == b""
     host_format(if1, "U14")
-    assert ask(bench, if1, "") == b"128\r"  # the K was only waiting for its CR
+    assert ask(bench, if1, "") == b"128\r"  # the K still waited for its CR
     assert ask(bench, if1, "F") == b"1\r"
 
 
@@ -238,7 +238,7 @@ def test_8n2_to_a_7n1_receiver(bench):
 
 
 def test_7n1_back_to_back_to_an_8n2_receiver(bench, if1):
-    """The next start bit lies where the stop bit is expected."""
+    """The next character's start bit is read as the first stop bit: a framing error."""
     host = if1.serial.host
     host.bytesize, host.stopbits = 7, 1
     command(bench, if1, "E", seconds=0.1)
@@ -268,7 +268,7 @@ def test_half_the_baud_rate(bench, if1):
 
 
 def test_what_a_host_at_twice_the_baud_rate_reads(bench):
-    """`U` CR at 4800, each bit sampled twice: 66h without a stop bit, then E6h, E6h, 80h, worked out on paper."""
+    """`U` CR at 4800, each bit sampled twice, reads 66h without a stop bit and E6h, E6h, 80h (worked out on paper)."""
     if1 = bench.add("if1", line="4800 8N2")
     bench.run(1.5)
     received = arrivals(bench, if1)
@@ -315,14 +315,14 @@ def test_a_break_before_the_bracket_is_no_bracket(bench, baud):
 
 
 def test_a_lost_character_is_simply_not_there(bench, if1):
-    """Echo back: without an echo the host does not detect the error."""
+    """Echo back: without an echo neither the host nor the interface detects a lost character."""
     each_character(bench, if1, "X123$\r", lambda n: if1.serial.to_device.lose() if n == 2 else None)
     bench.run(1)
     assert (if1.axes["X"].position, ask(bench, if1, "F")) == (13, b"0\r")
 
 
 def test_a_doubled_character_is_there_twice(bench, if1):
-    """Echo back: without an echo the host does not detect the error."""
+    """Echo back: without an echo neither the host nor the interface detects a doubled character."""
     each_character(bench, if1, "X12$\r", lambda n: if1.serial.to_device.double() if n == 2 else None)
     bench.run(1)
     assert (if1.axes["X"].position, ask(bench, if1, "F")) == (122, b"0\r")
@@ -377,7 +377,7 @@ def test_a_line_feed_in_u_format_is_echoed_and_ignored(bench):
 
 
 def test_a_line_feed_in_u_format_without_echo_is_ignored(bench, if1):
-    """R6."""
+    """R6: in the U format a line feed is ignored."""
     assert (ask(bench, if1, "E", end="\r\n"), ask(bench, if1, "X\n5\n$")) == (b"C\r", b"")
     assert (if1.axes["X"].position, ask(bench, if1, "F")) == (5, b"0\r")
 
@@ -409,12 +409,12 @@ def test_the_echo_comes_when_the_character_has_been_taken(bench, baud):
     begin = bench.now
     write(if1, " ", end="")
     bench.run(1)
-    there_and_back = 2 * 10 * S // baud  # to the end of the first stop bit, twice
+    there_and_back = 2 * 10 * S // baud  # twice the time to the end of the first stop bit
     assert there_and_back <= received[0][0] - begin <= there_and_back + 2 * MS
 
 
 def test_no_echo_during_the_ramp_calculation(bench):
-    """Acceleration rate: "it will not respond during this period"; the echo follows."""
+    """Acceleration rate: "it will not respond during this period"; the echo comes afterwards."""
     if1 = ready(bench, "U62")
     assert (send(bench, if1, "^7", seconds=0.05), send(bench, if1, "E", seconds=0.9)) == (b"^7\r", b"")
     bench.run(0.1)
@@ -431,7 +431,7 @@ def test_a_wrong_echo_is_put_right_with_the_cancel_character(bench):
 
 
 def test_an_echo_spoilt_on_its_way_back_is_no_fault_of_the_interface(bench):
-    """Echo back: the controller compares, the interface does not."""
+    """Echo back: the controller compares the echo; an error on the way back is no fault of the interface."""
     if1 = ready(bench, "U62")
     if1.serial.from_device.flip(0x01)
     assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"D\rC\r", b"F\r0\r")
@@ -445,7 +445,7 @@ def test_lower_case_is_not_understood(bench, if1):
 
 
 def test_the_format_stays_until_power_off(bench, if1):
-    """Initialisation: "all subsequent messages"."""
+    """Initialisation: the format is that of "all subsequent messages", until the power is switched off."""
     for _ in range(3):
         assert (ask(bench, if1, "#"), ask(bench, if1, "E")) == (b"", b"C\r")
     if1.power_cycle()

@@ -40,7 +40,7 @@ def test_defaults(bench, if1, script):
 
 
 def test_speed_400(bench, if1):
-    """Default values: "Speed - 400 steps/second"; start/stop 400 too, so without a ramp."""
+    """Default values: "Speed - 400 steps/second"; the start/stop speed is 400 too, so there is no ramp."""
     write(if1, "X100$")
     until_idle(bench, if1)
     assert since_start(if1.axes["X"]) == constant(400, 100)
@@ -58,7 +58,7 @@ def test_acceleration_10000_and_start_stop_400(bench, if1):
 
 
 def test_outputs_off(bench, if1):
-    """Default values: "Outputs 1-5 - Off (reset)": a pulse therefore turns them on."""
+    """Default values: "Outputs 1-5 - Off (reset)": the first pulse of an output therefore turns it on."""
     for n in range(1, 6):
         output = if1.pins[f"output{n}"]
         assert not output.level
@@ -90,9 +90,9 @@ def test_the_data_format_before_it_is_set(bench):
     bench.run(1.5)
     if1.serial.write(b"(")
     bench.run(0.2)
-    assert [byte for _, byte, _ in characters] == [0x55, 0x0D]  # and no `(` before it: no echo
+    assert [byte for _, byte, _ in characters] == [0x55, 0x0D]  # no `(` before it, so no echo
     assert all(errors is LineError.NONE for _, _, errors in characters)
-    assert characters[1][0] - characters[0][0] >= 11 * 1_000 * MS // 1200  # start, 8 bits, 2 stop bits
+    assert characters[1][0] - characters[0][0] >= 11 * 1_000 * MS // 1200  # start bit, 8 bits, 2 stop bits
 
 
 @pytest.mark.parametrize("model", ["if1", "if2"])

@@ -9,7 +9,7 @@ COMBINING = "Combining inputs and outputs with move instructions"
 INDEX, RUN, SWITCHING = "Index mode instructions", "Run mode instructions", "Output switching commands"
 
 WRONG = {
-    # line: (chapter in which the command is described, the characters marked)
+    # line: (chapter in which the command is described, the marked characters)
     "X10?$": ("Full command list", "?"),
     "X10mm$": ("Full command list", "mm"),
     "X5 x1000$": ("Full command list", "x"),

@@ -52,7 +52,7 @@ def test_a_host_that_keeps_its_format_establishes_it(bench, message, gap_s):
 
 @pytest.mark.parametrize("message", FORMATS)
 def test_on_a_line_that_takes_no_time_too(bench, message):
-    """The same on a line with instant transmission."""
+    """A host that keeps its format establishes it on a line with instant transmission too."""
     _, reply = establish(bench, message, 0, line="instant")
     assert reply == answer(message)
 
@@ -65,12 +65,12 @@ def test_a_host_whose_bit_8_is_1_establishes_it_with_gaps(bench, message):
 
 
 def test_once_the_format_is_set_errors_are_found(bench):
-    """Motion status: parity and framing errors are flagged; only before the format is set nothing can be wrong."""
+    """Motion status: parity and framing errors set their flags only after the format has been set."""
     if1, reply = establish(bench, "U41", 0)
     assert reply == b"0\r"
     if1.serial.host.parity = "E"
-    if1.serial.write(b"1")  # three ones and an even parity bit of 1: fits; "3" has four: a 0 for the stop bit
+    if1.serial.write(b"1")  # "1" has three ones and an even parity bit of 1, read as a stop bit; "3" has four: 0
     if1.serial.write(b"3")
     bench.run(0.1)
     if1.serial.host.parity = "N"
-    assert send(bench, if1, "\rF") == b"12\r"  # framing, and a number that is no command
+    assert send(bench, if1, "\rF") == b"12\r"  # a framing error, and a number that is no command

@@ -62,7 +62,7 @@ def test_quick_status_clears_as_motion_status_does(bench):
 
 @pytest.mark.parametrize("letter", "FIOEN")
 def test_no_other_request_clears_a_fault(bench, if1, letter):
-    """Clearing: a motion or quick status request must be made."""
+    """Clearing: only a motion or quick status request clears a fault, no other request."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
     if1.pins["estop"].release()
@@ -93,7 +93,7 @@ def test_no_movement_before_the_emergency_stop_has_been_read(bench, if1):
     bench.run(2.0)
     assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 32)
     bench.run(2.0)
-    assert positions(if1) == (0, 0, 0)  # refused, not saved up
+    assert positions(if1) == (0, 0, 0)  # the refused moves are not made later
     write(if1, "X100$")
     until_idle(bench, if1)
     assert positions(if1) == (100, 0, 0)
@@ -128,7 +128,7 @@ def test_a_drive_fault_stops_without_deceleration(bench, if1, name):
 
 
 def test_a_drive_fault_is_cleared_by_a_request_once_the_drive_is_well(bench, if1):
-    """Clearing: "provided the fault is no longer present"."""
+    """Clearing: a request clears the bit "provided the fault is no longer present"."""
     break_drive(if1, "x_fault")
     bench.run(0.1)
     assert ([status_word(bench, if1) for _ in range(3)], number(bench, if1, "I")) == ([16, 16, 16], 202)
@@ -162,7 +162,7 @@ def test_the_other_axes_of_a_move_stop_too(bench, if1):
 
 
 def test_a_drive_fault_of_an_axis_at_rest_halts_the_interface(bench, if1):
-    """Fault disable links: the fault connection "will halt the interface in the event of a drive fault"."""
+    """Fault disable links: they "will halt the interface in the event of a drive fault", also of an axis at rest."""
     command(bench, if1, "X90000@1000$", seconds=2.0)
     break_drive(if1, "y_fault")
     bench.run(1.0)
@@ -202,7 +202,7 @@ def test_an_emergency_stop_during_the_deceleration_of_a_cancel(bench, if1):
     if1.pins["estop"].release()
     bench.run(5.0)
     x = times(if1.axes["X"])
-    # up 12190 and down 12190 steps at this ramp, all at 400 at the end
+    # 12190 steps up, 12190 down at this ramp, and the last at 400
     assert (x[-1] - x[-2], status_word(bench, if1), status_word(bench, if1)) == (2_500_000, 32, 0)
 
 
@@ -221,8 +221,8 @@ def test_a_drive_fault_during_a_deceleration_ends_it(bench, if1):
 
 @pytest.mark.parametrize("wait_s", [0.0, 0.2, 0.249, 0.2515, 0.2535, 0.26, 0.3])
 def test_an_emergency_stop_at_any_moment_of_a_backlash_correction(bench, if1, wait_s):
-    """Backlash and emergency stop: in the move, in the pause of 3 ms or in the correction, the motion ends."""
-    write(if1, "B-20", "X80B$")  # 100 steps at 400: 250 ms, then the pause
+    """Backlash and emergency stop: the motion ends, whether in the move, in the pause of 3 ms or in the correction."""
+    write(if1, "B-20", "X80B$")  # 100 steps at 400 take 250 ms, then the pause follows
     bench.run_until(lambda: if1.axes["X"].moving, 1.0)
     bench.run(wait_s)
     stood = positions(if1)[0]
@@ -237,7 +237,7 @@ def test_an_emergency_stop_at_any_moment_of_a_backlash_correction(bench, if1, wa
 
 
 def test_an_emergency_stop_ends_a_pulse_or_lets_it_end_but_nothing_follows(bench, if1):
-    """R22: "ended, outputs as they are"; the pulse of a sequence step."""
+    """R22: a sequence is "ended, outputs as they are": a pulse may still end, but no further step follows."""
     out = edges(if1.pins["output1"])
     command(bench, if1, ":P1,50:X100@400:$")
     if1.pins["estop"].drive(False)
@@ -251,7 +251,7 @@ def test_an_emergency_stop_ends_a_pulse_or_lets_it_end_but_nothing_follows(bench
 
 
 def test_a_fault_ends_a_sequence_and_it_can_be_run_again(bench, if1):
-    """R22: "ended, outputs as they are, rerun with `:$`"."""
+    """R22: a sequence is "ended, outputs as they are, rerun with `:$`"."""
     command(bench, if1, ":S1:X400@400:R1:Y50:$", seconds=0.5)
     if1.pins["estop"].drive(False)
     bench.run(0.5)
@@ -267,7 +267,7 @@ def test_a_fault_ends_a_sequence_and_it_can_be_run_again(bench, if1):
 
 @pytest.mark.parametrize("name", ["estop", "x_fault"])
 def test_a_fault_while_a_sequence_waits_for_an_input_ends_it(bench, if1, name):
-    """R22, in a step without motion."""
+    """R22: a fault also ends a step without motion."""
     if1.pins["input1"].drive(False)
     command(bench, if1, ":H1:X100@400:$")
     if1.pins[name].drive(not if1.pins[name].level)
@@ -281,7 +281,7 @@ def test_a_fault_while_a_sequence_waits_for_an_input_ends_it(bench, if1, name):
 
 
 def test_a_very_short_emergency_stop_is_seen(bench, if1):
-    """Emergency stop: a fault that is stored until it has been read."""
+    """Emergency stop: even a very short one is stored until the status has been read."""
     command(bench, if1, "X4000@400$", seconds=1.0)
     if1.pins["estop"].drive(False)
     bench.run(0.002)
@@ -307,7 +307,7 @@ def test_the_led_is_on_until_the_request_and_the_removal(bench, if1, name):
     pin.release()
     bench.run(0.1)
     if not name.startswith("limit"):
-        assert led.level  # the bit is cleared by the next request only
+        assert led.level  # only the next request clears the bit
         status_word(bench, if1)
     assert not led.level
 

@@ -1,4 +1,4 @@
-"""Each fault flag of K and F is told, by its name, when it is raised: triggers of faults wait for that."""
+"""Each fault flag of K and F is reported by its name when it is set; triggers that wait for faults use this."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def in_odd_parity(if1):
 
 
 def half_as_fast(if1):
-    """Send a 0 byte at half the baud rate: the receiver finds no stop bit."""
+    """Send a 0 byte at half the baud rate, which the receiver reads as a character without a stop bit."""
     if1.serial.host.baudrate //= 2
     if1.serial.write(b"\0")
 
@@ -34,7 +34,7 @@ RAISED = {
 
 @pytest.mark.parametrize("name", RAISED)
 def test_a_trigger_waits_for_a_flag(bench, name):
-    """Motion status, tables of K and F: this bit and no other is there, and was told when it came."""
+    """Motion status, tables of K and F: exactly this bit is set, and its name was reported when it was set."""
     act, motion_status, communication_status = RAISED[name]
     if1 = ready(bench, "U64" if name == "parity" else "U61", strobe_ms=3 if name == "overrun" else 1)
     told = {

@@ -1,4 +1,4 @@
-"""Every lamp on the front of an IF1 in the situation in which the manual says that it is lit, and beside it."""
+"""Every lamp on the front of an IF1, lit in the situation that the manual states, and dark otherwise."""
 
 from itertools import pairwise
 
@@ -46,7 +46,7 @@ def wrong_parity(bench, if1):
 
 
 def initialise_with_parity(bench, if1):
-    """8 data bits and even parity."""
+    """Initialise with 8 data bits and even parity."""
     if1.power_cycle()
     if1.serial.host.parity = "N"
     initialise(bench, if1, "U64")
@@ -58,7 +58,7 @@ def break_on_the_line(bench, if1):
 
 
 def overrun(bench, if1):
-    """A buffer that is strobed every 2 ms loses characters that come every 1.15 ms."""
+    """Send a character every 1.15 ms to a buffer that is strobed every 2 ms, which loses some of them."""
     message("X100X100")(bench, if1)
 
 
@@ -124,7 +124,7 @@ def test_there_is_no_lamp_without_a_situation(model):
 
 
 def test_the_led_from_power_up_to_ready(bench):
-    """Configuring the interface: about 1 s on, then flashing "twice per second" from `(` to the data format."""
+    """Configuring the interface: on for about 1 s, flashing "twice per second" from `(` to the data format."""
     if1 = bench.add("if1")
     lamp = "Interface", "LED"
     assert shown(if1, *lamp) is True
@@ -141,7 +141,7 @@ def test_the_led_from_power_up_to_ready(bench):
 
 
 def test_the_led_goes_out_when_the_status_has_been_read_and_the_cause_is_gone(bench, idle):
-    """Clearing fault conditions."""
+    """Clearing fault conditions: the LED goes out when the status has been read and the fault is gone."""
     lamp = "Interface", "LED"
     idle.pins["estop"].drive(False)
     ask(bench, idle, "K")
@@ -160,7 +160,7 @@ def test_output_5_follows_the_led_with_link_3_in_position_b(bench):
 
 @pytest.mark.parametrize(("wiring", "dsr"), [("3-wire", False), ("3-wire DSR-DTR", True)])
 def test_dsr_is_what_the_interface_finds(bench, wiring, dsr):
-    """DSR linked to RTS is off until a transmission; DSR linked to DTR is on."""
+    """DSR linked to RTS reads off until a transmission; DSR linked to DTR reads on."""
     if1 = bench.add("if1", wiring=wiring)
     bench.run(1.5)
     assert [shown(if1, LINES, line) for line in ("DSR", "CTS")] == [dsr, False]
@@ -224,7 +224,7 @@ def test_the_step_of_a_sequence_and_the_steps_of_a_move(bench, idle):
 
 @pytest.mark.parametrize("seconds", [0.1, 0.5, 1.0, 2.5])
 def test_q_and_n_are_what_the_commands_report(bench, idle, seconds):
-    """Registers and answers are compared at the same instant, also in the middle of a ramp."""
+    """The registers for Q and N equal the answers at the same instant, also in the middle of a ramp."""
     message("X12000@9000$", seconds)(bench, idle)
     for register, request in (("Q", b"K\r"), ("N", b"N\r")):
         idle.serial.read()

@@ -6,7 +6,7 @@ from .talking import ask, command, moving, ready
 
 
 def at_speed_with_two_waiting(bench, if1):
-    """Run X at 20,000 steps/s, which takes 1.96 s to stop; a Y move is held, and a Z move waits after it."""
+    """Run X at 20,000 steps/s, where a stop takes 1.96 s; a Y move is held, and a Z move waits after it."""
     command(bench, if1, "X@20000G$", seconds=5)
     command(bench, if1, "Y20$", "Z7$", seconds=0.05)
 
@@ -19,7 +19,7 @@ def test_reading_the_status_does_not_start_what_was_held(bench, if1, pin, status
     bench.run(0.01)
     if1.pins[pin].release()
     assert ask(bench, if1, "K", 0.05) == status
-    assert ask(bench, if1, "K", 0.05) == b"9\r"  # it is still decelerating
+    assert ask(bench, if1, "K", 0.05) == b"9\r"  # X is still decelerating
     bench.run(5)
     assert if1.axes["Y"].position == if1.axes["Z"].position == 0 and not moving(if1)
     assert ask(bench, if1, "E") == b"C\r"
@@ -28,7 +28,7 @@ def test_reading_the_status_does_not_start_what_was_held(bench, if1, pin, status
 
 
 def test_what_is_asked_for_after_the_fault_is_held_as_always(bench, if1):
-    """Clearing: after the request, a move is held until X is at rest."""
+    """Clearing: a move that is requested after the status request is held until X is at rest."""
     at_speed_with_two_waiting(bench, if1)
     if1.pins["estop"].drive(False)
     bench.run(0.01)
@@ -39,7 +39,7 @@ def test_what_is_asked_for_after_the_fault_is_held_as_always(bench, if1):
 
 
 def test_a_limit_behind_the_motion_that_stops_nothing_leaves_what_is_held(bench):
-    """Emergency stop and limit inputs: the option by which only motion towards the switch stops."""
+    """Emergency stop and limit inputs: option limits="motion ahead": the other limit neither stops nor cancels."""
     if1 = ready(bench, limits="motion ahead")
     command(bench, if1, "X400@400$", "Y20$", seconds=0.1)
     if1.pins["limit_minus"].drive(False)

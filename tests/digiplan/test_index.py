@@ -77,10 +77,10 @@ def test_more_than_one_axis_may_be_selected(bench, if1):
 
 @pytest.mark.parametrize("message", ["XYZ70$", "X70YZ$", "XY70Z$", "XYZ@400 70$", "X70Y70Z70$", "ZYX70$"])
 def test_three_axes_at_once(bench, if1, message):
-    """Introduction: "up to three stepper motors"; one distance for all."""
+    """Introduction: "up to three stepper motors", which all use the one distance."""
     command(bench, if1, message, seconds=1)
     moved = [axis.position for axis in if1.axes.values()]
-    if message == "XYZ@400 70$":  # spaces are ignored, so this is a speed of 40070: out of range
+    if message == "XYZ@400 70$":  # spaces are ignored, so the speed reads 40070, out of range
         assert (moved, faults(bench, if1)) == ([0, 0, 0], (b"128\r", b"16\r"))
     else:
         assert moved == [70, 70, 70]
@@ -93,14 +93,14 @@ def test_of_two_distances_the_last_one_counts(bench, if1):
 
 
 def test_speed_may_stand_before_or_after_the_distance(bench, if1):
-    """Index and run mode examples: `Y2500 @ 1500 $`, `X @ 5000 G $`."""
+    """Index and run mode examples: the speed may follow the distance (`Y2500 @ 1500 $`) or precede it."""
     command(bench, if1, "X@200$", "@250X40$", "X$", seconds=2)
     assert moves(if1.axes["X"]) == [40, 40]
     assert since_start(if1.axes["X"]) == constant(250, 40)
 
 
 def test_nothing_happens_before_the_terminator(bench, if1):
-    """Command list: CR: "Initialise direct commands"."""
+    """Command list, CR: "Initialise direct commands": before CR nothing moves."""
     command(bench, if1, "X40$", seconds=5, end="")
     assert if1.axes["X"].position == 0
     command(bench, if1, "", seconds=1)
@@ -108,7 +108,7 @@ def test_nothing_happens_before_the_terminator(bench, if1):
 
 
 def test_index_length_0_is_no_pulse(bench, if1):
-    """Default values: "Index Length 0 steps": done at once."""
+    """Default values: "Index Length 0 steps": such an index has no pulse and ends at once."""
     command(bench, if1, "X$", "XYZ0$", seconds=0.1)
     assert (ask(bench, if1, "E"), ask(bench, if1, "N")) == (b"C\r", b"0\r")
     assert [len(axis.pulse_times()) for axis in if1.axes.values()] == [0, 0, 0]
@@ -116,7 +116,7 @@ def test_index_length_0_is_no_pulse(bench, if1):
 
 @pytest.mark.parametrize("digits", ["1000000000", "12345678901234567890"])
 def test_ten_digits_are_refused(bench, if1, digits):
-    """Index mode: 9 decades."""
+    """Index mode: a distance has at most 9 decades."""
     command(bench, if1, f"X{digits}$", seconds=1)
     assert if1.axes["X"].position == 0
     answer = faults(bench, if1)
@@ -179,7 +179,7 @@ def test_a_status_request_is_answered_while_a_second_move_is_held(bench, if1, le
 
 
 def test_it_is_busy_from_the_first_move_to_the_end_of_the_held_one(bench, if1):
-    """Busy status; sample 10 sends a move during another and takes "C" for the end of both."""
+    """Busy status: sample 10 sends a move during another one and takes "C" for the end of both."""
     seen = []
     if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), bench.now)))
     write(if1, "X40$", "Y20$")
@@ -192,7 +192,7 @@ def test_it_is_busy_from_the_first_move_to_the_end_of_the_held_one(bench, if1):
 
 @pytest.mark.parametrize("message", ["@100", "[", "Z5$", "D2"])
 def test_what_changes_something_waits_behind_a_held_move(bench, if1, message):
-    """R9: messages act in their order."""
+    """R9: messages that change something are executed in their order."""
     write(if1, "X40$", "Y20$", message, "E")
     bench.run(0.09)
     assert if1.serial.read() == b"E\r" and if1.axes["X"].moving
@@ -212,7 +212,7 @@ def test_a_second_move_is_ignored_where_that_is_asked_for(bench):
 
 
 def test_status_does_not_disturb_the_pulses(bench, if1):
-    """Report-back: "The interface can be interrogated to establish its status at any time"."""
+    """Report-back: "The interface can be interrogated to establish its status at any time": no pulse is delayed."""
     write(if1, "X1000@2000$")
     for message in "KNFIEQO" * 3:
         write(if1, message)
@@ -236,7 +236,7 @@ def test_cancel_stops_any_axis_in_motion(bench, if1):
 
 
 def test_cancel_at_speed_decelerates_along_the_ramp(bench, if1):
-    """Cancel: from 1000 by 900, 800 ... 400, each for 10 ms: 39 pulses in 60 ms."""
+    """Cancel: from 1000 the levels 900, 800 ... 400 take 10 ms each: 39 pulses in 60 ms."""
     command(bench, if1, "X4000@1000$", seconds=1)
     axis = if1.axes["X"]
     write(if1, "#")
@@ -258,17 +258,17 @@ def test_cancel_at_or_below_the_start_stop_speed_stops_at_once(bench, if1, speed
     write(if1, "#")
     bench.run_until(lambda: not moving(if1), 0.1)
     stopped = if1.axes["X"].position
-    assert bench.now <= begin + 5 * MS  # two characters and a strobe
+    assert bench.now <= begin + 5 * MS  # the time of two characters and a strobe
     bench.run(5)
     assert if1.axes["X"].position == stopped
 
 
 def test_cancel_while_accelerating_goes_down_from_there(bench, if1):
-    """Cancel: in the 700 level, 600, 500 and 400 are left: 15 pulses."""
+    """Cancel: during the level of 700, the levels 600, 500 and 400 remain: 15 pulses."""
     write(if1, "X4000@1000$")
     axis = if1.axes["X"]
     bench.run_until(lambda: axis.moving, 0.1)
-    command(bench, if1, "#", seconds=0.0335 - 0.0012 - 0.0005 - 0.00115, end="")  # its CR is taken between 30 and 40 ms
+    command(bench, if1, "#", seconds=0.0335 - 0.0012 - 0.0005 - 0.00115, end="")  # its CR is read between 30 and 40 ms
     write(if1, "")
     assert bench.run_until(lambda: axis.train.move.profile.end_ns < 100 * MS, 0.1)
     begin, before = bench.now, axis.position
@@ -279,15 +279,15 @@ def test_cancel_while_accelerating_goes_down_from_there(bench, if1):
 
 
 def test_cancel_while_decelerating_changes_nothing(bench, if1):
-    """Cancel: the deceleration in progress continues."""
-    command(bench, if1, "X300@1000$", seconds=0.3)  # 342 ms in all
+    """Cancel: it does not change a deceleration in progress."""
+    command(bench, if1, "X300@1000$", seconds=0.3)  # the index takes 342 ms in all
     command(bench, if1, "#", seconds=1)
     assert if1.axes["X"].position <= 300
     assert ask(bench, if1, "N") == b"%d\r" % if1.axes["X"].position
 
 
 def test_cancelled_index_can_be_asked_for_again(bench, if1):
-    """Cancel: the index is cancelled, the programmed distance is not."""
+    """Cancel: the index is cancelled, but the programmed distance is kept."""
     command(bench, if1, "X400$", seconds=0.5)
     command(bench, if1, "#", seconds=0.1)
     rest = if1.axes["X"].position
@@ -305,7 +305,7 @@ def test_what_was_typed_before_the_cancel_character_is_thrown_away(bench, if1, t
 
 
 def test_cancel_needs_its_terminator(bench, if1):
-    """Index mode: "the cancel code "# <CR>""."""
+    """Index mode: the cancel code is "# <CR>", so `#` alone has no effect."""
     command(bench, if1, "X400$")
     command(bench, if1, "#", end="")
     assert moving(if1)
@@ -314,7 +314,7 @@ def test_cancel_needs_its_terminator(bench, if1):
 
 
 def test_cancel_in_v_format_needs_line_feed(bench):
-    """Initialisation: <CR> is to be read as <CR><LF>."""
+    """Initialisation: in the V format <CR> means <CR><LF>, also for cancel."""
     if1 = ready(bench, "V61")
     command(bench, if1, "X400$", end="\n")
     command(bench, if1, "#", end="\r")
@@ -324,7 +324,7 @@ def test_cancel_in_v_format_needs_line_feed(bench):
 
 
 def test_cancel_in_full_speed_ranges(bench, if1):
-    """Cancel: from 100,000 down in steps of 400, each for 400/500,000 s."""
+    """Cancel: from 100,000 steps/s the speed falls by 400 every 400/500,000 s."""
     command(bench, if1, ">3^500@99999XG$", seconds=3)
     axis = if1.axes["X"]
     assert axis.velocity == 100_000

@@ -108,7 +108,7 @@ def test_the_baud_rate_is_measured_on_the_first_bracket_only(bench):
 
 @pytest.mark.parametrize("character", [b"U", b"X", b"\r", b"\n", b"\x00", b"\xff", b"H", b"V61\r"])
 def test_only_the_bracket_is_understood_before_the_baud_rate_is_known(bench, character):
-    """Initialisation: "the controller should transmit the open bracket"; H, like it, begins with four low bits."""
+    """Initialisation: "the controller should transmit the open bracket"; an H also begins with four low bits."""
     if1 = bench.add("if1", line="2400 8N2")
     bench.run(1.5)
     if1.serial.write(character)
@@ -203,7 +203,7 @@ def test_a_wrong_format_message_is_dropped_and_may_be_sent_again(bench, wrong):
 
 
 def test_the_order_of_the_format_message_is_fixed(bench):
-    """Initialisation: the characters "MUST be sent in the ordered sequence shown": U13 is not U31."""
+    """Initialisation: the characters "MUST be sent in the ordered sequence shown": U13 differs from U31."""
     if1 = ready(bench, "U13")  # 7 data bits, odd parity, 1 stop bit
     assert (ask(bench, if1, "K"), ask(bench, if1, "F")) == (b"0\r", b"0\r")
 
@@ -228,14 +228,14 @@ def test_all_v_formats_of_the_table_are_accepted(bench, frame, parity, end):
 
 
 def test_characters_directly_after_the_format_message_are_processed(bench):
-    """R2: "allow a delay of at least 5mS"; a host that does not wait is heard all the same, and answered later."""
+    """R2: "allow a delay of at least 5mS"; a host that does not wait is accepted too, and answered later."""
     if1 = bench.add("if1", line="9600 8N2")
     detect(bench, if1)
     assert send(bench, if1, "U61\rE", seconds=1.3) == b"C\r"
 
 
 def test_characters_are_lost_for_5_ms_where_that_is_asked_for(bench):
-    """Initialisation: "allow a delay of at least 5mS for the UART to re-initialise"; R2: the strict mode."""
+    """Initialisation: "allow a delay of at least 5mS for the UART to re-initialise"; R2: option for the strict mode."""
     if1 = bench.add("if1", line="9600 8N2", strict_format=True)
     detect(bench, if1)
     if1.serial.write(b"U61\rE\r")  # E and CR arrive 1.1 and 2.3 ms after the format message
@@ -249,26 +249,26 @@ def test_in_the_strict_mode_characters_after_5_ms_are_processed(bench):
     detect(bench, if1)
     write(if1, "U61")
     bench.run_until(lambda: not if1.serial.pending, 1)
-    bench.run(0.0012 + 0.001 + 0.005)  # the CR itself, a strobe, and the delay asked for
+    bench.run(0.0012 + 0.001 + 0.005)  # the CR itself, a strobe, and the required delay
     assert send(bench, if1, "E", seconds=1.3) == b"C\r"
 
 
 def test_a_line_feed_directly_after_the_u_message_is_swallowed(bench):
-    """R2: sample 1 sends `U62` CR LF with echo on, and its first echo must be the `X` of its first command."""
+    """R2: sample 1 sends `U62` CR LF with echo on; its first echo must be `X`, so this LF is dropped."""
     if1 = bench.add("if1", line="9600 8N2")
     detect(bench, if1)
     assert send(bench, if1, "U62\r\nX", seconds=1.3, end="") == b"X"
 
 
 def test_the_message_that_turns_echo_on_is_not_echoed(bench):
-    """Appendix 3, sample 1: nothing is read between the format message and the first command."""
+    """Appendix 3, sample 1: nothing is read between the format message and the first command, so nothing is echoed."""
     if1 = bench.add("if1")
     detect(bench, if1)
     assert send(bench, if1, "U62", seconds=1.3) == b""
 
 
 def test_the_first_ramp_is_calculated_after_the_format_message(bench):
-    """Appendix 3, sample 7: "Wait for initial ramp calculation"; R12: one second."""
+    """Appendix 3, sample 7: "Wait for initial ramp calculation", which takes one second (R12)."""
     if1 = bench.add("if1", line="9600 8N2")
     detect(bench, if1)
     answers = arrivals(bench, if1)
@@ -287,7 +287,7 @@ def test_a_bracket_once_it_is_ready_is_a_data_fault(bench, if1):
 
 @pytest.mark.parametrize("message", ["U61", "V61", "U11", "*"])
 def test_a_format_message_once_it_is_ready_is_a_data_fault(bench, if1, message):
-    """R5: only power-up brings the data format back."""
+    """R5: a second format message is a data fault; only a power cycle allows a new format."""
     command(bench, if1, message, seconds=0.1)
     assert (faults(bench, if1), ask(bench, if1, "E")) == ((b"128\r", b"8\r"), b"C\r")
 
@@ -310,7 +310,7 @@ def test_a_power_cycle_at_any_stage_begins_anew(bench, moment):
 
 
 def test_another_baud_rate_after_a_power_cycle(bench):
-    """Baud rate: "The interface senses the baud rate automatically", each time anew."""
+    """Baud rate: "The interface senses the baud rate automatically", after each power-up again."""
     if1 = ready(bench, line="9600 8N2")
     if1.power_cycle()
     if1.serial.host.baudrate = 300
@@ -319,7 +319,7 @@ def test_another_baud_rate_after_a_power_cycle(bench):
 
 
 def test_without_power_all_outputs_are_off_and_nothing_is_answered(bench, if1):
-    """Power requirements: without +5 V nothing lights, sends or holds a line."""
+    """Power requirements: without +5 V no LED is lit, nothing is sent, and no output holds its line."""
     command(bench, if1, "S1$", seconds=0.1)
     if1.power(False)
     assert not if1.pins["led"].level and not if1.pins["output1"].level
@@ -354,7 +354,7 @@ def test_two_interfaces_on_a_bench_are_independent():
 
 
 def test_a_fault_does_not_light_the_led_before_it_is_ready(bench):
-    """Initialisation: off until `(`, flashing until the data format; "If the LED comes on again", a fault."""
+    """Initialisation: off until `(`, flashing until the data format; only then "If the LED comes on again": a fault."""
     if1 = bench.add("if1")
     bench.run(1.2)
     if1.pins["estop"].drive(False)

@@ -67,12 +67,12 @@ def test_h1_l3_waits_for_one_and_then_the_other(bench, if1):
     command(bench, if1, "H1 L3 X 1000 @ 200 $", seconds=0.1)
     switch(if1, input3=False)
     bench.run(0.1)
-    switch(if1, input3=True)  # a low on input 3 before input 1 was high does not count
+    switch(if1, input3=True)  # a low on input 3 before input 1 was high has no effect
     bench.run(0.1)
     switch(if1, input1=True)
     bench.run(0.1)
     assert not moving(if1)
-    switch(if1, input1=False)  # nor must input 1 stay high
+    switch(if1, input1=False)  # input 1 need not stay high
     bench.run(0.1)
     switch(if1, input3=False)
     bench.run(0.01)
@@ -137,7 +137,7 @@ def test_input_commands_need_a_move(bench, if1, message):
 @pytest.mark.parametrize(
     "message",
     [
-        "L1H2X10$",  # "not allowed within the specified format": low first
+        "L1H2X10$",  # wrong order: "not allowed within the specified format"
         "X10H1$",
         "X10L1$",
         "X10S1H1$",
@@ -184,7 +184,7 @@ def test_any_stages_may_be_left_out(bench, if1, message):
 
 
 def test_outputs_change_when_the_slowest_part_of_the_move_is_over(bench, if1):
-    """Combining: "one or more outputs will change state at the end of the move": the backlash correction included."""
+    """Combining: "one or more outputs will change state at the end of the move", after its backlash correction."""
     write(if1, "B-40", "X40BS1$")
     output = edges(if1.pins["output1"])
     bench.run(1)

@@ -72,10 +72,10 @@ def test_the_led_lights_from_the_emergency_stop_until_it_is_read_and_removed(ben
     bench.run(0.01)
     assert led.level and not led.flashing
     motion_status(bench, if1)
-    assert led.level  # read, not removed
+    assert led.level  # the status was read, but the input is still open
     if1.pins["estop"].release()
     bench.run(0.1)
-    assert led.level  # removed, not read again
+    assert led.level  # the input was removed, but the status not read again
     motion_status(bench, if1)
     assert not led.level
 
@@ -106,7 +106,7 @@ def test_an_open_limit_lets_the_interface_be_driven_the_other_way_only(bench, if
     bench.run(0.1)
     stopped = if1.axes["X"].position
     assert not moving(if1) and 0 < abs(stopped) < 4000
-    write(if1, f"X{free}10$")  # no status request yet
+    write(if1, f"X{free}10$")  # before the status request, this is refused
     bench.run(0.5)
     assert if1.axes["X"].position == stopped
     assert motion_status(bench, if1) == 64
@@ -146,7 +146,7 @@ def test_a_limit_in_motion_decelerates(bench, if1):
 
 
 def test_a_limit_behind_a_motion_does_not_stop_it_where_that_is_asked_for(bench):
-    """Clearing faults: all is inhibited "apart from motion away from a limit switch"."""
+    """Clearing faults: all is inhibited "apart from motion away from a limit switch"; option: it is not stopped."""
     if1 = ready(bench, limits="motion ahead")
     command(bench, if1, "X-G$", seconds=1)
     if1.pins["limit_plus"].drive(False)
@@ -171,7 +171,7 @@ def test_limit_inputs_light_the_led(bench, if1, pin):
 
 @pytest.mark.parametrize("pin", ["limit_plus", "limit_minus"])
 def test_a_limit_input_lights_the_led_at_rest_too(bench, if1, pin):
-    """Limits: "Emergency stop or limit inputs will light the LED (red) on the interface"."""
+    """Limits: "Emergency stop or limit inputs will light the LED (red) on the interface", at rest too."""
     if1.pins[pin].drive(False)
     bench.run(0.1)
     assert if1.pins["led"].level
@@ -190,7 +190,7 @@ def test_a_drive_fault_halts_the_interface_without_deceleration(bench, if1, pin,
     assert not if1.axes[axis].moving
     assert if1.pins["led"].level
     assert motion_status(bench, if1) == 16
-    write(if1, "Z10$")  # everything is inhibited
+    write(if1, "Z10$")  # all moves are inhibited
     bench.run(0.5)
     assert if1.axes["Z"].position == 0
     if1.pins[pin].release()
@@ -229,7 +229,7 @@ def test_a_fault_input_with_no_drive_and_no_link_is_a_fault_for_ever(bench):
 
 def test_fault_links_are_fitted_on_a_bare_interface(bench, if1):
     """Fault disable links: "To simulate a working drive where none is fitted, fit link 3 ... and link 4"."""
-    assert ask(bench, if1, "I") == b"200\r"  # inputs 1 to 3 only
+    assert ask(bench, if1, "I") == b"200\r"  # only inputs 1 to 3 are set
     assert motion_status(bench, if1) == 0
 
 
@@ -272,7 +272,7 @@ def test_output_5_follows_the_led_through_power_up_as_well(bench):
 
 
 def test_the_other_outputs_are_not_touched_by_faults(bench, if1):
-    """Optional fault output: link 3 in position a: output 5 is like the others."""
+    """Optional fault output: with link 3 in position a, output 5 is an ordinary output, which faults do not change."""
     command(bench, if1, "S15$", seconds=0.1)
     seen = [edges(if1.pins[f"output{n}"]) for n in range(1, 6)]
     if1.pins["estop"].drive(False)
@@ -281,7 +281,7 @@ def test_the_other_outputs_are_not_touched_by_faults(bench, if1):
 
 
 def test_the_run_time_of_a_stop_is_one_scan(bench, if1):
-    """Emergency stop: the motion stops within 2 ms of the opening of the input."""
+    """Emergency stop: the motion is stopped within one scan of the inputs, 2 ms."""
     command(bench, if1, "XG$", seconds=1)
     begin = bench.now
     if1.pins["estop"].drive(False)
@@ -296,6 +296,6 @@ def test_the_limit_switches_of_all_axes_are_in_series(bench):
     x, y = if1.axes["X"].position, if1.axes["Y"].position
     assert x == y and 30 < y <= 35
     assert motion_status(bench, if1) == 64
-    write(if1, "X+10$")  # X itself is nowhere near its end
+    write(if1, "X+10$")  # X itself is far from its limit
     bench.run(0.5)
     assert if1.axes["X"].position == x

@@ -54,19 +54,19 @@ def test_delay_set_and_removed(bench, if1, script):
 def test_more_than_250_ms_is_out_of_range(bench, if1, n):
     """Delay: "The maximum programmable delay is 250mS".  R25: out of range; the delay stays as it was."""
     write(if1, f"D{n}")
-    assert ask(bench, if1, "E", 0.05) == b"F\r"  # and at once
+    assert ask(bench, if1, "E", 0.05) == b"F\r"  # without a delay
     assert faults(bench, if1) == (b"128\r", b"16\r")
 
 
 @pytest.mark.parametrize("message", ["D", "D-1", "D+5", "D,5", "DD5", "5D", "D5D"])
 def test_without_a_number_it_is_a_data_fault(bench, if1, message):
-    """R7: a missing number, or something else in its place."""
+    """R7: `D` without a number, or with something else in its place, is a data fault."""
     write(if1, message)
     assert (ask(bench, if1, "E", 0.05), faults(bench, if1)) == (b"F\r", (b"128\r", b"8\r"))
 
 
 def test_echoes_are_delayed_too(bench):
-    """Delay: "inserted before each transmitted character", and an echo is one."""
+    """Delay: "inserted before each transmitted character", echoes included."""
     if1 = ready(bench, "U62")
     send(bench, if1, "D5", seconds=0.5)
     received = arrivals(bench, if1)
@@ -77,7 +77,7 @@ def test_echoes_are_delayed_too(bench):
 
 
 def test_the_terminators_of_v_format_are_delayed_as_well(bench):
-    """Delay: before each transmitted character; a reply of one letter has three characters."""
+    """Delay: it precedes each transmitted character; a reply of one letter has three characters in the V format."""
     if1 = ready(bench, "V61")
     command(bench, if1, "D10", seconds=0.1, end="\n")
     assert ask(bench, if1, "E", 0.15, end="\n") == b"C"
@@ -97,7 +97,7 @@ def test_a_running_motor_does_not_wait_for_slow_characters(bench, if1):
 
 
 def test_power_off_forgets_it(bench, if1):
-    """Default values: 0 mS when the power is applied."""
+    """Default values: after power-up the delay is 0 mS."""
     command(bench, if1, "D25", seconds=0.1)
     if1.power_cycle()
     bench.run(1.5)

@@ -33,7 +33,7 @@ from .talking import (
 
 
 def scaled(segments, minor: int, major: int):
-    """Return the ramp of the minor axis: every rate times minor/major."""
+    """Return the ramp of the minor axis: each rate of the major axis times minor/major."""
     return [(Fraction(rate) * minor / major, seconds) for rate, seconds in segments]
 
 
@@ -128,7 +128,7 @@ def test_below_the_start_stop_speed_there_is_no_ramp(bench, if1):
      (">4", "X2000/Y500@1000$"), ("@12000", "X2000/Y500$"), ("", "H1X65536/Y2S1$"), ("", "X65536/Y2P1,50$")],
 )  # fmt: skip
 def test_what_does_not_comply_is_flagged_and_ignored(bench, if1, parameters, move):
-    """Constraints: "an out-of-range flag is set in the status command (... k = 128, F = 16)"; R32: K."""
+    """Constraints: "an out-of-range flag is set in the status command (... k = 128, F = 16)"; R32: k means K."""
     out = edges(if1.pins["output1"])
     if parameters:
         command(bench, if1, parameters, seconds=1.2)
@@ -146,7 +146,7 @@ def test_what_does_not_comply_is_flagged_and_ignored(bench, if1, parameters, mov
      (">1", "X2000/Y1999$", (2000, 1999, 0))],
 )  # fmt: skip
 def test_the_very_limits_of_the_constraints_comply(bench, if1, parameters, move, where):
-    """Constraints: maximum velocity 10000, minimum acceleration 5000, maximum index 65535, range 1."""
+    """Constraints: the ends of the ranges are valid: velocity 10000, acceleration 5000, index 65535, range 1."""
     if parameters:
         command(bench, if1, parameters, seconds=1.2)
     write(if1, move)
@@ -156,7 +156,7 @@ def test_the_very_limits_of_the_constraints_comply(bench, if1, parameters, move,
 
 
 def test_a_minor_axis_longer_than_the_major_one_is_out_of_range(bench, if1):
-    """R16: the multiplier is below 1: a "short index (the minor axis)"."""
+    """R16: the multiplier is below 1, because the minor axis has a "short index (the minor axis)"."""
     command(bench, if1, "X500/Y501@1000$", seconds=1.0)
     assert (positions(if1), faults(bench, if1)) == ((0, 0, 0), (b"128\r", b"16\r"))
 
@@ -205,7 +205,7 @@ def test_interpolated_moves_in_turn(bench, if1, script):
 
 
 def test_the_cancel_code_brings_both_axes_down_together(bench, if1):
-    """Index mode: "This will stop any axis in motion"; both keep their proportion to the end."""
+    """Index mode: "This will stop any axis in motion"; both axes keep their proportion to the end."""
     command(bench, if1, "X4000/Y1000@1000$", seconds=1.0)
     command(bench, if1, "#", seconds=0.5)
     x, y, _ = positions(if1)
@@ -215,9 +215,9 @@ def test_the_cancel_code_brings_both_axes_down_together(bench, if1):
 
 
 def test_the_motion_status_of_an_interpolated_move(bench, if1):
-    """Motion status: accelerating 5, at programmed speed 3, decelerating 9."""
+    """Motion status: it is 5 while accelerating, 3 at programmed speed, 9 while decelerating."""
     command(bench, if1, "^5", seconds=1.2)
-    write(if1, "X20000/Y500@10000$")  # 1.92 s up: 96 levels of 20 ms
+    write(if1, "X20000/Y500@10000$")  # the ramp up takes 1.92 s: 96 levels of 20 ms
     bench.run(0.5)
     assert status_word(bench, if1) == 5
     # up: 96 levels 400 ... 9900, 20 ms each: 9888 steps; 20000 - 19776 = 224 steps at 10000/s are 22.4 ms
@@ -254,7 +254,7 @@ def test_every_interpolated_move_ends_on_exact_counts_and_keeps_to_the_line(
     assert if1.axes[axes[2]].position == 0
     a, b = first.pulse_times(), second.pulse_times()
     if minor:
-        # when the minor axis has made its k-th step the major one stands within one minor step of k x major/minor
+        # when the minor axis makes its k-th step, the major axis is within one minor step of k x major/minor
         stands = a.searchsorted(b, side="right")
         for k, at in enumerate(stands.tolist(), start=1):
             assert abs(k - Fraction(at * minor, major)) <= 1

@@ -33,7 +33,7 @@ def test_the_sequence_hands_over_and_resumes(bench, if1):
     until_idle(bench, if1)
     write(if1, "%")
     until_idle(bench, if1)
-    assert positions(if1) == (150, 0, 400)  # Y- by the distance given last
+    assert positions(if1) == (150, 0, 400)  # Y- moves by the latest distance
     assert moves(if1.axes["Y"]) == [400, -400]
 
 
@@ -102,7 +102,7 @@ def test_a_handed_over_interface_is_clear(bench, if1):
 
 
 def test_resuming_while_the_hosts_move_still_runs_waits_for_it(bench, if1):
-    """Intervention: `%` sent directly after a move; the sequence continues when the move has ended."""
+    """Intervention: after a move and `%` at once, the sequence continues when the move has ended."""
     write(if1, ":%:X10:$")
     bench.run(0.1)
     write(if1, "Y400@400$", "%")
@@ -114,7 +114,7 @@ def test_resuming_while_the_hosts_move_still_runs_waits_for_it(bench, if1):
 
 
 def test_each_pass_of_a_repeat_hands_over_anew(bench, if1):
-    """Intervention within repeats: "where data-dependent moves must be included in a preset sequence"."""
+    """Intervention, in each pass: "where data-dependent moves must be included in a preset sequence"."""
     write(if1, ":X10@400:%:=2,1:$")
     for moved in (1, 2, 3):
         bench.run(0.5)
@@ -149,7 +149,7 @@ def test_control_given_to_the_host(bench, if1, script):
 
 
 def test_cancelling_the_hosts_own_move_ends_the_sequence_too(bench, if1):
-    """Cancel: "This will stop any axis in motion", and a sequence that is handed over is a running one."""
+    """Cancel: "This will stop any axis in motion"; it also ends the sequence that has handed over control."""
     write(if1, ":%:X20@400:$")
     bench.run(0.1)
     write(if1, "Y4000$")
@@ -164,14 +164,14 @@ def test_cancelling_the_hosts_own_move_ends_the_sequence_too(bench, if1):
 
 @pytest.mark.parametrize("text", ["X10%$", "%X10$", "%$", "%%", "S1%"])
 def test_percent_in_odd_places_is_a_data_fault(bench, if1, text):
-    """R7: a wrong message moves nothing."""
+    """R7: `%` anywhere else is a data fault, and the message moves nothing."""
     command(bench, if1, text, seconds=0.5)
     assert positions(if1) == (0, 0, 0) and not if1.pins["output1"].level
     assert number(bench, if1, "F") == 8
 
 
 def test_with_echo_the_prompt_is_not_mixed_up_with_the_echo(bench):
-    """Echo back: "each character is returned to the controller"; the prompt is sent, not echoed."""
+    """Echo back: "each character is returned to the controller"; the prompt `%` is sent in addition to the echo."""
     if1 = ready(bench, "U62")
     assert (ask(bench, if1, ":X10@400:%:Y10:$"), ask(bench, if1, "Z5$")) == (b":X10@400:%:Y10:$\r%\r", b"Z5$\r")
     assert ask(bench, if1, "%") == b"%\r"
@@ -180,7 +180,7 @@ def test_with_echo_the_prompt_is_not_mixed_up_with_the_echo(bench):
 
 
 def test_a_sequence_sent_in_a_hand_over_is_a_data_fault(bench, if1):
-    """Intervention: "execute any move instruction it receives"; a sequence within a sequence is none."""
+    """Intervention: "execute any move instruction it receives": a sequence within a sequence is a data fault."""
     write(if1, ":%:X10@400:$")
     bench.run(0.1)
     write(if1, ":Y5@400:Z5:$", ":$")
@@ -192,7 +192,7 @@ def test_a_sequence_sent_in_a_hand_over_is_a_data_fault(bench, if1):
 
 @pytest.mark.parametrize("line", ["dtr", "rts"])
 def test_a_prompt_that_is_cancelled_before_it_may_be_sent_leaves_rts_reset(bench, if1, line):
-    """Control lines: RTS is "set prior to the start of transmission": nothing is left to be transmitted."""
+    """Control lines: RTS is "set prior to the start of transmission": a cancelled prompt resets RTS."""
     setattr(if1.serial.host, line, False)
     command(bench, if1, ":%:Y5:$", seconds=0.1)
     assert if1.serial.rts
@@ -204,7 +204,7 @@ def test_a_prompt_that_is_cancelled_before_it_may_be_sent_leaves_rts_reset(bench
 
 
 def test_a_reply_that_waits_with_a_cancelled_prompt_keeps_rts_set(bench, if1):
-    """Control lines: the other reply is sent as soon as DSR and CTS are set."""
+    """Control lines: RTS stays set for another reply, which is sent as soon as DSR and CTS are set."""
     if1.serial.host.dtr = False
     command(bench, if1, ":%:Y5:$", "K", "#", seconds=0.1)
     assert if1.serial.rts

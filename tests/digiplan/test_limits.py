@@ -72,7 +72,7 @@ def test_the_led_goes_out_when_the_limit_has_been_read_and_left(bench):
     command(bench, if1, "X9000@400$", seconds=8.0)
     assert if1.pins["led"].level
     status_word(bench, if1)
-    write(if1, "X-1$")  # at 2000 the switch is closed again
+    write(if1, "X-1$")  # the switch at 2000 has closed again
     until_idle(bench, if1)
     assert positions(if1) == (2000, 0, 0)
     assert not if1.pins["led"].level
@@ -88,7 +88,7 @@ def test_the_limits_are_common_to_all_axes(bench):
         status_word(bench, if1)
     assert positions(if1) == (0, 51, 0)
     command(bench, if1, "XYZ-10$", seconds=0.5)
-    assert positions(if1) == (0, 51, 0)  # X and Y are asked for positively
+    assert positions(if1) == (0, 51, 0)  # positive moves of X and Y are refused
 
 
 @scripts(
@@ -119,7 +119,7 @@ def test_a_move_away_from_an_open_switch_is_not_stopped_by_it(bench):
 
 
 def test_a_limit_open_at_power_up(bench):
-    """Limit inputs "must remain connected to +24v for the interface to run"; off the limit it can be driven."""
+    """Limit inputs: "must remain connected to +24v for the interface to run"; only motion off the limit is possible."""
     if1 = bench.add("if1")
     if1.pins["limit_minus"].drive(False)
     bench.run(1.5)
@@ -132,7 +132,7 @@ def test_a_limit_open_at_power_up(bench):
 
 
 def test_a_limit_stops_both_axes_of_an_interpolated_move(bench):
-    """Clearing: "any axis in motion will stop"; here the minor axis finds its limit."""
+    """Clearing: "any axis in motion will stop", here because the minor axis reaches its limit."""
     if1 = ready(bench, Y={"limits": (-10, 100)})
     command(bench, if1, "X4000/Y1000@400$", seconds=5.0)
     x, y, _ = positions(if1)
@@ -144,7 +144,7 @@ def test_a_sequence_ends_at_a_limit(bench):
     """R22: "ended, outputs as they are"; after the request it can be run again from the beginning."""
     if1 = ready(bench, X=TRAVEL)
     command(bench, if1, ":S1:X1500@400:R1:X-1000:=3,1:$", seconds=30.0)
-    # 1500, 500, 2000, 1000 and on towards 2500
+    # 1500, 500, 2000, 1000, and then the switch before 2500
     assert positions(if1) == (2001, 0, 0)
     assert if1.pins["output1"].level
     assert status_word(bench, if1) == 64
@@ -157,7 +157,7 @@ def test_a_sequence_ends_at_a_limit(bench):
 
 
 def test_a_backlash_correction_away_from_the_limit_that_the_move_found(bench):
-    """Backlash and limit: the overshoot opens the switch; there is no correction after a fault."""
+    """Backlash and limit: if the overshoot opens the switch, no correction follows."""
     if1 = ready(bench, X={"limits": (-100, 105)})
     command(bench, if1, "B-20", "X100@400B$", seconds=2.0)
     assert (positions(if1), moves(if1.axes["X"]), status_word(bench, if1)) == ((106, 0, 0), [106], 64)
@@ -175,7 +175,7 @@ def test_a_limit_input_at_rest(bench, if1, script):
 
 
 def test_emergency_stop_and_limit_at_once(bench, if1):
-    """Clearing: each bit by its own rule: the limit by any request, the emergency stop only when it is gone."""
+    """Clearing: any request clears the limit bit; the emergency stop bit is cleared only after its input has closed."""
     command(bench, if1, "X4000@400$", seconds=1.0)
     if1.pins["estop"].drive(False)
     if1.pins["limit_plus"].drive(False)
@@ -223,7 +223,7 @@ def test_a_backlash_correction_does_not_drive_into_an_open_limit(bench, if1):
     assert status_word(bench, if1) == 64
     write(if1, "X100B$")
     settle_or_fault(bench, if1)
-    assert positions(if1) == (120, 0, 0)  # the way there; 20 steps back would go into the open switch
+    assert positions(if1) == (120, 0, 0)  # only the first part; the 20 steps back would go towards the open switch
     assert status_word(bench, if1) == 64
 
 
@@ -240,7 +240,7 @@ def test_a_backlash_correction_comes_back_once_the_limit_has_closed(bench, if1):
 
 
 def test_a_limit_that_opens_in_the_pause_of_a_backlash_correction_stops_it(bench, if1):
-    """Backlash: "a pause of at least 3mS"; nothing moves then, and the way back is refused."""
+    """Backlash: "a pause of at least 3mS", without motion: a limit that opens in it prevents the correction."""
     write(if1, "B-20", "X100B$")
     bench.run_until(lambda: if1.axes["X"].moving, 1)
     bench.run(0.3)  # 120 pulses at 400 steps/s
@@ -255,7 +255,7 @@ WAITING = pytest.mark.parametrize("text", ["H1X100@400$", ":H1X100@400:$", ":H1:
 
 @WAITING
 def test_a_limit_touched_at_rest_and_not_read_refuses_what_is_waiting(bench, if1, text):
-    """Clearing: "further movement is inhibited", in a sequence as in a direct move."""
+    """Clearing: "further movement is inhibited" until the status is read, for a waiting step or direct move too."""
     command(bench, if1, text, seconds=0.5)
     if1.pins["limit_minus"].drive(False)
     bench.run(0.1)
@@ -268,7 +268,7 @@ def test_a_limit_touched_at_rest_and_not_read_refuses_what_is_waiting(bench, if1
 @WAITING
 @pytest.mark.parametrize(("pin", "made"), [("limit_minus", 100), ("limit_plus", 0)])
 def test_a_limit_touched_at_rest_and_read_lets_what_is_waiting_move_away(bench, if1, text, pin, made):
-    """Clearing: "driven off the limit in the opposite direction", in a sequence as in a direct move."""
+    """Clearing: "driven off the limit in the opposite direction", by a waiting step or direct move too."""
     command(bench, if1, text, seconds=0.5)
     if1.pins[pin].drive(False)
     bench.run(0.1)
@@ -280,6 +280,6 @@ def test_a_limit_touched_at_rest_and_read_lets_what_is_waiting_move_away(bench, 
 
 
 def settle_or_fault(bench, controller):
-    """Run until the interface is not busy; E may answer F."""
+    """Run until E answers that the interface is not busy, or a fault."""
     bench.run(0.1)
     bench.run_until(lambda: not controller.busy, 10)

@@ -1,4 +1,4 @@
-"""The stored sequence as lines, the step that is being carried out, and when each step begins."""
+"""The stored sequence as lines, the step in progress, and the time at which each step begins."""
 
 import pytest
 from hypothesis import given
@@ -25,7 +25,7 @@ def running(controller: Controller) -> int | None:
 
 
 def begun(bench: Bench, controller: Controller) -> list[tuple[int, int]]:
-    """Return a list that grows with (time in ns from the first step, number) of each step that begins."""
+    """Return a list that receives, for each step that begins, (time in ns from the first step, step number)."""
     found: list[tuple[int, int]] = []
     first: list[int] = []
 
@@ -60,7 +60,7 @@ def begun(bench: Bench, controller: Controller) -> list[tuple[int, int]]:
     ],
 )
 def test_each_step_is_a_line_as_it_is_typed(sequence, lines):
-    """Programming a sequence and what follows: the manual's own examples; of two distances the last one counts."""
+    """Programming a sequence and later chapters: the manual's examples; of two distances the last one is listed."""
     assert listed(sequence) == lines
 
 
@@ -115,7 +115,7 @@ def steps(draw):
 
 @given(steps())
 def test_a_line_read_again_is_the_same_step(text):
-    """The order of the axes is the same too, since the first axis determines the backlash correction."""
+    """A listed line, sent again, gives the same step; the first axis, which decides on backlash, stays first."""
     message = parse(f":{text}:$", COMMANDS)
     assert message.problems == []
     (step,) = message.steps
@@ -127,7 +127,7 @@ def test_a_line_read_again_is_the_same_step(text):
 
 @pytest.mark.parametrize("text", [">3<10^100X500@9000S1", "D5>4", "B-7XB"])
 def test_a_direct_message_can_be_written_as_well(text):
-    """Speed to Acceleration rate: parameters that are not allowed in a sequence."""
+    """Speed to Acceleration rate: a direct message is listed with its parameters, which sequences do not allow."""
     (step,) = parse(text, COMMANDS).steps
     assert parse(typed(step), COMMANDS).steps == [step]
 
@@ -142,7 +142,7 @@ def test_nothing_is_stored_in_an_interface_that_was_just_switched_on(bench, if1)
 
 
 def test_every_step_begins_when_the_one_before_has_ended(bench, if1):
-    """S and R take the interface's cycle of 1 ms, 3 steps at the start/stop speed of 400 7.5 ms, `P0,5` 50 ms."""
+    """S and R take a cycle of 1 ms, 3 steps at the start/stop speed of 400 take 7.5 ms, and `P0,5` takes 50 ms."""
     found = begun(bench, if1)
     command(bench, if1, ":S1:X3@400:P0,5:R1:Y2@100:$")
     assert found == [(0, 1), (1 * MS, 2), (8 * MS + 500_000, 3), (58 * MS + 500_000, 4), (59 * MS + 500_000, 5)]
@@ -152,7 +152,7 @@ def test_every_step_begins_when_the_one_before_has_ended(bench, if1):
 
 
 def test_the_running_step_is_that_of_now(bench, if1):
-    """2 steps at 100 steps/s are 20 ms."""
+    """A step of 2 pulses at 100 steps/s is the running step for 20 ms."""
     found = begun(bench, if1)
     write(if1, ":Y2@100:S1:$")
     bench.run_until(lambda: found, 1)
@@ -175,7 +175,7 @@ def test_repeats_begin_their_steps_again(bench, if1):
 
 
 def test_a_nested_repeat_starts_afresh(bench, if1):
-    """Repeating: the inner repeat on each pass of the outer one; every step takes 1 ms here."""
+    """Repeating: each pass of the outer repeat begins the inner one again; every step takes 1 ms here."""
     found = begun(bench, if1)
     command(bench, if1, ":S1:=1,1:R1:=1,1:$", seconds=0.1)
     assert [step for _, step in found] == [1, 2, 1, 2, 3, 4, 1, 2, 1, 2, 3, 4]
@@ -183,7 +183,7 @@ def test_a_nested_repeat_starts_afresh(bench, if1):
 
 
 def test_a_step_that_waits_runs_until_its_input_comes(bench, if1):
-    """Combining inputs and outputs: H1 waits for a level."""
+    """Combining inputs and outputs: H1 is the running step until its input is high."""
     times: list[int] = []
     if1.subscribe_lines(lambda program, index: times.append(bench.now))
     command(bench, if1, ":H1:S1:$", seconds=5.0)
@@ -244,7 +244,7 @@ def test_a_fault_ends_it(bench, if1, pin):
 
 
 def test_another_sequence_takes_the_place_when_this_one_is_over(bench, if1):
-    """A message with `$` is held while the interface is busy: until then the old steps are stored and run."""
+    """A message with `$` is held while the interface is busy, so until then the old steps are listed."""
     found = begun(bench, if1)
     command(bench, if1, ":X20@100:Y20:$", seconds=0.1)
     command(bench, if1, ":S1:$", seconds=0.25)
@@ -255,7 +255,7 @@ def test_another_sequence_takes_the_place_when_this_one_is_over(bench, if1):
 
 
 def test_what_is_wrong_is_not_stored(bench, if1):
-    """Motion status: a message with a data fault is ignored."""
+    """Motion status: a message with a data fault is ignored, and so not listed."""
     command(bench, if1, ":S1:$", seconds=0.1)
     command(bench, if1, ":S1:Q:$", seconds=0.1)
     assert stored(if1) == ("S1",)

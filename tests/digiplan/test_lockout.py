@@ -48,7 +48,7 @@ def test_spurious_data_raises_no_fault_while_locked(bench, if1):
     command(bench, if1, "[", seconds=0.1)
     for text in ("!!?", "@99999", "X65536/Y1$", ":::", ")*", "K K"):
         write(if1, text)
-    if1.serial.host.parity = "E"  # a format error with each character
+    if1.serial.host.parity = "E"  # this makes each character a format error
     write(if1, "X1000$")
     if1.serial.host.parity = "N"
     if1.serial.host.baudrate = 300
@@ -61,7 +61,7 @@ def test_spurious_data_raises_no_fault_while_locked(bench, if1):
 
 
 def test_a_flood_raises_no_fault_while_locked(bench, if1):
-    """Battery backup: no error checking; received characters are dropped."""
+    """Battery backup: without error checking, a flood of characters is dropped without a fault."""
     command(bench, if1, "[", seconds=0.1)
     if1.serial.write(b"X" * 500)
     bench.run(2.0)
@@ -96,7 +96,7 @@ def test_the_unlock_command_must_come_in_the_same_format(bench, if1):
 
 @pytest.mark.parametrize(("bytesize", "parity"), [(7, "E"), (7, "M"), (8, "O"), (8, "S")])
 def test_another_number_of_bits_or_another_parity_does_not_unlock(bench, if1, bytesize, parity):
-    """Lockout: `]` and <CR> from a host at 7E have bit 8 set where the lock command had it clear.
+    """Lockout: `]` and <CR> from a host at 7E have bit 8 set, which was clear in the lock command.
 
     At 8O and 8S the parity bit is a framing error.  7O, 8E and 8M look on the wire like 8N: `]` and <CR> have an odd
     number of ones.
@@ -111,7 +111,7 @@ def test_another_number_of_bits_or_another_parity_does_not_unlock(bench, if1, by
 
 
 def test_a_host_whose_parity_bit_lies_in_bit_8_unlocks_as_it_has_locked(bench, if1):
-    """Lockout: "exactly the same ... as the lock command", not as the data format."""
+    """Lockout: "exactly the same ... as the lock command" counts, even if the data format is different."""
     host = if1.serial.host
     host.bytesize, host.parity = 7, "E"
     command(bench, if1, "[", seconds=0.1)
@@ -126,20 +126,20 @@ def test_a_host_whose_parity_bit_lies_in_bit_8_unlocks_as_it_has_locked(bench, i
 
 @pytest.mark.parametrize("text", ["]$", "]]", "X]", "]X10$", "[]"])
 def test_only_the_unlock_command_alone_unlocks(bench, if1, text):
-    """Lockout: "]" <CR>"."""
+    """Lockout: "]" <CR>" must be a message of its own."""
     command(bench, if1, "[", text, seconds=0.1)
     assert (status(bench, if1, "E"), positions(if1)) == ("[", (0, 0, 0))
 
 
 @pytest.mark.parametrize("text", ["[$", "X10[", "[X10$", "[[", "]]"])
 def test_the_lock_command_stands_alone(bench, if1, text):
-    """Lockout: "[ <CR>"; R7 for anything else."""
+    """Lockout: "[ <CR>" must be a message of its own; otherwise it is a data fault (R7)."""
     command(bench, if1, text)
     assert (number(bench, if1, "F"), positions(if1)) == (8, (0, 0, 0))
 
 
 def test_a_locked_interface_echoes_as_before(bench):
-    """Echo-back: the data format is not changed by the lock; nothing is executed."""
+    """Echo-back: a locked interface still echoes, but executes nothing."""
     if1 = ready(bench, "U62")
     assert (ask(bench, if1, "["), ask(bench, if1, "E"), ask(bench, if1, "]")) == (b"[\r", b"E\r[\r", b"]\r")
     assert ask(bench, if1, "E") == b"E\rC\r"
@@ -168,7 +168,7 @@ def test_an_emergency_stop_while_locked_needs_the_power_off(bench, if1):
 
 
 def test_a_message_in_two_parts_around_the_lock(bench, if1):
-    """Lockout: a half message before `[` is not one: `X100[` is a data fault, the interface stays open (R7)."""
+    """Lockout: `X100[` is a data fault, so the interface is not locked (R7)."""
     if1.serial.write(b"X100")
     bench.run(0.1)
     command(bench, if1, "[", "X60$", seconds=0.5)

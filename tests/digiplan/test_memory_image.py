@@ -1,4 +1,4 @@
-"""Using the battery backup: "any data": every value that can be programmed is kept, and no other is believed."""
+"""Using the battery backup: "any data": every value that can be programmed is kept; impossible values are refused."""
 
 import json
 
@@ -39,7 +39,7 @@ def switched_on(directory, line="9600 8N2"):
 
 @pytest.mark.parametrize("messages", [LEAST, MOST, FASTEST])
 def test_the_ends_of_all_ranges_are_kept(tmp_path, messages):
-    """Speed to Output switching commands: lowest and highest value of each parameter."""
+    """Speed to Output switching commands: the lowest and the highest value of each parameter are kept."""
     locked_with(tmp_path, messages)
     bench, if2 = switched_on(tmp_path)
     bench.run(2)
@@ -111,7 +111,7 @@ def file(tmp_path, image):
     + [("sequence", value) for value in ("X:::", ":X5", ":>2:$", 5, None)],
 )
 def test_no_value_is_believed_that_cannot_have_been_programmed(file, tmp_path, place, value):
-    """The error is one line that names the file and the remedy."""
+    """A value that cannot have been programmed is an error of one line, which names the file and the remedy."""
     spoilt(file, **{place: value})
     with pytest.raises(UsageError) as told:
         switched_on(tmp_path)

@@ -29,7 +29,7 @@ RAMP_S = 4.6
 
 @pytest.fixture
 def slow(bench, if1):
-    """An IF1 that takes 4.6 s to its programmed speed."""
+    """Return an IF1 that takes 4.6 s to reach its programmed speed."""
     command(bench, if1, SLOW, seconds=1.2)
     return if1
 
@@ -41,7 +41,8 @@ def test_the_motion_status_of_an_index_from_the_start_to_the_end(bench, slow):
     for _ in range(8):
         assert status_word(bench, slow) == 5
         bench.run(0.45)
-    # 4.1 s gone; up until 4.6 s, then 40000 - 24380 = 15620 steps at 5000/s: 3.124 s; down from 7.724 s to 12.324 s
+    # 4.1 s have passed; up until 4.6 s, then 40000 - 24380 = 15620 steps at 5000/s: 3.124 s; down from 7.724 s to
+    # 12.324 s
     bench.run(0.8)
     for _ in range(4):
         assert status_word(bench, slow) == 3
@@ -65,7 +66,7 @@ def test_a_move_without_a_ramp_is_at_programmed_speed_from_beginning_to_end(benc
 
 
 def test_a_short_index_is_at_programmed_speed_at_no_time(bench, slow):
-    """Motion status: 2 is "At Programmed Speed"; on the plateau of an index too short for it, only 1 is left."""
+    """Motion status: 2, "At Programmed Speed", is not set on the plateau of a short index, where K is 1."""
     write(slow, "X20000$")
     bench.run_until(lambda: slow.axes["X"].moving, 1.0)
     # 41 levels of 100 ms take 9840 steps, 42 would take 10290; 320 are left over at 4500/s: 71 ms from 4.1 s on
@@ -77,7 +78,7 @@ def test_a_short_index_is_at_programmed_speed_at_no_time(bench, slow):
 
 
 def test_the_return_of_a_backlash_correction_is_in_motion_and_no_more(bench, if1):
-    """Motion status: the correction runs at the start/stop speed, not at the programmed one, and without a ramp."""
+    """Motion status: K is 1, as the correction runs at start/stop speed, not at programmed speed, without a ramp."""
     write(if1, "B-200", "X100@200B$")  # 300 steps at 200/s, a pause of 3 ms, 200 back at 400/s
     bench.run(1.0)
     assert status_word(bench, if1) == 3
@@ -89,7 +90,7 @@ def test_the_return_of_a_backlash_correction_is_in_motion_and_no_more(bench, if1
 
 
 def test_a_cancelled_index_is_decelerating(bench, slow):
-    """Index mode: "cancel"; motion status 9 until it stands."""
+    """Index mode: "cancel"; the motion status is 9 until the motor is at rest."""
     command(bench, slow, "X90000$", seconds=6.0)
     command(bench, slow, "#", seconds=0.1)
     assert status_word(bench, slow) == 9
@@ -139,13 +140,13 @@ def test_quick_status_without_a_free_eighth_bit_comes_with_bit_7_cleared(bench, 
 
 
 def test_quick_status_has_no_end_in_the_v_format_either(bench):
-    """Quick status: one byte, also in the V format."""
+    """Quick status: one byte without a terminator, in the V format too."""
     if1 = ready(bench, "V31")
     assert (ask(bench, if1, "Q", end="\n"), ask(bench, if1, "K", end="\n")) == (b"\0", b"0\r\n")
 
 
 def test_figures_come_without_padding(bench, if1):
-    """R17: the blank in the manual's " 527 <CR>" is its way of quoting."""
+    """R17: the answer has no blank, although the manual prints " 527 <CR>"."""
     write(if1, "X527$")
     until_idle(bench, if1)
     assert ask(bench, if1, "N") == b"527\r"
@@ -171,7 +172,7 @@ def test_status_requests_need_no_dollar_and_do_not_disturb_motion(bench):
 
 @pytest.mark.parametrize("text", ["KF", "K$", "X10K", "K10", "Q1", "E$", "N0", "k", "K,"])
 def test_a_status_request_stands_alone(bench, if1, text):
-    """Report-back: one command, one message; anything else is no instruction (R7)."""
+    """Report-back: a request with anything else in the message is a data fault (R7)."""
     send(bench, if1, text, seconds=0.3)
     assert (number(bench, if1, "F"), positions(if1)) == (8, (0, 0, 0))
 
@@ -205,7 +206,7 @@ def test_requests_and_answers(bench, if1, script):
 
 
 def test_busy_status_is_f_with_each_kind_of_fault(bench, if1):
-    """Busy status: ""F <CR>" if there is a fault condition": R20: any of K 16, 32, 64, 128."""
+    """Busy status: ""F <CR>" if there is a fault condition", that is any of K 16, 32, 64 and 128 (R20)."""
     for name, bit in (("x_fault", 16), ("y_fault", 16), ("estop", 32), ("limit_plus", 64), ("limit_minus", 64)):
         pin = if1.pins[name]
         pin.drive(not pin.level)
@@ -220,7 +221,7 @@ def test_busy_status_is_f_with_each_kind_of_fault(bench, if1):
 
 
 def test_locked_comes_before_fault_and_fault_before_busy(bench, if1):
-    """R20: E answers `[`, then F, then E, then C."""
+    """R20: E answers `[` if locked, otherwise F in a fault, otherwise E if busy, otherwise C."""
     write(if1, "?", "X4000@400$")
     assert status(bench, if1, "E") == "F"
     write(if1, "[")
@@ -250,7 +251,7 @@ def test_nothing_is_answered_during_a_ramp_calculation_but_everything_afterwards
 )  # fmt: skip
 def test_an_input_returns_its_value_when_there_is_no_current(bench, if1, pin, value):
     """Input status: "all inputs return their corresponding value when there is NO current in the diode"."""
-    fault = pin.endswith("fault")  # high at the terminal then, see the manual's table; the others are low
+    fault = pin.endswith("fault")  # the normal level is high, see the manual's table; of the others it is low
     normal = if1.pins[pin].level
     for name in ("input1", "input2", "input3"):
         if1.pins[name].drive(True)
@@ -301,7 +302,7 @@ def test_faults_add_up_until_f_clears_them_all(bench, if1):
 
 
 def test_a_communication_fault_does_not_light_the_led(bench, if1):
-    """R27: the chapter lists fault, limit and emergency stop."""
+    """R27: the LED is lit only for the conditions of the chapter: fault, limit and emergency stop."""
     command(bench, if1, "!", seconds=0.1)
     assert status_word(bench, if1) == 128
     assert not if1.pins["led"].level

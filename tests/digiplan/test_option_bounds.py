@@ -1,4 +1,4 @@
-"""Ruling 2: figures of which the manual gives only a bound can be set; anything else is one clear line."""
+"""Ruling 2: figures for which the manual gives only a bound are options; a wrong value is an error of one line."""
 
 import pytest
 

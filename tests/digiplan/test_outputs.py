@@ -15,7 +15,7 @@ def levels(if1) -> str:
 
 
 def pulses(seen: list[tuple[int, bool]]) -> list[tuple[int, bool]]:
-    """Return (length in ns, level) between each two changes."""
+    """Return the length in ns and the level between each two changes."""
     return [(after - before, level) for (before, level), (after, _) in itertools.pairwise(seen)]
 
 
@@ -107,7 +107,7 @@ def test_the_pulse_length_is_remembered(bench, if1):
     first, second = edges(if1.pins["output4"]), edges(if1.pins["output5"])
     command(bench, if1, "P4,20$", "P5$", seconds=1)
     assert pulses(first) == pulses(second) == [(200 * MS, True)]
-    assert second[0][0] >= first[1][0]  # one after the other
+    assert second[0][0] >= first[1][0]  # the second pulse begins after the first one
 
 
 @pytest.mark.parametrize("length", [1, 2, 50, 98, 99])
@@ -140,7 +140,7 @@ def test_output_0_is_a_delay(bench, if1):
 
 
 def test_switching_while_a_motor_runs_waits_for_it(bench, if1):
-    """R9: `$` messages are held until the current work is done."""
+    """R9: switching is held until the motion has ended, like all `$` messages."""
     write(if1, "X40$", "S1$")
     seen = edges(if1.pins["output1"])
     bench.run(1)

@@ -102,7 +102,7 @@ def test_the_counter_returns_to_zero_beyond_32_bits(bench):
 
 
 def test_a_drive_fault_leaves_something_to_report(bench, if1):
-    """Position report-back: after a drive fault "the position returned is not meaningful"; but there is an answer."""
+    """Position report-back: after a drive fault "the position returned is not meaningful", but N is answered."""
     command(bench, if1, "X90000@5000$", seconds=3.0)
     if1.pins["x_fault"].drive(not if1.pins["x_fault"].level)
     bench.run(1.0)
@@ -110,7 +110,7 @@ def test_a_drive_fault_leaves_something_to_report(bench, if1):
 
 
 def test_the_count_of_an_index_with_backlash_correction_has_both_ways_in_it(bench, if1):
-    """Position report-back: "the number of clock pulses sent to the motor": 120 and back 20."""
+    """Position report-back: "the number of clock pulses sent to the motor" is 120, and 20 back."""
     write(if1, "B-20", "X100B$")
     until_idle(bench, if1)
     assert (moves(if1.axes["X"]), number(bench, if1, "N")) == ([120, -20], 140)
@@ -151,7 +151,7 @@ def test_an_interpolated_run_at_or_below_the_start_stop_rate_counts_32_bits():
 
 
 def test_a_plain_run_counts_32_bits_above_the_start_stop_rate(bench, if1):
-    """R21: the 16 bits are those of interpolated runs only."""
+    """R21: only interpolated runs count 16 bits."""
     command(bench, if1, "X@10000G$", seconds=10.0)
     command(bench, if1, "#", seconds=2.0)
     assert number(bench, if1, "N") == positions(if1)[0] > 70_000
@@ -159,7 +159,7 @@ def test_a_plain_run_counts_32_bits_above_the_start_stop_rate(bench, if1):
 
 @pytest.mark.parametrize(("speed", "coarse"), [(400, False), (403, False), (404, True), (500, True), (900, True)])
 def test_the_position_is_coarse_from_the_first_speed_above_start_stop_on(bench, if1, speed, coarse):
-    """Position report-back: "Above the start/stop speed", 400 steps/s; 404 runs at 406.25, 403 at 400."""
+    """Position report-back: "Above the start/stop speed", 400 steps/s: 404 runs at 406.25, but 403 at 400."""
     command(bench, if1, f"X@{speed}G$", seconds=2.0)
     told = [number(bench, if1, "N") for _ in range(4)]
     assert all(count % 256 == 0 for count in told) is coarse

@@ -1,4 +1,4 @@
-"""Control of data transfer, Initialisation: what was waiting to be sent when the power goes is never sent."""
+"""Control of data transfer, Initialisation: what waits for transmission when the power goes is never sent."""
 
 import pytest
 
@@ -8,9 +8,9 @@ from .talking import ask, command, detect, initialise, ready
 @pytest.mark.parametrize("line", ["dtr", "rts"])
 @pytest.mark.parametrize("said", ["K\r", ":%:$\r", ">1\r" + "0" * 55])
 def test_what_waits_for_dsr_and_cts_is_gone_with_the_power(bench, line, said):
-    """Control lines: it "will not transmit data until DSR and CTS are both set"; by then it has no power.
+    """Control lines: it "will not transmit data until DSR and CTS are both set"; then its power is off.
 
-    A reply, the prompt of a sequence, and X-off, sent when the buffer is 80 % full.
+    The waiting characters are a reply, the prompt of a sequence, or the X-off of a buffer that is 80 % full.
     """
     if1 = ready(bench, "U67")
     setattr(if1.serial.host, line, False)
@@ -27,7 +27,7 @@ def test_what_waits_for_dsr_and_cts_is_gone_with_the_power(bench, line, said):
 
 
 def test_an_x_off_that_waits_when_the_power_goes_does_not_come_after_it(bench):
-    """Control of data transfer: the buffer is empty after power-up."""
+    """Control of data transfer: the buffer is empty after power-up, so a waiting X-off is not sent."""
     if1 = ready(bench, "U67")
     if1.serial.host.rts = False
     command(bench, if1, ">1\r" + "0" * 55, end="")

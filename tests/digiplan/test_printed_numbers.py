@@ -1,4 +1,4 @@
-"""The numbers of the manual's examples, each with what comes out: expected and obtained go into the fidelity report."""
+"""The numbers of the manual's examples; the fidelity report lists expected and obtained values."""
 
 from itertools import pairwise
 
@@ -155,7 +155,7 @@ def test_a_speed_beyond_the_constraints(bench, if1, printed):
 
 
 def test_an_emergency_stop_is_asked_for_three_times(bench, if1, printed):
-    """Clearing fault conditions: "32", "32" again once the emergency stop has been removed, then "0"."""
+    """Clearing fault conditions: K is "32", "32" again once the emergency stop has been removed, then "0"."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
     first = status_word(bench, if1)
@@ -173,7 +173,7 @@ def test_an_emergency_stop_that_decelerates(bench, if1, printed):
 
 
 def test_quick_status_of_a_limit_while_decelerating(bench, printed):
-    """Quick status: "a single byte of value 73 decimal or 49 hex": limit, decelerating, in motion."""
+    """Quick status: "a single byte of value 73 decimal or 49 hex" means limit, decelerating, in motion."""
     if1 = ready(bench, message="U37")
     command(bench, if1, "^1 X20000 @ 4000 $", seconds=8)
     if1.pins["limit_plus"].drive(False)

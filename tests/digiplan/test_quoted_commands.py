@@ -1,7 +1,7 @@
-"""Every instruction that the manual quotes, from the RS232 chapters to the battery backup, as it is printed.
+"""Every instruction that the manual quotes, from the RS232 chapters to the battery backup, is sent as it is printed.
 
-The quotations are taken from the manual's text when the tests run.  What scanning or typing broke in them is in
-`REPAIRS`; what is quoted and no instruction, in `WORDS` and `REPLIES`.
+The tests take the quotations from the manual's text.  `REPAIRS` corrects errors of scanning or typing; `WORDS` and
+`REPLIES` list quotations that are no instructions.
 """
 
 import re
@@ -22,7 +22,7 @@ MANUAL = Path(__file__).parents[3] / "shared" / "seeds" / "002_6b8f45044460a1a6.
 CONVERSATIONS = Path(__file__).parents[1] / "conversations"
 BEGIN, END = "SERIAL COMMUNICATION VIA RS232C\n\nThe IF1", "APPENDIX 1. FULL COMMAND LIST.\n\nAll"
 
-REPAIRS = (  # printed, meant, why
+REPAIRS = (  # as printed, as meant, reason
     (r"\$", "$", "the scan writes a $ in running text with a backslash"),
     ('"]" <CR>"', '"] <CR>"', "a quotation mark too many"),
     ('the "v" format', 'the "V" format', "all letters are upper case"),
@@ -56,7 +56,7 @@ WHOLE = {
 
 
 def quoted() -> list[str]:
-    """What stands in double quotes, each once, in the order of the manual.  None without the manual."""
+    """Return each text in double quotes once, in the order of the manual; without the manual, none."""
     if not MANUAL.exists():
         return []
     text = MANUAL.read_text("utf-8")
@@ -86,7 +86,7 @@ def unended(quotation: str) -> str:
 
 
 def whole(quotation: str) -> list[str]:
-    """The messages in which it makes sense."""
+    """Return the messages that a quotation needs to be meaningful."""
     return WHOLE.get(quotation, "{}").format(unended(quotation)).split("\n")
 
 

@@ -78,7 +78,7 @@ def test_the_default_start_stop_speed_is_400(bench, if1):
 
 @pytest.mark.parametrize("message", ["<0", "<41", "<100", "<4000", "^0", "^501", "^1000", "^99999999999"])
 def test_outside_the_limits_is_out_of_range_and_not_taken(bench, if1, message):
-    """Start/stop: "between 100 and 4000"; acceleration: "multiples of 1000 ... up to 500,000".  R10: 0 is out too."""
+    """Start/stop: "between 100 and 4000"; acceleration: "multiples of 1000 ... up to 500,000", not 0 (R10)."""
     command(bench, if1, message, seconds=1.1)
     assert faults(bench, if1) == (b"128\r", b"16\r")
     command(bench, if1, "X100@1000$", seconds=1)
@@ -103,7 +103,7 @@ def test_below_the_start_stop_speed_the_clock_runs_at_a_fixed_frequency(bench, i
 def test_just_above_the_start_stop_speed_the_clock_is_accelerated(bench, if1):
     """Start/stop: "the rate at which the clock starts when accelerating the motor into the slew region".
 
-    Range 4, start/stop 300 asked for and 288 set: 299 lies above.  16/10000 s = 1.6 ms at 288, no pulse yet.
+    In range 4 a start/stop speed of 300 is set to 288, so 299 has a ramp: 16/10000 s = 1.6 ms at 288, without a pulse.
     """
     command(bench, if1, ">4<3", "X100@299$", seconds=3)
     expected = pulse_times_of([(288, Fraction(16, 10_000)), (299, (100 - Fraction(4608, 5000)) / 299)])
@@ -114,7 +114,7 @@ def test_just_above_the_start_stop_speed_the_clock_is_accelerated(bench, if1):
 
 
 def test_the_ramp_of_the_defaults_to_1000(bench, if1):
-    """Speed: "accelerates in increments", 100 each 100/10,000 s: 400 ... 900 are six levels, 39 pulses, 60 ms."""
+    """Speed: "accelerates in increments" of 100 each 100/10,000 s: 400 ... 900 are six levels, 39 pulses, 60 ms."""
     command(bench, if1, "X1000@1000$", seconds=2)
     times = since_start(if1.axes["X"])
     # The 39th pulse ends the ramp up at 60 ms; 922 pulses at 1000/s; the ramp down takes 60 ms from 982 ms on.
@@ -204,7 +204,7 @@ def test_ramp_and_speed_data_at_any_time(bench, if1, script):
 
 
 def test_a_move_with_new_ramp_data_begins_when_the_ramp_is_calculated(bench, if1):
-    """Appendix 3, sample 7: `X1000@1000^10$`, and at once `E`, which is answered after the calculation: busy."""
+    """Appendix 3, sample 7: `X1000@1000^10$`, and at once `E`, which is answered E (busy) after the calculation."""
     begin = bench.now
     write(if1, "X1000@1000^10$", "E")
     bench.run(1.5)
@@ -213,7 +213,7 @@ def test_a_move_with_new_ramp_data_begins_when_the_ramp_is_calculated(bench, if1
 
 
 def test_cancel_sent_during_the_calculation_is_acted_on_after_it(bench, if1):
-    """Acceleration: characters are accepted, commands obeyed afterwards."""
+    """Acceleration: characters received during the calculation, here cancel, are executed after it."""
     command(bench, if1, "X100^10$", "#", seconds=3)
     assert if1.axes["X"].position < 10
     assert ask(bench, if1, "E") == b"C\r"
@@ -223,7 +223,7 @@ def test_cancel_sent_during_the_calculation_is_acted_on_after_it(bench, if1):
 
 
 def test_a_speed_sent_while_moving_is_used_by_the_next_move(bench, if1):
-    """R8: stored, used by the next move."""
+    """R8: a speed sent during a motion is stored and used by the next move."""
     command(bench, if1, "X400$", "@200", seconds=2)
     assert since_start(if1.axes["X"]) == constant(400, 400)
     command(bench, if1, "Y100$", seconds=2)
@@ -231,7 +231,7 @@ def test_a_speed_sent_while_moving_is_used_by_the_next_move(bench, if1):
 
 
 def test_ramp_data_sent_while_moving_are_calculated_when_the_move_has_ended(bench, if1):
-    """R8: one ramp generator: the recalculation comes after the move; status is answered until then."""
+    """R8: with one ramp generator, the new ramp is calculated after the move; status is answered until then."""
     command(bench, if1, "X400$", "^20", seconds=0.1)
     moved_until = start_ns(if1.axes["X"]) + 1 * S
     assert ask(bench, if1, "K", 0.05) == b"3\r"
@@ -244,7 +244,7 @@ def test_ramp_data_sent_while_moving_are_calculated_when_the_move_has_ended(benc
 
 
 def test_a_move_behind_new_ramp_data_waits_for_the_ramp(bench, if1):
-    """R8 and R9: first the move in progress, then the calculation, then the held move."""
+    """R8 and R9: the move in progress ends, then the ramp is calculated, and then the held move begins."""
     command(bench, if1, "X400$", "^20", "Y200@1000$", seconds=4)
     x, y = if1.axes["X"], if1.axes["Y"]
     x_ends = start_ns(x) + 1 * S
@@ -258,7 +258,7 @@ def test_a_move_behind_new_ramp_data_waits_for_the_ramp(bench, if1):
 @settings(max_examples=80, deadline=None)
 @given(st.data())
 def test_pulses_issued_are_the_distance_asked_for_and_every_pulse_is_in_its_place(data):
-    """Index mode, with any speed, range, start/stop speed, acceleration and distance."""
+    """Index mode: at any speed, range, start/stop speed, acceleration and distance, every pulse has its exact time."""
     range_ = data.draw(st.integers(1, 4), "range")
     start, acceleration = data.draw(st.integers(1, 40), "start/stop"), data.draw(st.integers(1, 500), "acceleration")
     speed, distance = data.draw(st.integers(1, MAXIMUM[range_]), "speed"), data.draw(st.integers(1, 4000), "distance")
@@ -284,13 +284,13 @@ def test_a_short_index_is_symmetrical(distance, acceleration, speed):
     times = since_start(if1.axes["X"])
     assert len(times) == distance
     assert all(
-        abs(times[n] + times[distance - 2 - n] - times[-1]) <= 2  # each is cut down to whole nanoseconds
+        abs(times[n] + times[distance - 2 - n] - times[-1]) <= 2  # each time is cut down to whole nanoseconds
         for n in range(distance - 1)
     )
 
 
 def test_a_run_ends_its_ramp_at_the_same_time_as_an_index(bench, if1):
-    """Run mode: the same ramp, and then the programmed speed."""
+    """Run mode: a run has the same ramp as an index, and then the programmed speed."""
     write(if1, "X@1000G$")
     assert at_speed(bench, if1) == 1000
     assert since_start(if1.axes["X"])[:500] == pulse_times_of(ramped(1000, 400, 1000, 100, 10_000))[:500]

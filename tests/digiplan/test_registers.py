@@ -8,14 +8,14 @@ ASKED = ("E", "K", "F", "I", "O", "N")
 
 
 def test_a_register_that_is_a_text_says_so(bench, if1):
-    """Busy status: E is a letter; the others are numbers."""
+    """Busy status: the registers E and state are marked as texts; the others are numbers."""
     for name, register in if1.registers.items():
         assert register.text is isinstance(register.read(), str), name
     assert {name for name, register in if1.registers.items() if register.text} == {"state", "E"}
 
 
 def test_what_changes_while_nothing_happens_says_so(bench, if1):
-    """Quick status, position: they change during a ramp, a run and a deceleration."""
+    """Quick status, position: such registers, which change without an event during a motion, are marked so."""
     write(if1, "X@20000G$")
     seen = []
     for seconds in (0.01, 0.5, 3):
@@ -37,7 +37,7 @@ SITUATIONS = {
 
 @pytest.mark.parametrize("messages", SITUATIONS.values(), ids=SITUATIONS)
 def test_they_are_what_the_commands_report(bench, messages):
-    """Report-back functions; reading a register clears nothing."""
+    """Report-back functions: registers equal the answers, and reading a register clears nothing."""
     if1 = ready(bench)
     for message in messages:
         command(bench, if1, message, seconds=0.5)

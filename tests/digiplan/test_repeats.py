@@ -34,7 +34,7 @@ def test_x_and_y_are_moved_six_times_and_then_the_output_is_reset(bench, if1):
     order = sorted([(at_ns, "X") for at_ns in x[::400]] + [(at_ns, "Y") for at_ns in y[::400]])
     assert [axis for _, axis in order] == ["X", "Y"] * 6
     assert [level for _, level in out] == [True, False]
-    # 12 moves of 400 steps at 100 steps/s; S1 and six visits to `=` take no more than the interface's own time
+    # 12 moves of 400 steps at 100 steps/s; S1 and six times `=` take only the interface's own time
     assert 48 * S <= out[1][0] - out[0][0] <= 48 * S + 7 * OWN_TIME_NS
 
 
@@ -77,14 +77,14 @@ def test_repeated_steps(bench, if1, script):
 
 @pytest.mark.parametrize("step", ["=1,0", "=1,64", "=1,3", "=0,9"])
 def test_a_repeat_from_a_step_that_does_not_exist_is_out_of_range(bench, if1, step):
-    """R35: m not 1-63 or not yet defined: F 16, sequence dropped."""
+    """R35: a step m that is not 1 to 63, or not yet defined, sets F 16, and the sequence is dropped."""
     command(bench, if1, f":X3@400:{step}:Y4:$", seconds=1.0)
     assert positions(if1) == (0, 0, 0)
     assert (status_word(bench, if1), number(bench, if1, "F")) == (128, 16)
 
 
 def test_an_inner_repeat_starts_afresh_on_every_outer_pass(bench, if1):
-    """Repeating: "nesting repeats within the sequence"; three levels deep."""
+    """Repeating: "nesting repeats within the sequence", three levels; an outer pass restarts the inner repeats."""
     write(if1, ":X1@400:=2,1:Y1:=1,1:Z1:=3,1:$")
     until_idle(bench, if1)
     # per Z: two Y; per Y: three X.  Four Z.
@@ -94,7 +94,7 @@ def test_an_inner_repeat_starts_afresh_on_every_outer_pass(bench, if1):
 def test_overlapping_repeats(bench, if1):
     """Repeating: the second repeat begins in the middle of the first one's steps.
 
-    X Y X Y Z, then from step 2: Y, and the first repeat, begun afresh, goes back to step 1: X Y, Z.
+    The moves are X Y X Y Z; from step 2: Y; the first repeat begins again and goes back to step 1: X Y; Z.
     """
     write(if1, ":X1@400:Y1:=1,1:Z1:=1,2:$")
     until_idle(bench, if1)
@@ -103,7 +103,7 @@ def test_overlapping_repeats(bench, if1):
 
 def test_zero_repeats_for_ever_until_it_is_cancelled(bench, if1):
     """Repeating: "it will continue round until the cancel code "# <CR>" is sent"."""
-    command(bench, if1, " : X 1000 @ 400 : Y : X- : Y- : = 0, 1 : $", seconds=1000.0)  # a round takes 10 s
+    command(bench, if1, " : X 1000 @ 400 : Y : X- : Y- : = 0, 1 : $", seconds=1000.0)  # one pass takes 10 s
     assert status(bench, if1, "E") == "E"
     assert len(moves(if1.axes["X"])) in (199, 200, 201)
     command(bench, if1, "#", seconds=0.1)
@@ -126,7 +126,7 @@ def test_a_cancelled_sequence_restarts_from_the_beginning_only(bench, if1):
 
 
 def test_percent_does_not_restart_a_sequence(bench, if1):
-    """R14: the manual's ":% <CR>" is a misprint; `%` is "wait for control", and an unfinished message."""
+    """R14: the manual's ":% <CR>" is a misprint: `%` means "wait for control", and this message is unfinished."""
     write(if1, ":X10@400:$")
     until_idle(bench, if1)
     command(bench, if1, ":%", seconds=1.0)
@@ -160,7 +160,7 @@ def test_a_repeat_can_wait_for_an_input_at_each_repetition(bench, if1):
         bench.run(0.01)  # the X move has begun: 10 steps at 400 steps/s
         if1.pins["input2"].drive(False)
         bench.run(1.0)
-    # R15: the eleventh arrival, which falls through, has waited too
+    # R15: the eleventh repetition, after which the sequence continues, has waited too
     assert (positions(if1), status(bench, if1, "E")) == ((110, 4, 11), "C")
 
 
@@ -182,7 +182,7 @@ def test_repeating_nothing_for_ever_lets_time_pass_and_can_be_cancelled(bench, i
 
 
 def test_the_rerun_of_a_cancelled_sequence_counts_its_repeats_afresh(bench, if1):
-    """Repeating: "restarted from step 1"; cancelled in the second of five passes."""
+    """Repeating: "restarted from step 1", with all passes, after a cancel in the second of five passes."""
     command(bench, if1, ":X100@400:=4,1:$", seconds=0.4)
     command(bench, if1, "#", seconds=0.1)
     before = positions(if1)[0]
@@ -193,7 +193,7 @@ def test_the_rerun_of_a_cancelled_sequence_counts_its_repeats_afresh(bench, if1)
 
 
 def test_an_index_of_an_hour_in_repeats_costs_nothing_extra(bench, if1):
-    """Repeating a delay: 4 x 256 x 990 ms."""
+    """Repeating a delay: 4 × 256 times 990 ms, about 17 minutes, are exact but for the interface's own time."""
     out = edges(if1.pins["output1"])
     command(bench, if1, ":S1:P0,99:=255,2:=3,2:R1:$", seconds=1020.0)
     exact = 1024 * 990 * MS

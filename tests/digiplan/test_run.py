@@ -54,7 +54,7 @@ def test_go_stands_behind_the_axis(bench, if1, message):
 
 
 def test_the_cancel_code_stops_it(bench, if1):
-    """Run mode: "To stop the motor, send the cancel code "# <CR>"": from 5000 in 46 levels: 1219 pulses."""
+    """Run mode: "To stop the motor, send the cancel code "# <CR>"": from 5000 steps/s 46 levels, 1219 pulses."""
     command(bench, if1, "X@5000G$", seconds=3)
     axis = if1.axes["X"]
     write(if1, "#")
@@ -108,7 +108,7 @@ def test_run_mode(bench, if1, script):
 
 
 def test_a_run_can_be_followed_by_one_in_the_other_direction(bench, if1):
-    """Run mode: after `#` the next message."""
+    """Run mode: after `#` a run in the other direction begins when the motor is at rest."""
     command(bench, if1, "XG$", seconds=1)
     command(bench, if1, "#", "X-G$", seconds=1)
     assert if1.axes["X"].velocity == -400
@@ -141,13 +141,13 @@ def test_after_an_interpolated_run_the_index_lengths_are_zero(bench, if1):
         command(bench, if1, text, seconds=1.0)
     assert (if1.axes["X"].position, if1.axes["Y"].position) == (x, y)
     assert ask(bench, if1, "F") == b"0\r"
-    write(if1, "X/YG$")  # and there is no ratio any more
+    write(if1, "X/YG$")  # there is no ratio left
     bench.run(0.2)
     assert ask(bench, if1, "F") == b"16\r"
 
 
 def test_a_run_that_is_refused_leaves_the_index_length(bench, if1):
-    """Run mode: the data are lost "if the run mode is used"; this run never begins."""
+    """Run mode: the data are lost "if the run mode is used"; a run that is refused does not count."""
     command(bench, if1, "X50$", seconds=0.3)
     if1.pins["limit_plus"].drive(False)
     bench.run(0.1)

@@ -35,7 +35,7 @@ def test_four_moves_describe_a_square(bench, if1):
         corners.append(positions(if1))
     bench.run(1.0)
 
-    # 0.05 s at most have gone by before the first pulse, so each corner is less than 10 steps away.
+    # at most 0.05 s pass before the first pulse, so each corner is less than 10 steps away
     for (x, y, _), (want_x, want_y) in zip(corners, [(1000, 0), (1000, 1000), (0, 1000), (0, 0)], strict=True):
         assert abs(x - want_x) < 10 and abs(y - want_y) < 10
     assert (moves(if1.axes["X"]), moves(if1.axes["Y"])) == ([1000, -1000], [1000, -1000])
@@ -91,7 +91,7 @@ def test_a_repeated_sequence_uses_the_data_of_now_where_a_step_states_none(bench
 
 
 def test_what_a_step_states_holds_for_direct_messages_afterwards(bench, if1):
-    """Digest 12: speed, distance, backlash and pulse length set in a step stay in force."""
+    """Digest 12: speed, distance, backlash and pulse length that a step sets stay in force for direct messages."""
     write(if1, ":X100@200:B-20:P2,30:$")
     until_idle(bench, if1)
     seen = edges(if1.pins["output1"])
@@ -119,7 +119,7 @@ def test_a_wider_variety_of_instructions(bench, if1):
     assert if1.pins["output2"].level and positions(if1) == (0, 0, 0)
     if1.pins["input1"].drive(True)
     bench.run(0.5)
-    if1.pins["input2"].drive(False)  # too early: input 3 is not high yet
+    if1.pins["input2"].drive(False)  # this is too early, because input 3 is not high yet
     bench.run(0.5)
     if1.pins["input2"].drive(True)
     if1.pins["input3"].drive(True)
@@ -168,8 +168,8 @@ def test_63_operations_are_possible(bench, if1):
 
 
 def test_a_64th_operation_is_out_of_range_and_drops_the_sequence(bench, if1):
-    """R35: more than 63 steps: F 16, nothing runs."""
-    for _ in range(64):  # a slow host: nothing is lost in the input buffer
+    """R35: a sequence of more than 63 steps sets F 16, and none of it runs."""
+    for _ in range(64):  # sent slowly, so that the input buffer loses nothing
         if1.serial.write(b":X1")
         bench.run(0.01)
     if1.serial.write(b":$\r")
@@ -195,7 +195,7 @@ def test_a_step_in_the_wrong_order_is_a_data_fault(bench, if1, step):
         if1.pins[name].drive(True)
     command(bench, if1, f":Y5@200:{step}:Y6:$", seconds=2.0)
     assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 128)
-    assert number(bench, if1, "F") in (8, 16)  # a number out of its range is the one, everything else the other
+    assert number(bench, if1, "F") in (8, 16)  # 16 for a number out of its range, 8 for everything else
 
 
 def test_a_carriage_return_inside_an_unfinished_sequence_drops_it(bench, if1):
@@ -205,7 +205,7 @@ def test_a_carriage_return_inside_an_unfinished_sequence_drops_it(bench, if1):
 
 
 def test_a_move_asked_for_while_a_sequence_runs_is_held_until_it_is_over(bench, if1):
-    """R9: a message with `$` waits; status is answered "at any time"."""
+    """R9: a message with `$` waits until the sequence is over; status is answered "at any time"."""
     command(bench, if1, ":X100@200:Y:$", seconds=0.1)
     write(if1, "Z60$")
     assert (ask(bench, if1, "E", 0.8), positions(if1)[2]) == (b"E\r", 0)
@@ -227,14 +227,14 @@ def test_cancel_acts_at_once_though_a_message_is_held(bench, if1):
 
 
 def test_what_is_sent_behind_a_cancel_is_done_when_the_axis_stands(bench, if1):
-    """R9: the new move waits for the deceleration."""
+    """R9: a move sent after cancel begins when the deceleration has ended."""
     command(bench, if1, "X-9000@5000$", seconds=1.0)
     command(bench, if1, "#", ":X20@200:Y30:$", seconds=3.0)
     assert moves(if1.axes["X"])[1] == 20 and positions(if1)[1] == 30
 
 
 def test_with_the_option_a_move_asked_for_while_a_sequence_runs_is_ignored(bench):
-    """R9: "Alternative: ignore. Make it an option"."""
+    """R9: "Alternative: ignore. Make it an option": a move during a sequence is then ignored."""
     if1 = ready(bench, busy="ignore")
     command(bench, if1, ":X100@200:Y:$", seconds=0.1)
     write(if1, "Z60$")
@@ -251,7 +251,7 @@ def test_sequence_status_counts_the_steps(bench, if1):
         assert number(bench, if1, "O") == step
         bench.run(0.95)
     assert positions(if1) == (0, 0, 0)
-    assert number(bench, if1, "O") == 4  # R19: the last one executed
+    assert number(bench, if1, "O") == 4  # R19: the last step executed
     write(if1, "Z100$")
     until_idle(bench, if1)
     assert number(bench, if1, "O") == 4
@@ -280,7 +280,7 @@ def test_a_correction_below_the_start_stop_speed_runs_at_start_stop_speed(bench,
 
 
 def test_an_index_of_no_length_has_no_backlash_to_correct(bench, if1):
-    """Digest 9: "Distance 0: no pulse, done at once"; so does a `B` index after a run, whose length is lost."""
+    """Digest 9: "Distance 0: no pulse, done at once", also for an index with B after a run has cleared the length."""
     command(bench, if1, ":B-20:X0B:B+20:Y-B:$", seconds=1.0)
     assert times(if1.axes["X"]) == times(if1.axes["Y"]) == []
 
@@ -308,8 +308,8 @@ def test_longer_delays_come_from_repeating_the_pulse_command(bench, if1):
     write(if1, ":X10:P0,99:P0,99:=1,2:P0:Y10:$")
     until_idle(bench, if1)
     x, y = times(if1.axes["X"])[-1], times(if1.axes["Y"])[0]
-    delay = 5 * 990 * MS + 2_500_000  # twice two, one more of the remembered length, and the first period
-    assert delay <= y - x <= delay + 2 * OWN_TIME_NS  # `=` is come to twice
+    delay = 5 * 990 * MS + 2_500_000  # four delays, one more of the remembered length, and the first period
+    assert delay <= y - x <= delay + 2 * OWN_TIME_NS  # `=` is executed twice
 
 
 def test_pulses_and_switching_together_need_two_steps(bench, if1):
@@ -355,12 +355,12 @@ def test_the_long_sequence_of_samples_3_6_and_9(bench, form):
     ons = [at_ns for at_ns, level in first if level]
     rounds = set(gaps(ons))
     assert len(ons) == 4 and len(rounds) == 1
-    # R12345, H1 and = without time of their own
+    # R12345, H1 and = take only the interface's own time
     assert 5_662_500_000 <= rounds.pop() <= 5_662_500_000 + 3 * OWN_TIME_NS
 
 
 def test_the_virtual_clock_of_a_sequence_is_exact(bench, if1):
-    """Adding time delays and index mode together: nothing is lost between steps."""
+    """Adding time delays and index mode: no time is lost between steps."""
     seen = edges(if1.pins["output1"])
     write(if1, ":S1:X100@400:P0,25:Y-40@200:R1:$")
     until_idle(bench, if1)
@@ -371,7 +371,7 @@ def test_the_virtual_clock_of_a_sequence_is_exact(bench, if1):
 
 @pytest.mark.parametrize("wrong", [":Y10:=2,9:$", ":y10:$", ":" + "Y1:" * 64 + "$", ":Y10@99999:$", ":Y10", ":Y10:$#"])
 def test_a_sequence_that_is_refused_or_cancelled_leaves_the_old_one(bench, if1, wrong):
-    """Programming a sequence: "If a mistake is made ...  The sequence may then be re-entered"."""
+    """Programming a sequence: "If a mistake is made ...  The sequence may then be re-entered"; the old one is kept."""
     write(if1, ":X10:$")
     until_idle(bench, if1)
     each_character(bench, if1, wrong + "\r", lambda n: bench.run(0.002))
@@ -382,10 +382,10 @@ def test_a_sequence_that_is_refused_or_cancelled_leaves_the_old_one(bench, if1, 
 
 @pytest.mark.parametrize("setting", ["<2", "^20", ">2"])
 def test_ramp_data_during_a_sequence_wait_for_its_end(bench, if1, setting):
-    """Programming a sequence: they "cannot be placed within a sequence"; there is one ramp."""
+    """Programming a sequence: ramp data "cannot be placed within a sequence"; sent to a running one, they wait."""
     command(bench, if1, ":X200@400:Y:$", seconds=0.1)
     command(bench, if1, setting, seconds=0.1)
-    assert ask(bench, if1, "E") == b"E\r"  # nothing is calculated yet
+    assert ask(bench, if1, "E") == b"E\r"  # the ramp is not calculated yet
     assert bench.run_until(lambda: not if1.axes["X"].moving and not if1.axes["Y"].moving, 2)
     bench.run_until(lambda: if1.axes["Y"].position == 200 and not if1.axes["Y"].moving, 2)
     assert (positions(if1), send(bench, if1, "E", seconds=0.98)) == ((200, 200, 0), b"")

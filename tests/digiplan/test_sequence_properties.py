@@ -1,4 +1,4 @@
-"""Sequence mode at random: the manual's text expanded in plain Python against what moves; and rubbish at any time."""
+"""Random sequences against a plain Python expansion by the manual's text; and random input at any time."""
 
 from dataclasses import dataclass, field
 
@@ -60,7 +60,7 @@ class Repeat:
 
 @dataclass
 class Expansion:
-    """Carries out a sequence step by step, by the text of the manual, without a clock or a ramp."""
+    """An expansion of a sequence, step by step, by the text of the manual, without a clock or a ramp."""
 
     distance: int = 0
     backlash: int = 0
@@ -69,7 +69,7 @@ class Expansion:
     done: int = 0
 
     def run(self, steps: list) -> bool:
-        """Carry out a sequence; False: it takes too many steps to be tried."""
+        """Expand a sequence; return False if it takes too many steps to be tried."""
         left: dict[int, int] = {}
         at = 1
         while at <= len(steps):
@@ -83,7 +83,7 @@ class Expansion:
                     left[at] -= 1
                     at = step.step
                     continue
-                del left[at]  # it starts afresh when it is come to again
+                del left[at]  # it begins again when it is reached again
             elif isinstance(step, StoreBacklash):
                 self.backlash = step.signed
             else:
@@ -139,7 +139,7 @@ def sequences(draw) -> list:
 @given(steps=sequences())
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 def test_any_legal_sequence_does_what_its_steps_say(steps):
-    """Programming a sequence, repeating, backlash: every move of every axis and every output, as the text says."""
+    """Programming a sequence, repeating, backlash: all moves and all outputs agree with the plain expansion."""
     expected = Expansion()
     assume(expected.run(steps))
     bench = Bench()
@@ -205,7 +205,7 @@ acts = st.lists(
 
 
 def story(script: list[Act], model: str, form: str) -> tuple[object, ...]:
-    """Carry out the actions, and return everything observable from outside."""
+    """Perform the actions, and return everything observable from outside."""
     bench = Bench()
     controller = ready(bench, form, model)
     controller.serial.read()
@@ -229,7 +229,7 @@ def test_any_bytes_and_levels_at_any_time_neither_raise_nor_hang_and_twice_is_th
     for name in PINS:
         controller.pins[name].release()
     end = "\n" if form[0] == "V" else "\r"
-    for text in ("", form, "]", "#", "K", "K", "F", "D0"):  # the format: a `(` after `[` has broken in
+    for text in ("", form, "]", "#", "K", "K", "F", "D0"):  # the format is needed if a `(` after `[` has broken in
         write(controller, text, end=end)
         bench.run(1.2)
     bench.run(20.0)

@@ -15,7 +15,7 @@ MAXIMUM = {1: 25_000, 2: 50_000, 3: 99_999, 4: 4_000}
 
 
 def nearest(speed: int, resolution: Fraction) -> Fraction:
-    """Return the multiple of the resolution that is nearest to a speed, but not 0."""
+    """Return the multiple of the resolution, other than 0, that is nearest to a speed."""
     return resolution * max(1, (2 * speed + resolution) // (2 * resolution))
 
 
@@ -74,7 +74,7 @@ def test_the_default_speed_is_400_in_range_1(bench, if1):
     write(if1, "@503", "XG$")
     assert at_speed(bench, if1) == 500  # 500 in ranges 1 to 3, but 503 in range 4
     command(bench, if1, "#", "@504", "XG$", seconds=1)
-    assert at_speed(bench, if1) == 506.25  # only in range 1
+    assert at_speed(bench, if1) == 506.25  # possible in range 1 only
 
 
 def test_the_speed_range_command(bench, if1):
@@ -112,7 +112,7 @@ def test_more_than_five_digits_are_refused(bench, if1, speed):
 
 
 def test_speed_0_is_out_of_range(bench, if1):
-    """R10: `@0` is out of range, and not taken."""
+    """R10: `@0` is out of range, and the speed is kept."""
     write(if1, "@0")
     assert faults(bench, if1) == (b"128\r", b"16\r")
     command(bench, if1, "X0040@00250$", seconds=1)
@@ -130,7 +130,7 @@ def test_there_are_four_ranges(bench, if1, range_):
 
 @pytest.mark.parametrize("message", [">", "@", "<", "^", ">-1", "@+300", "@3.5", "> <4", "@@300", ">1,2"])
 def test_a_missing_number_is_a_data_fault(bench, if1, message):
-    """R7: data fault, the message is ignored."""
+    """R7: a missing number is a data fault, and the message is ignored."""
     command(bench, if1, message, seconds=0.05)
     assert faults(bench, if1) == (b"128\r", b"8\r")
     command(bench, if1, "X40$", seconds=1)
@@ -138,7 +138,7 @@ def test_a_missing_number_is_a_data_fault(bench, if1, message):
 
 
 def test_parameters_before_an_error_in_the_same_message_are_not_taken(bench, if1):
-    """R7: "whole message ignored"."""
+    """R7: "whole message ignored", the parameters before the error included."""
     command(bench, if1, "@200 >1 <9 ?", seconds=0.05)
     assert faults(bench, if1) == (b"128\r", b"8\r")
     command(bench, if1, "X40$", seconds=1)
@@ -146,7 +146,7 @@ def test_parameters_before_an_error_in_the_same_message_are_not_taken(bench, if1
 
 
 def test_a_speed_kept_from_a_faster_range_is_out_of_range_when_the_move_is_asked_for(bench, if1):
-    """R10: "If a speed is requested which is above the maximum for that range": again at `$`."""
+    """R10: "If a speed is requested which is above the maximum for that range": checked again at `$`."""
     command(bench, if1, "@5000", ">4", seconds=1.2)
     ask(bench, if1, "F")
     command(bench, if1, "X100$", seconds=0.5)
@@ -178,7 +178,7 @@ def test_the_speed_stays_until_it_is_overwritten(bench, if1):
 
 
 def test_a_new_speed_needs_no_ramp_calculation(bench, if1):
-    """Acceleration: after "new acceleration, start/stop or speed range data": speed is not among them."""
+    """Acceleration: only "new acceleration, start/stop or speed range data" need a calculation, not a new speed."""
     write(if1, "@5400")
     assert ask(bench, if1, "E", 0.02) == b"C\r"
 
@@ -186,7 +186,7 @@ def test_a_new_speed_needs_no_ramp_calculation(bench, if1):
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_any_speed_in_any_range(data):
-    """Speed: the nearest multiple of the range's resolution, never none."""
+    """Speed: it is the nearest multiple of the range's resolution, but never 0."""
     range_ = data.draw(st.integers(1, 4), "range")
     speed = data.draw(st.integers(1, MAXIMUM[range_]), "speed")
     bench = Bench()

@@ -21,7 +21,7 @@ def three_moves(controller):
     ("letter", "reply"), [("K", b"3\r"), ("I", b"200\r"), ("O", b"0\r"), ("E", b"E\r"), ("F", b"0\r"), ("Q", b"\3")]
 )
 def test_a_request_is_answered_whatever_waits_before_it(bench, if1, letter, reply):
-    """Report-back: "at any time"."""
+    """Report-back: a request is answered "at any time", whatever messages wait before it."""
     three_moves(if1)
     bench.run(0.05)
     assert ask(bench, if1, letter, 0.02) == reply
@@ -31,7 +31,7 @@ def test_a_request_is_answered_whatever_waits_before_it(bench, if1, letter, repl
 
 
 def test_the_position_too(bench, if1):
-    """Position report-back: "whilst an axis is in motion"; not above the start/stop speed it is exact."""
+    """Position report-back: "whilst an axis is in motion"; at or below the start/stop speed the answer is exact."""
     three_moves(if1)
     bench.run(0.05)
     before = if1.axes["X"].position
@@ -40,7 +40,7 @@ def test_the_position_too(bench, if1):
 
 
 def test_requests_between_waiting_messages_do_not_change_their_order(bench, if1):
-    """Report-back: held messages keep their order: Y runs at 400, and Z at 200 steps/s, which was sent before Z."""
+    """Report-back: a request does not change the order of held messages: Y runs at 400; `@200` is for Z."""
     for message in WAITING:
         write(if1, message, "E")
     bench.run(0.06)
@@ -52,7 +52,7 @@ def test_requests_between_waiting_messages_do_not_change_their_order(bench, if1)
 
 
 def test_with_echo_a_request_is_echoed_and_answered(bench):
-    """Echo back: each character after it has been processed; the reply follows the echo."""
+    """Echo back: each character is echoed when it has been processed; the reply follows the echo."""
     if1 = ready(bench, "U62")
     three_moves(if1)
     bench.run(0.05)
@@ -73,8 +73,8 @@ def test_in_v_format_a_request_ends_in_a_line_feed(bench):
 
 
 def test_what_is_typed_at_once_is_answered_too(bench, if1):
-    """Report-back: also if the request was in the buffer before the message that waits had been read."""
-    write(if1, ">1")  # a second of calculation, in which all of it comes in
+    """Report-back: a request is answered even if it was in the buffer before the waiting message was read."""
+    write(if1, ">1")  # a second of calculation, during which all of it is received
     bench.run(0.05)
     three_moves(if1)
     write(if1, "E")
@@ -84,7 +84,7 @@ def test_what_is_typed_at_once_is_answered_too(bench, if1):
 
 
 def test_unlocking_is_no_request_and_keeps_its_place(bench, if1):
-    """Lockout: `[` waits behind a held move; the `]` that was sent after it comes after it."""
+    """Lockout: `[` waits behind a held move, and the `]` that was sent after it is executed after it."""
     for message in ("X40$", "Y20$", "[", "]", "Z8$"):
         write(if1, message)
     bench.run(1)
@@ -92,7 +92,7 @@ def test_unlocking_is_no_request_and_keeps_its_place(bench, if1):
 
 
 def test_cancel_throws_away_what_waits_and_not_what_was_answered(bench, if1):
-    """Run mode: "send the cancel code": behind a request that is being answered it ends all of it."""
+    """Run mode: "send the cancel code": it discards all waiting messages, but not the answer being sent."""
     three_moves(if1)
     write(if1, "E", "#", "Z3$")
     bench.run(1)
@@ -102,7 +102,7 @@ def test_cancel_throws_away_what_waits_and_not_what_was_answered(bench, if1):
 
 
 def test_a_request_makes_room_in_the_buffer(bench, if1):
-    """Control of data transfer: DTR is set again below 20 %; an answered request leaves the buffer."""
+    """Control of data transfer: an answered request leaves the buffer, so DTR is set again below 20 %."""
     for message in ("XG$", "Y20$", "@200"):
         write(if1, message)
     for _ in range(30):

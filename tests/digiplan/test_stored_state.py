@@ -1,7 +1,7 @@
-"""The IF2's battery RAM on disk: `bench.add("if2", state=directory)`, and what a crash leaves of it.
+"""The IF2's battery RAM on disk: `bench.add("if2", state=directory)`, and its contents after a crash.
 
-A crash is played in two ways: an exception that nobody catches at each call to the operating system, and, in processes
-of their own, a real SIGKILL at such a call or in the middle of the bytes of a write.
+Crashes come at each call to the operating system in turn, as an exception that nothing catches; and in separate
+processes as a real SIGKILL, at such a call or partway through a write.
 """
 
 import gc
@@ -21,7 +21,7 @@ from .talking import command, detect, positions, ready, send, status, until_idle
 
 
 class Crash(BaseException):
-    """Raised in place of a system call at which the process ends."""
+    """Raised instead of a system call, to end the process at this call."""
 
 
 def store(directory: Path, steps: int, name: str = "if2") -> Controller:
@@ -39,7 +39,7 @@ def store(directory: Path, steps: int, name: str = "if2") -> Controller:
 
 
 def stored_steps(directory: Path, name: str = "if2") -> int | None:
-    """Return the steps of X in the sequence that a new process finds; None if nothing is locked."""
+    """Return the number of steps of X in the sequence that a new process loads, or None if nothing is locked."""
     bench = Bench()
     if2 = bench.add("if2", name, state=directory, wiring="3-wire")
     if2.pins["input1"].drive(True)
@@ -53,13 +53,13 @@ def stored_steps(directory: Path, name: str = "if2") -> int | None:
 
 
 def test_another_bench_finds_what_was_locked(tmp_path):
-    """Storing: it is "retained with power removed"; so it is when the program ends."""
+    """Storing: a locked sequence is "retained with power removed", and also when the program ends."""
     store(tmp_path / "deep" / "down", 123)
     assert (stored_steps(tmp_path / "deep" / "down"), stored_steps(tmp_path / "deep" / "down")) == (123, 123)
 
 
 def test_without_a_state_directory_nothing_is_left_behind(tmp_path, monkeypatch):
-    """`state=None`: the memory exists as long as the bench."""
+    """With `state=None` the memory exists as long as the bench, and no file is written."""
     monkeypatch.chdir(tmp_path)
     bench = Bench()
     if2 = ready(bench, model="if2")
@@ -68,7 +68,7 @@ def test_without_a_state_directory_nothing_is_left_behind(tmp_path, monkeypatch)
 
 
 def test_controllers_of_different_names_do_not_meet(tmp_path):
-    """One directory serves a whole bench."""
+    """Controllers of different names in one directory have a file each."""
     store(tmp_path, 10, "left")
     store(tmp_path, 20, "right")
     assert (stored_steps(tmp_path, "left"), stored_steps(tmp_path, "right")) == (10, 20)
@@ -76,7 +76,7 @@ def test_controllers_of_different_names_do_not_meet(tmp_path):
 
 
 def test_unlocking_is_on_disk_too(tmp_path):
-    """Storing: only what is locked is kept."""
+    """Storing: unlocking is written to disk, because only locked data are kept."""
     store(tmp_path, 10)
     bench = Bench()
     if2 = bench.add("if2", state=tmp_path, wiring="3-wire")
@@ -111,7 +111,7 @@ def test_an_if1_leaves_nothing_that_matters(tmp_path):
 
 
 def crash_at(monkeypatch: pytest.MonkeyPatch, moment: int) -> list[str]:
-    """From the call to the operating system of this number on, the process is dead.  Returns those made."""
+    """Let the process end at this call to the operating system; return the list of the calls made."""
     made: list[str] = []
 
     def deadly(function, name):
@@ -153,15 +153,15 @@ def test_a_crash_at_any_call_leaves_the_old_or_the_new_contents(tmp_path, monkey
             crashed = False
     gc.enable()
     assert len(made) <= moment
-    # old: 10 steps; unlocked in between: nothing; new: 20 steps
+    # the old contents (10 steps), nothing (unlocked in between), or the new contents (20 steps)
     found = stored_steps(tmp_path)
     assert found in ((10, None, 20) if crashed else (20,))
-    store(tmp_path, 30)  # what is left does not hinder
+    store(tmp_path, 30)  # the remains do not prevent another store
     assert stored_steps(tmp_path) == 30
 
 
 def test_the_contents_are_on_the_disk_before_they_take_the_place_of_the_old_ones(tmp_path, monkeypatch):
-    """Without this order a power failure of the computer could leave an empty file under the old name."""
+    """In another order, a power failure of the computer could leave an empty file under the old name."""
     store(tmp_path, 10)
     bench = Bench()
     if2 = bench.add("if2", state=tmp_path, wiring="3-wire")
@@ -175,7 +175,7 @@ def test_the_contents_are_on_the_disk_before_they_take_the_place_of_the_old_ones
 
 @pytest.mark.parametrize("rest", [b"", b"{", b'{\n "locked": true,\n "baudr', b"\0" * 4096])
 def test_half_a_file_left_beside_is_no_hindrance(tmp_path, rest):
-    """A crash in the middle of a write leaves half a file under another name."""
+    """A crash during a write leaves half a file under another name, which has no effect."""
     store(tmp_path, 10)
     known = set(tmp_path.glob("*.json*"))
     for file in known:
@@ -251,7 +251,7 @@ for hook, points in ((killed_after_bytes, (0, 1, 2, 50, 100, 200, 300, 10**6)), 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that can be killed in the middle of a write")
 def test_a_killed_process_leaves_the_old_or_the_new_contents(tmp_path):
-    """The same with real processes, killed after a number of bytes or system calls."""
+    """Real processes, killed after a number of bytes or system calls, leave the old or the new contents too."""
     store(tmp_path, 1)
     gc.collect()
     done = subprocess.run(
@@ -265,7 +265,7 @@ def test_a_killed_process_leaves_the_old_or_the_new_contents(tmp_path):
     assert done.returncode == 0, done.stderr
     lines = [line.split() for line in done.stdout.splitlines()]
     for _, _, code, found, new in lines:
-        # what was locked before had been unlocked on disk already
+        # the unlock command was already on disk
         assert (code, found) in (("-9", "None"), ("-9", new), ("-25", "None"), ("0", new))
     assert len(lines) == 14 and sum(code != "0" for _, _, code, _, _ in lines) >= 9
 
@@ -296,7 +296,7 @@ def test_a_state_directory_that_is_a_file_is_told_in_one_line(tmp_path):
      b'{"locked": true, "baudrate": -5, "frame": {}, "parameters": {}, "sequence": 7}'],
 )  # fmt: skip
 def test_a_file_that_is_not_ours_is_told_in_one_line(tmp_path, contents):
-    """An edited file: the error names place and remedy, without a traceback."""
+    """For a file that is edited or foreign, the error names place and remedy, without a traceback."""
     store(tmp_path, 10)
     (file,) = tmp_path.glob("*.json")
     file.write_bytes(contents)
@@ -319,7 +319,7 @@ def test_a_file_that_is_not_ours_is_told_in_one_line(tmp_path, contents):
 )  # fmt: skip
 @pytest.mark.timeout(10)
 def test_a_wrong_value_in_the_file_is_told_in_one_line(tmp_path, old, new):
-    """Each value is checked before it is used: no traceback, no endless wait."""
+    """Each value is checked before it is used, so a wrong one causes neither a traceback nor an endless wait."""
     store(tmp_path, 10)
     (file,) = tmp_path.glob("*.json")
     text = file.read_text()
@@ -331,7 +331,7 @@ def test_a_wrong_value_in_the_file_is_told_in_one_line(tmp_path, old, new):
 
 
 def test_an_image_that_does_not_tell_how_the_lock_command_came_is_unlocked_by_any(tmp_path):
-    """Images of earlier versions have no `lock`."""
+    """An image of an earlier version has no `lock`; any unlock command unlocks it."""
     store(tmp_path, 10)
     (file,) = tmp_path.glob("*.json")
     image = json.loads(file.read_text())

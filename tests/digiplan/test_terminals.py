@@ -1,4 +1,4 @@
-"""Installation, appendices 2 and 3: direction and clock outputs, the supply of the outputs, cables, places."""
+"""Installation, appendices 2 and 3: direction and clock outputs, the supply of the outputs, cables, terminals."""
 
 import re
 from pathlib import Path
@@ -24,7 +24,7 @@ def directions(if1):
 
 
 def test_all_directions_are_high_at_first(bench, if1):
-    """Default values: "All Direction O/P - High (open collector)"; so they are without power, too."""
+    """Default values: "All Direction O/P - High (open collector)"; so they are high without power, too."""
     assert directions(if1) == [True, True, True]
     write(if1, "X-10$")
     until_idle(bench, if1)
@@ -34,7 +34,7 @@ def test_all_directions_are_high_at_first(bench, if1):
 
 
 def test_plus_is_high_and_minus_is_low(bench, if1):
-    """Appendix 1: "+ Dir port high", "- Dir port low"; no sign is plus.  Other axes keep theirs."""
+    """Appendix 1: "+ Dir port high", "- Dir port low"; no sign means plus; the outputs of other axes do not change."""
     for text, levels in (
         ("X-Y+Z-10$", [False, True, False]),
         ("X$", [True, True, False]),
@@ -47,7 +47,7 @@ def test_plus_is_high_and_minus_is_low(bench, if1):
 
 
 def test_the_direction_is_there_before_the_first_pulse_and_turns_for_a_backlash_correction(bench, if1):
-    """Backlash: 30 steps there; a pause of 3 ms; 10 back."""
+    """Backlash: the direction is set before the first of 30 steps, and changes in the pause before 10 steps back."""
     seen = edges(if1.pins["x_direction"])
     write(if1, "B+10", "X-20B@400$")
     until_idle(bench, if1)
@@ -71,7 +71,7 @@ def test_the_clock_is_high_for_5_us_from_each_pulse_on(bench, if1):
 
 
 def test_the_minor_axis_has_a_slower_clock(bench, if1):
-    """Linear interpolation: X 4 pulses, Y 2 in the same time: Y with the second and the fourth of X."""
+    """Linear interpolation: in the same time X has 4 pulses and Y 2, at the second and the fourth of X."""
     write(if1, "X4/Y2@400$")
     bench.run_until(lambda: if1.axes["X"].moving, 1)
     began_ns, seen = bench.now, []
@@ -116,11 +116,11 @@ def test_the_fault_output_needs_the_supply_too(bench):
 
 
 def test_a_pulse_inverts_what_is_programmed_not_what_is_forced(bench, if1):
-    """Output switching: the phase depends "on the prior state of the output"."""
+    """Output switching: the phase depends "on the prior state of the output", not on a level forced by a test lead."""
     if1.pins["output4"].drive(True)
     seen = edges(if1.pins["output4"])
     command(bench, if1, "P4,20$", seconds=0.1)
-    if1.pins["output4"].release()  # in the pulse: it was reset, so it is on
+    if1.pins["output4"].release()  # during the pulse; it was reset, so it is on
     assert if1.pins["output4"].level
     bench.run(0.3)
     assert [level for _, level in seen] == [False]
@@ -130,14 +130,14 @@ def test_a_pulse_inverts_what_is_programmed_not_what_is_forced(bench, if1):
 
 
 def test_every_cable_is_a_wiring():
-    """Appendix 3 and the chapters on connections: each by its name."""
+    """Appendix 3 and the chapters on connections: each cable is a wiring with its name."""
     assert set(get_args(Wiring)) == CABLES.keys()
     with pytest.raises(UsageError, match="'Epson HX20 5-wire'"):
         Bench().add("if1", wiring="RS-423")
 
 
 def test_unlinked_it_receives_and_transmits_nothing(bench):
-    """Alternative connection methods: CTS and DSR "will be held negative".  It "will not transmit"."""
+    """Alternative connection methods: without links CTS and DSR "will be held negative": it "will not transmit"."""
     if1 = bench.add("if1", wiring="3-wire unlinked")
     bench.run(1.5)
     assert send(bench, if1, "(", seconds=1.0, end="") == b""
@@ -203,13 +203,13 @@ LINKS = (
 
 
 def test_every_terminal_has_its_place(bench):
-    """Appendix 2."""
+    """Appendix 2: the table of connectors and pins has every terminal."""
     if1 = bench.add("if1")
     assert if1.terminals.keys() - {"led"} == TERMINALS.keys()
 
 
 def test_the_page_has_every_terminal_link_and_cable():
-    """docs/digiplan.md has the tables of the code."""
+    """The tables in docs/digiplan.md are those of the code."""
     page = PAGE.read_text(encoding="utf-8")
     rows = set(re.findall(r"^\|.*\|$", page, re.MULTILINE))
     assert LINES.keys() == TERMINALS.keys()
@@ -233,7 +233,7 @@ def hints(bench, if1):
 
 
 def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
-    """Initialisation: commands sent before `(` are dropped, and a hint is given once."""
+    """Initialisation: commands sent before `(` are dropped, and one hint about it is given."""
     if1 = bench.add("if1")
     told = hints(bench, if1)
     bench.run(1.5)
@@ -246,7 +246,7 @@ def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
 
 
 def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
-    """Initialisation: the format message comes first; a `U` sent back, as in sample 4, is nothing wrong."""
+    """Initialisation: a command before the format is dropped with a hint; a `U` sent back (sample 4) gives none."""
     if1 = bench.add("if1")
     told = hints(bench, if1)
     bench.run(1.5)
@@ -274,6 +274,6 @@ def test_unsubscribing_from_hints(bench):
 
 
 def test_a_board_has_no_hints_of_its_own(bench):
-    """Every controller has `subscribe_hint`."""
+    """Every controller has `subscribe_hint`; a board never gives a hint."""
     board = bench.add("1811")
     board.subscribe_hint(print)()

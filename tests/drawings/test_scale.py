@@ -19,7 +19,7 @@ def test_ticks_are_round():
     assert list(ticks(-3, 3, 10)) == [-3, -2, -1, 0, 1, 2, 3]
 
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # on a loaded machine
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # the machine may be loaded
 @given(first=st.integers(-(10**9), 10**9), span=st.integers(1, 10**9), most=st.integers(2, 50))
 def test_ticks_lie_within_and_are_few(first, span, most):
     found = list(ticks(first, first + span, most))

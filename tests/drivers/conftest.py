@@ -1,4 +1,4 @@
-"""Tests of the cores run with answers that arrive byte by byte; with AXISTWIN_ARRIVAL=both, also whole."""
+"""Tests of the drivers' cores: answers arrive byte by byte; with AXISTWIN_ARRIVAL=both, also in one piece."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""Ports for the tests: served controllers, and TCP servers that answer as no controller does."""
+"""Ports for the tests: served controllers, and TCP servers that give answers no controller gives."""
 
 import socket
 import threading

@@ -117,7 +117,7 @@ def test_without_a_marker_a_reset_is_not_noticed(twin):
 
 
 def test_a_failed_board_says_so(twin, board):
-    board.command(0xFF)  # the test switch ends in the Fail state after 10 s
+    board.command(0xFF)  # the test function ends in the Fail state after 10 s
     assert twin.run_until(lambda: model_of(twin).bus.read(1) & 0x20, 5)
     assert board.axes["motor"].status().faults[0].name == "board failure"
     with pytest.raises(RefusedError, match="call reset"):

@@ -37,7 +37,7 @@ def test_moves_of_each_axis_end_at_the_exact_position(twin, if1):
     assert if1.axes["Y"].wait(5).position == -300
     if1.axes["X"].move_by(120)
     if1.axes["X"].wait(5)
-    if1.axes["X"].move_to(120)  # no distance: nothing is sent
+    if1.axes["X"].move_to(120)  # the distance is 0, so nothing is sent
     assert (true_position(twin), true_position(twin, "Y")) == (120, -300)
     if1.move_together({"X": 220, "Y": -400})
     assert (if1.axes["X"].wait(5).position, if1.axes["Y"].position()) == (220, -400)
@@ -214,7 +214,7 @@ def test_a_message_that_is_refused_moves_nothing(if1):
 def test_an_initialised_controller_is_adopted_whatever_its_format(formats):
     bench = axistwin.Bench()
     serial = bench.add("if1").serial
-    for sent in (b"", b"(", formats, b"X10"):  # the last is half a message of another host
+    for sent in (b"", b"(", formats, b"X10"):  # the last one is half a message of another host
         serial.write(sent)
         bench.run(2)
     with axistwin.serve(bench, speed=50.0) as twin, connect(url_of(twin), "if1") as if1:
@@ -246,7 +246,7 @@ def test_garbage_raises_a_clear_error(answers, says):
 
 
 def test_the_estimate_of_a_triangle_and_a_trapezoid():
-    """100 steps at 10 steps/s² with a peak of 31.6, and 1000 steps at 50 steps/s: by hand."""
+    """At 10 steps/s², 100 steps reach 31.6 steps/s, and 1000 steps reach 50; the times are calculated by hand."""
     triangle = Trapezoid(50, 10, 100)
     assert triangle.position(2) == 20 and triangle.position(10) == 100
     assert triangle.position(40**0.5 - 2) == pytest.approx(80)

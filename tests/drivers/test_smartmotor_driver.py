@@ -44,7 +44,7 @@ def true_position(twin, name=None):
 def test_moves_end_at_the_exact_position(twin, motor):
     shaft = motor.axes["shaft"]
     shaft.move_to(400)
-    shaft.move_to(-250)  # a new target in motion
+    shaft.move_to(-250)  # a new target during the motion
     assert shaft.wait(5).position == true_position(twin) == -250
     shaft.move_by(100)
     assert shaft.wait(5).position == -150
@@ -68,14 +68,14 @@ def test_home_is_the_index(twin, motor):
     shaft.wait(5)
     shaft.home(1)
     status = shaft.wait(5)
-    assert status.position == true_position(twin) - 2500  # the index is at 500, 2500 …
+    assert status.position == true_position(twin) - 2500  # index marks are at 500, 2500 …
     shaft.home(1)
     shaft.stop()
     assert not shaft.wait(5).moving
 
 
 def test_a_limit_says_what_to_do(twin):
-    with connect(url_of(twin), "smartmotor", limits=True) as motor:  # but the limits are not wired
+    with connect(url_of(twin), "smartmotor", limits=True) as motor:  # the limits are enabled, but not wired
         shaft = motor.axes["shaft"]
         assert {"positive limit", "negative limit"} <= {fault.name for fault in shaft.status().faults}
         with pytest.raises(RefusedError, match="call clear_faults"):
@@ -152,7 +152,7 @@ def test_a_home_that_is_interrupted_keeps_the_position(twin, motor):
     shaft = motor.axes["shaft"]
     shaft.set_profile(velocity=50)
     shaft.home(1)
-    motor.send(b"", "S")  # as a limit does
+    motor.send(b"", "S")  # a stop, as at a limit
     assert shaft.wait(5).position == true_position(twin)
 
 

@@ -1,4 +1,4 @@
-"""Checks of the language server in a process of their own."""
+"""Checks of the language server in a separate process."""
 
 import asyncio
 import os
@@ -24,7 +24,7 @@ def run(play):
 
 @pytest.fixture
 def gate():
-    """A listening socket, and a program that waits in the background until the test sends a byte."""
+    """Return a listening socket, and a program that waits in the background until the test sends a byte."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
         address = listening.getsockname()
         listening.setblocking(False)

@@ -1,4 +1,4 @@
-"""The example scenes are whole machines: what they have done in the end."""
+"""The example scenes are whole machines: their final results."""
 
 import json
 import re

@@ -8,7 +8,7 @@ from axistwin.errors import UsageError
 
 @pytest.fixture
 def bench():
-    """A bench with an IF1 that has just been initialised; 9600 8N2."""
+    """Return a bench with an IF1 that has just been initialised, at 9600 8N2."""
     bench = Bench()
     if1 = bench.add("if1", X={"encoder": {}})
     bench.run(1.5)

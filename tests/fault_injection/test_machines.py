@@ -9,7 +9,7 @@ from axistwin.fault_injection import KINDS
 
 @pytest.fixture
 def bench():
-    """A bench with an IF1 that has been initialised, 9600 8N2."""
+    """Return a bench with an IF1 that has been initialised, at 9600 8N2."""
     bench = Bench()
     bench.add("if1", X={"encoder": {}, "motor": {"torque": [[0, 1.0], [5000, 1.0]]}, "load": {"torque": 0.2}})
     bench.run(1.5)
@@ -22,7 +22,7 @@ def bench():
 
 @pytest.fixture
 def motor():
-    """A SmartMotor of frame 23 in position mode."""
+    """Return a SmartMotor of frame 23 in position mode."""
     bench = Bench()
     motor = bench.add("smartmotor", shaft={"motor": "frame23"})
     motor.serial.write(b"UCI UDI ZS MP A=100 V=100000 ")

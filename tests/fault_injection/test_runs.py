@@ -35,7 +35,7 @@ def motor():
 
 @pytest.fixture
 def board():
-    """An 1811 whose sequences 3 and 4 switch output 1 off and on."""
+    """Return an 1811 whose sequences 3 and 4 switch output 1 off and on."""
     bench = Bench()
     bench.add("1811", name="board")
     define = "> begin_sequence_definition {}\n> clear_output 1\n> set_output 1\n> end_sequence_definition\n"
@@ -52,7 +52,7 @@ def happens(bench, sentence):
 
 
 def test_a_step_of_a_sequence(table):
-    """3 steps at the start/stop speed of 400 take 7.5 ms, outputs 1 ms; step 4 repeats steps 2 and 3 once."""
+    """3 steps at the start/stop speed of 400 take 7.5 ms, an output takes 1 ms; step 4 repeats steps 2 and 3 once."""
     first, third, outputs = happens(table, "table runs 1"), happens(table, "table runs 3"), []
     table["table"].pins["output1"].subscribe(lambda pin: outputs.append(table.now))
     assert play(parse("> :S2:X3@400:S1R1:=1,2:$\\r\n+0.2\n"), table) is None
@@ -62,7 +62,7 @@ def test_a_step_of_a_sequence(table):
 
 
 def test_a_line_of_a_program(motor):
-    """Samples 1, 2, 3 have line 1 and MP; a=a+1 in 4, WAIT=10 in 5, so IF in 15, GOTO in 16, a=a+1 in 17."""
+    """Line 1 runs in samples 1 and 2, MP in 3, a=a+1 in 4, WAIT=10 in 5, IF in 15, GOTO in 16, a=a+1 in 17."""
     found, zero_ns = happens(motor, "motor runs 4"), motor.now
     motor["motor"].serial.write(b"RUN ")
     motor.run(1)
@@ -93,7 +93,7 @@ def test_a_fault_begins_at_a_line_and_ends_after_its_duration(motor):
 
 
 def test_power_is_cut_at_a_line_of_each_family(table, motor, board):
-    """The running program ends."""
+    """A power cut at a line ends the running program."""
     for bench, name, line, start in (
         (table, "table", "2", "> :H1:X500@400:Y500:$\\r\n+0.1\n! input1 high\n+0.1\n"),
         (motor, "motor", "5", "> RUN\\r\n+0.1\n"),

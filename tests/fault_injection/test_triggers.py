@@ -1,4 +1,4 @@
-"""Begin and end of faults, added from Python, from a conversation and from a recording."""
+"""Begin and end of faults that are added from Python, from a conversation and from a recording."""
 
 import pytest
 
@@ -12,7 +12,7 @@ START = "+1.5\n> (\n< U\\r\n> U61\\r\n+1.2\n"
 
 @pytest.fixture
 def bench():
-    """A bench with an IF1 that has been initialised, 9600 8N2."""
+    """Return a bench with an IF1 that has been initialised, at 9600 8N2."""
     bench = Bench()
     bench.add("if1", X={"limits": (-500, 5000)})
     assert play(parse(START), bench) is None

@@ -1,4 +1,4 @@
-"""A served IOC in a process of its own, and clients in theirs: none of them shares code with the server."""
+"""A served IOC and its clients, each in a separate process; the clients share no code with the server."""
 
 import json
 import os
@@ -62,7 +62,7 @@ def environment(port):
 
 @contextmanager
 def running(command, *words):
-    """Run a command of axistwin until the block ends; yields the JSON object that it prints when it is ready."""
+    """Run a command of axistwin until the block ends; yield the JSON object that it prints when it is ready."""
     process = subprocess.Popen(
         [sys.executable, "-m", "axistwin", command, *words, "--json"], stdout=subprocess.PIPE, text=True
     )

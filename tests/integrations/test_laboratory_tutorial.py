@@ -1,4 +1,7 @@
-"""The tutorial for laboratories is run, and prints what it shows.  Commands with `&` run until the end."""
+"""The tutorial for laboratories: its commands are run, and must print what it shows.
+
+Commands with `&` run until the end.
+"""
 
 import re
 import shlex

@@ -1,4 +1,4 @@
-"""What a motor record does with writes and polls, without a server; the controllers are virtual."""
+"""Effects of writes and polls on a motor record, without a server; the controllers are virtual."""
 
 import asyncio
 from contextlib import asynccontextmanager
@@ -14,7 +14,7 @@ HOME_SWITCH, DONE, MOVING, SILENT = 8, 2, 1 << 10, 1 << 12
 
 
 class Lab:
-    """Motor records of a bench, by axis; `seen`: all published values in their order."""
+    """Motor records of a bench, by axis; `seen` holds all published values in their order."""
 
     def __init__(self, bench, machine):
         self.bench, self.machine = bench, machine
@@ -79,7 +79,7 @@ def test_a_move_ends_with_the_exact_readback_before_dmov():
         last_readback = len(fields) - 1 - fields[::-1].index("RBV")
         assert last_readback < len(fields) - 1 - fields[::-1].index("DMOV")
         lab.seen.clear()
-        await motor.put("VAL", "12.3")  # no distance
+        await motor.put("VAL", "12.3")  # the distance is 0
         assert lab.values("DMOV") == [0, 1]
         await motor.put("RLV", -2.3)
         await motor.put("TWV", 0.25)
@@ -106,7 +106,7 @@ def test_limits_of_the_record_refuse_targets_and_end_jogs():
         await motor.put("DVAL", 1.5)
         assert motor.values["LVIO"] == 0 and motor.values["RBV"] == 1.5
         await motor.put("JVEL", 5.0)
-        await motor.put("JOGR", 1)  # ends at the limit
+        await motor.put("JOGR", 1)  # the motion ends at the limit
         assert motor.values["LVIO"] == 1 and motor.values["JOGR"] == 0
         assert motor.values["VAL"] == motor.values["RBV"] < 1.0
         await motor.put("DIR", "Neg")
@@ -136,7 +136,7 @@ def test_direction_offset_resolution_and_the_set_mode_define_positions():
         )
         await motor.put("SET", "Use")
         await motor.put("VAL", 12.0)
-        assert motor.values["DRBV"] == 1.0 and lab.bench["1811"].axes["motor"].position == 2000  # 3000 was made 2000
+        assert motor.values["DRBV"] == 1.0 and lab.bench["1811"].axes["motor"].position == 2000  # 3000 was cut to 2000
         await motor.put("DIR", "Pos")
         await motor.put("OFF", 0.0)
         before = motor.values["VELO"]
@@ -156,7 +156,7 @@ def test_a_jog_ends_at_rest_by_a_write(ends):
         await lab.until("motor", MOVN=1, DMOV=0, JOGF=1, TDIR=1)
         with pytest.raises(RefusedError, match="at rest"):
             await motor.put("MRES", 2)
-        await motor.put("JOGR", 0)  # the other direction: no effect
+        await motor.put("JOGR", 0)  # this is the other direction, so it has no effect
         await motor.put(ends, 0 if ends != "STOP" else 1)
         await jog
         assert motor.values["JOGF"] == 0 and motor.values["VAL"] == motor.values["RBV"] > 0

@@ -16,7 +16,7 @@ HOST_TIMEOUT_S = 10
 
 
 class Served:
-    """A bench on real ports, at full speed unless a speed is given.  A context manager."""
+    """A bench on real ports, at full speed unless a speed is given; a context manager."""
 
     def __init__(
         self, *, speed: float | None = None, flow: Flow = Flow.DTR, reset: bool = False, share: bool = False
@@ -35,7 +35,7 @@ class Served:
 
     def __exit__(self, *_: object) -> None:
         self.do(self.server.close)
-        self.do(lambda: None)  # connections are closed in the loop's next turn
+        self.do(lambda: None)  # connections are closed in the next turn of the loop
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(HOST_TIMEOUT_S)
         self._loop.close()
@@ -121,7 +121,7 @@ def ask(connection: socket.socket, text: bytes = b"E\r", answer: bytes = b"C\r")
 
 
 def receive(connection: socket.socket, count: int) -> bytes:
-    """Receive a number of characters; fewer if the connection ends."""
+    """Return this number of received characters, or fewer if the connection ends."""
     data = b""
     while len(data) < count and (more := connection.recv(count - len(data))):
         data += more

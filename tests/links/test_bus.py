@@ -15,7 +15,7 @@ READY, MESSAGE = 0x10, 0x08
 
 
 class Host:
-    """A client of the bus socket, line by line; `room`: size of the system's receive buffer; None: the default."""
+    """A client of the bus socket, line by line; `room` is the size of the system's receive buffer, or None."""
 
     def __init__(self, url, room=None):
         self.socket = socket.socket()
@@ -233,7 +233,7 @@ def test_many_requests_at_once_are_answered_in_order(port):
 
 
 def test_a_host_that_does_not_read_is_not_read_from(served, port):
-    """The pending answers are bounded, and no answer is lost."""
+    """The server stops reading from a host that does not read: pending answers are bounded, and none is lost."""
     with Host(port, room=4096) as host:
         host.wait(READY)
         host.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)

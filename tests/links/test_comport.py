@@ -60,7 +60,7 @@ def test_an_option_is_answered_when_it_changes(asked, answer):
 
 @pytest.mark.parametrize(("asked", "answer"), [(WILL, DO), (DO, WILL)])
 def test_whoever_agrees_on_com_port_control_is_told_the_control_lines(asked, answer):
-    """Valid also for a client that sends DO first."""
+    """A client that agrees to COM port control receives the control lines, even if the client has sent DO first."""
     port = ComPort(USUAL, "")
     port.set_modem_state(dsr=True, cts=True)
     assert port.take_replies() == b""
@@ -93,8 +93,8 @@ def test_data_to_the_client_has_its_iac_doubled():
     [
         (1, b"\x00\x00\x04\xb0", SetFormat(UartFormat(1200, 8, "N", 2)), b"\x00\x00\x04\xb0"),
         (1, b"\x00\x00\x25\xff", SetFormat(UartFormat(9727, 8, "N", 2)), b"\x00\x00\x25\xff"),
-        (1, bytes(4), None, b"\x00\x00\x25\x80"),  # a query
-        (1, b"\x00\xb7\x1b\x01", None, b"\x00\x00\x25\x80"),  # 12,000,001 baud: no UART has that
+        (1, bytes(4), None, b"\x00\x00\x25\x80"),  # a query of the baud rate
+        (1, b"\x00\xb7\x1b\x01", None, b"\x00\x00\x25\x80"),  # 12,000,001 baud, above any UART
         (1, b"\x04\xb0", None, b"\x00\x00\x25\x80"),
         (2, b"\x07", SetFormat(UartFormat(9600, 7, "N", 2)), b"\x07"),
         (2, b"\x00", None, b"\x08"),

@@ -1,4 +1,4 @@
-"""A new bench replaces the served one: clients stay connected, are blocked during a replay, and continue."""
+"""A new bench replaces the served one: clients stay connected, are blocked during a replay, and then continue."""
 
 import logging
 
@@ -207,7 +207,7 @@ def test_the_port_that_has_come_is_left_as_it_is(place):
 
 
 def test_what_a_client_has_asked_for_later_is_asked_for_again(place):
-    """At 3 s a format, flow control, a line that goes off and on again; then back to 1 s."""
+    """After 3 s a client has set a format, flow control and lines; a return to 1 s keeps these requests."""
     place.client.flow = Flow.X_ON_X_OFF
     place.run(3)
     place.plug.connect(place.client)
@@ -238,7 +238,7 @@ def test_back_before_a_client_that_has_gone_its_lines_are_as_it_left_them(place)
     place.run(3)
     place.plug.disconnect(place.client)
     place.again(seconds=1)
-    place.device.port.host.rts = False  # as it was at 1 s
+    place.device.port.host.rts = False  # the level that it had at 1 s
     place.hear_again()
     assert place.port.host.rts is True
 
@@ -354,7 +354,7 @@ def test_characters_sent_while_nobody_was_heard_arrive_then(served):
         heard = []
         new["if1"].serial.subscribe_sent(heard.append)
         served.do(lambda: served.replace(new))
-        served.do(lambda: None)  # the loop has had a turn
+        served.do(lambda: None)  # the loop has made a turn
         assert heard == []
         served.do(served.input.unmute)
         assert receive(host, 2) == b"C\r"
@@ -436,7 +436,7 @@ def test_what_a_new_client_finds_can_be_seen_to_by_somebody_else(model):
 
 
 def test_acts_at_a_second_channel_are_recorded_from_the_first_one_on(served):
-    """A bench has a second channel only once it is in use."""
+    """A second channel exists on a bench only after its first use."""
     served.do(lambda: served.bench.add("smartmotor", line="instant"))
     for _ in range(2):
         address = served.open_name("smartmotor.rs485")

@@ -98,11 +98,11 @@ def test_between_two_turns_of_the_loop_there_is_a_slice_at_most(slow_machine, na
         loop.turn(partial(plug.send, fuzz.garbage(number, 100)))
         loop.run_to(loop.now_s)
     assert loop.steps > 0
-    assert loop.most <= 2 * (STEPS + 5)  # once to bring virtual time to now, once to let happen what is due
+    assert loop.most <= 2 * (STEPS + 5)  # once to bring virtual time up to now, once for the events that are due
 
 
 def test_a_host_that_sends_more_than_can_be_computed_is_not_read_from_until_it_has_been(slow_machine):
-    """At 4 Mbaud 512 characters take 1.28 ms and more than 512 steps, that is 26 slices here of 2 ms each."""
+    """At 4 Mbaud 512 characters last 1.28 ms, but need more than 512 steps, that is 26 slices of 2 ms here."""
     target = fuzz.PORTS["if1"]()
     loop = Turns(target.bench.clock)
     pacer = Pacer(target.bench.clock, 1.0)
@@ -118,7 +118,7 @@ def test_a_host_that_sends_more_than_can_be_computed_is_not_read_from_until_it_h
         loop.run_to(loop.now_s)
         longest_s = max(longest_s, pacer.behind_s)
     assert client.pauses > 2
-    assert longest_s < 0.060  # 1 s if it were read from as fast as the wire takes it
+    assert longest_s < 0.060  # it would be 1 s if data were read as fast as the wire transmits
     assert target.port.pending <= FULL
 
 
@@ -149,7 +149,7 @@ def test_a_small_fuzz_campaign_is_the_same_every_time_and_raises_nothing(name):
         assert [outcome.error for outcome in outcomes] == [None, None]
         first, second = [(outcome.carried, outcome.found) for outcome in outcomes]
         assert first == second
-        assert first[1] <= 5 * first[0]  # a frame has five falling edges at most
+        assert first[1] <= 5 * first[0]  # a frame has at most five falling edges
 
 
 @pytest.mark.parametrize("model", ["1810", "1811"])

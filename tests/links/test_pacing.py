@@ -239,7 +239,7 @@ def test_stopped_and_started_while_something_happens_it_goes_on(clock, loop):
 
 @pytest.mark.parametrize("speed", [1, None])
 def test_what_comes_in_finds_the_end_of_a_nanosecond_even_if_a_slice_ended_in_it(clock, loop, speed, monkeypatch):
-    """A slice ends after two events; the next slice ends at once."""
+    """A slice ends after two events; input first completes the events of this nanosecond."""
     log = []
     eventful(clock, log)
     looks = iter([0.0, 0.0, 0.0, 9.0, 20.0, 29.0] if speed else [0.0, 0.0, 9.0])
@@ -369,7 +369,7 @@ def test_blocks_are_counted_beside_those_that_were_late(clock, loop):
     pacer = paced(clock, loop, 1)
     loop.run_to(4)
     assert (pacer.delays.blocks, pacer.delays.overruns) == (3, 0)
-    loop.now_s = 7  # two are late, in one block
+    loop.now_s = 7  # two of the events are late, in one block
     loop.run_to(20)
     assert (pacer.delays.blocks, pacer.delays.overruns) == (5, 1)
 

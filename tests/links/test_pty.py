@@ -113,7 +113,7 @@ def test_what_nobody_has_read_is_not_there_for_the_next_one(served, path):
 
 
 def test_a_program_without_serial_settings_is_served_too(served, if1, path):
-    """Open, write and read, as a shell does."""
+    """A program that only opens, writes and reads is served, as a shell does."""
     device = os.open(path, os.O_RDWR | os.O_NOCTTY)
     os.write(device, b"(")
     assert os.read(device, 2) == b"U\r"
@@ -199,7 +199,7 @@ def test_a_link_left_behind_is_replaced(served, if1, tmp_path):
 
 
 def test_a_link_left_behind_is_replaced_though_its_number_is_ours_now(served, if1, tmp_path):
-    """A killed server has left its link; the next pty has the same number."""
+    """A killed server has left its link; the next pty has the same number, and the link is replaced."""
     link = tmp_path / "if1"
     ends = os.openpty()
     link.symlink_to(os.ttyname(ends[1]))

@@ -39,7 +39,7 @@ def test_pyserial_negotiates_format_lines_and_break(served, if1, url):
         initialise(host)
         host.apply_settings({"baudrate": 1200, "bytesize": 7, "parity": "E", "stopbits": 1})
         assert if1.serial.host.format == UartFormat(1200, 7, "E", 1)
-        assert (host.dsr, host.cts) == (True, False)  # the device's DTR and RTS; RTS only while it sends
+        assert (host.dsr, host.cts) == (True, False)  # the device's DTR and RTS; RTS only while sending
         host.dtr, host.rts = False, False
         assert (if1.serial.host.dtr, if1.serial.host.rts) == (False, False)
         host.rts = True
@@ -55,7 +55,7 @@ def test_pyserial_negotiates_format_lines_and_break(served, if1, url):
 
 
 def test_pyserial_keeps_its_own_format_from_the_beginning(url):
-    """8 bits, even parity, 2 stop bits: the interface receives 8 bits without parity before `U44`."""
+    """The host uses 8 bits, even parity, 2 stop bits; until `U44` the interface receives 8 bits without parity."""
     with serial.serial_for_url(str(url), 9600, parity="E", stopbits=2, timeout=5) as host:
         host.write(b"(")
         assert host.read(2) == b"U\r"
@@ -145,9 +145,9 @@ def test_a_suspended_client_gets_its_answer_when_it_resumes(ready):
 
 
 def test_a_wrong_parity_of_the_host_is_a_fault_of_the_device(ready):
-    ready.say(sub(3, b"\x04"), sub(103, b"\x04"))  # a mark is where the first stop bit was expected: no fault
+    ready.say(sub(3, b"\x04"), sub(103, b"\x04"))  # mark parity is a 1 in place of the first stop bit: no fault
     ready.say(b"F\r", b"0\r")
-    ready.say(sub(3, b"\x05"), sub(103, b"\x05"))  # a space is one
+    ready.say(sub(3, b"\x05"), sub(103, b"\x05"))  # space parity is a 0 in place of it: a fault
     ready.say(b"E\r" + sub(3, b"\x01"), sub(103, b"\x01"))
     ready.say(b"F\r", b"4\r")
 
@@ -165,7 +165,7 @@ def test_hardware_flow_control_waits_for_the_devices_dtr(served, ready):
     if1 = served.bench["if1"]
     served.act(lambda: if1.serial.dtr_line.drive(False))
     ready.say(b"", sub(107, b"\x02"))
-    ready.say(b"E\r", b"C\r")  # no flow control: characters are not held
+    ready.say(b"E\r", b"C\r")  # without flow control characters are not held
     ready.control(3)
     ready.say(b"E\r")
     served.until(lambda: if1.serial.pending == 2)
@@ -193,7 +193,7 @@ def test_purging_forgets_what_has_not_left(served, ready):
 
 
 def test_a_break_lasts_as_long_as_the_client_holds_it():
-    """Two characters at least."""
+    """The break lasts for two characters at least."""
     with Served(speed=1000) as served:
         if1 = served.add(line=None)
         seen = []
@@ -219,7 +219,7 @@ def test_a_client_that_goes_leaves_the_lines_on_and_the_format_usual(served, rea
 
 
 def test_a_client_that_asks_and_never_reads_is_not_obeyed_for_ever(served, ready):
-    """Otherwise its pending answers would grow without limit."""
+    """Without a limit, the pending answers of a client that never reads would grow for ever."""
     ready.connection.settimeout(0.2)
     with pytest.raises(TimeoutError):
         ready.connection.sendall(sub(7) * 2_000_000)

@@ -100,7 +100,7 @@ class Client:
 
 @pytest.fixture
 def hub(monkeypatch):
-    """A hub with three seats whose time the test controls: `hub._silent()` is 50 ms of silence."""
+    """Return a hub with three seats, whose time the test controls: `hub._silent()` stands for 50 ms of silence."""
     monkeypatch.setattr(sharing, "SILENCE_S", 1000.0)
     monkeypatch.setattr(sharing, "LONGEST_S", 1000.0)
 
@@ -126,7 +126,7 @@ def test_requests_wait_for_the_end_of_the_request_before(hub):
         b.send(b"N\rK")
         c.send(b"I\r")
         a.send(b"0$\r")
-        a.send(b"E\r")  # others are waiting: the next request of this client is the last
+        a.send(b"E\r")  # other clients wait, so the next request of this client is served last
         assert hub.plug.sent == [b"X1", b"0$\r"]
         hub.plug.serial.pending = 3
         hub._silent()
@@ -140,7 +140,7 @@ def test_requests_wait_for_the_end_of_the_request_before(hub):
         hub._silent()
         assert hub.plug.sent[-1] == b"K"
         c.send(b"I\r")
-        hub._silent()  # a request without a terminator ends by silence
+        hub._silent()  # silence ends a request without a terminator
         assert hub.plug.sent[-1] == b"I\r"
 
     hub(session)

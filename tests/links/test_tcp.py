@@ -23,7 +23,7 @@ def port(served):
 
 @pytest.fixture
 def neighbour(served):
-    """A client of another controller on the same bench, which must not be affected."""
+    """Return a client of another controller on the same bench, which must not be affected."""
     with dial(served.open(served.add())) as connection:
         assert ask(connection) == b"C\r"
         yield connection
@@ -169,7 +169,7 @@ def test_a_client_that_vanishes_in_the_middle_of_a_character():
         url = served.open(if1)
         host = dial(url)
         host.sendall(b"XY")
-        served.until(lambda: if1.serial.pending == 1)  # the X is on the wire
+        served.until(lambda: if1.serial.pending == 1)  # the X is being transmitted
         vanish(host)
         served.until(lambda: if1.serial.pending == 0)
 
@@ -219,7 +219,7 @@ def test_clients_that_come_and_go_at_once_leave_nothing_behind(port, neighbour):
 
 
 def test_while_dtr_is_off_the_link_holds_the_host_back(served, port):
-    """Moves fill the buffer during the first move; no character is lost."""
+    """Moves fill the buffer during the first move; DTR stops the host, and no character is lost."""
     if1 = served.bench["if1"]
     with dial(port) as host:
         host.sendall(b"X100$\r" * 50)
@@ -228,7 +228,7 @@ def test_while_dtr_is_off_the_link_holds_the_host_back(served, port):
 
 
 def test_a_host_that_is_not_held_back_overruns_the_buffer():
-    """At 9600 baud; characters collect during a ramp calculation of one second."""
+    """At 9600 baud, the characters sent during a ramp calculation of one second overrun the buffer."""
     with Served(flow=Flow.NONE) as served:
         if1 = served.add(line=None)
         with dial(served.open(if1)) as host:

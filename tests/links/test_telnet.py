@@ -1,4 +1,4 @@
-"""Separation of data and commands."""
+"""Telnet: separation of data and commands."""
 
 import pytest
 from hypothesis import given
@@ -47,7 +47,7 @@ def test_a_stream_is_taken_apart(data, items):
 
 
 def test_a_subnegotiation_without_end_is_forgotten():
-    """Bytes after `LONGEST` bytes are data again."""
+    """After `LONGEST` bytes without an end, the following bytes are data again."""
     parser = Parser()
     parser.feed(bytes([IAC, SB]))
     for _ in range(10 * LONGEST):

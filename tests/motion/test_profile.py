@@ -30,7 +30,7 @@ def reference_pulses(segments, limit=10_000):
 
 
 rates = st.builds(Fraction, st.integers(1, 4000), st.sampled_from([1, 2, 3, 4, 7]))
-durations = st.builds(Fraction, st.integers(0, 50), st.sampled_from([1000, 999, 750, 128]))  # in all, below `limit`
+durations = st.builds(Fraction, st.integers(0, 50), st.sampled_from([1000, 999, 750, 128]))  # in total below `limit`
 profiles = st.lists(st.builds(Segment, rates, durations), max_size=6)
 
 
@@ -70,7 +70,7 @@ def test_long_expansions_equal_the_arithmetic_at_every_seam(rate):
 
 
 def test_a_cut_keeps_the_phase():
-    """100 pulses/s, cut after 2.5 pulses, then 10 pulses/s: the third pulse needs half a period of 100 ms."""
+    """100 pulses/s are cut after 2.5 pulses; at 10 pulses/s the third pulse comes half a period, 50 ms, later."""
     profile = Profile([Segment(Fraction(100), None)]).cut(25_000_000, [Segment(Fraction(10), Fraction(1))])
     assert [profile.pulse_ns(n) for n in (1, 2, 3, 4)] == [10_000_000, 20_000_000, 75_000_000, 175_000_000]
     assert profile.pulses == 12

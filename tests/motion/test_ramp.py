@@ -20,7 +20,7 @@ def levels(profile):
 
 
 def test_six_levels_of_ten_milliseconds_take_39_pulses():
-    """400, 500, ... 900 for 10 ms each: 4 + 5 + 6 + 7 + 8 + 9 pulses."""
+    """The levels 400, 500, ... 900 of 10 ms each have 4 + 5 + 6 + 7 + 8 + 9 pulses."""
     table = ramp(1000)
     assert [int(level) for level in table.levels] == [400, 500, 600, 700, 800, 900]
     assert table.pulses[-1] == 39
@@ -35,7 +35,7 @@ def test_a_long_index_goes_up_along_and_down():
 
 
 def test_a_short_index_has_a_small_plateau_on_the_next_level():
-    """70 pulses: 4..8 twice are 60, the other ten run at 900."""
+    """Of 70 pulses, the levels 400 to 800, up and down, take 60; the other ten run at 900."""
     profile = ramp(1000).index(70)
     up = [(400, 4), (500, 5), (600, 6), (700, 7), (800, 8)]
     assert levels(profile) == [*up, (900, 10), *reversed(up)]

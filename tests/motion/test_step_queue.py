@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from axistwin.motion.profile import Profile, Segment
 from axistwin.motion.step_queue import MOST_INTERVAL, Steps, plan
 
-MHZ, TOLERANCE = 16, 8.0  # an AVR's clock; half a microsecond
+MHZ, TOLERANCE = 16, 8.0  # the clock of an AVR; half a microsecond in its ticks
 
 
 def executed(commands, last):

@@ -101,7 +101,7 @@ class Visit:
 
     @property
     def messages(self):
-        """The notifications that have been shown."""
+        """Return the notifications that have been shown."""
         return self.user.notify.messages
 
 

@@ -126,7 +126,7 @@ def test_acts_during_a_move_are_performed_after_it_in_their_order():
         visit.trigger("run", "click", "Run")  # the button in the browser still shows Run
         assert not session.running
         await visit.until(lambda: session.running)
-        assert session.seconds >= 1.0  # the run has followed the step
+        assert session.seconds >= 1.0  # the run has begun after the step
         visit.trigger("run", "click", "Pause")
         assert (state(visit), actions.state, visit.messages) == ("paused", State.QUIET, [])
 
@@ -144,7 +144,7 @@ def test_stop_drops_the_acts_that_wait():
         visit.trigger("run", "click", "Stop")
         await visit.until(lambda: actions.state is State.QUIET)
         assert (session.running, session.busy, visit.messages) == (False, False, [])
-        assert session.seconds <= 0.5  # both the step and the run have been dropped
+        assert session.seconds <= 0.5  # both the step and the run have been cancelled
 
     show(bench_of("if1"), driving, play)
 

@@ -100,7 +100,7 @@ def test_of_very_many_who_left_the_latest_are_remembered(monkeypatch):
 
 
 class Visited:
-    """Builds pages, one for each visit, for the users with these keys."""
+    """Build pages, one for each visit, for the users with these keys."""
 
     def __init__(self, keys):
         self.session, self.people, self._keys = Session(bench_of("if1"), None), People(), iter(keys)

@@ -147,7 +147,7 @@ def test_the_next_and_the_previous_activity():
         visit.press("scope-previous-activity")
         from_ns, to_ns = screen_of(visit).edges
         assert from_ns < 1.5 * S < to_ns
-        tell(visit, do="zoom", factor=0.1, place=0.0)  # before the beginning
+        tell(visit, do="zoom", factor=0.1, place=0.0)  # zoom to a time before the beginning
         tell(visit, do="key", key="n")
         assert screen_of(visit).edges[1] < S
         tell(visit, do="key", key="n")

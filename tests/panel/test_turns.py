@@ -15,7 +15,7 @@ from .showing import bench_of, show
 
 @pytest.fixture
 def clock(monkeypatch):
-    """A clock that advances by a millisecond at each read."""
+    """Return a clock that advances by a millisecond at each read."""
     now = [0.0]
 
     def read():
@@ -51,7 +51,7 @@ def run(compute):
 
 
 def test_the_loop_has_its_turn_whenever_the_time_is_over(clock):
-    """A piece ends when the clock has been read three times, which takes 3 ms."""
+    """A piece ends when the clock has been read three times, that is after 3 ms."""
     order = []
 
     def compute():
@@ -77,7 +77,7 @@ def test_what_is_raised_is_raised():
 
 
 def test_it_is_in_the_task_that_waits_for_it():
-    """NiceGUI finds the page of a new element by the present task."""
+    """NiceGUI finds the page of a new element by the present task, so the computation stays in its task."""
 
     async def compare():
         return await in_turns(asyncio.current_task) is asyncio.current_task()

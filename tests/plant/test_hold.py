@@ -1,4 +1,4 @@
-"""A held step output: pulses that a motion board has not made are subtracted in the plant."""
+"""A held step output: pulses that a motion board has not made are subtracted from the axis position."""
 
 from axistwin import Bench
 

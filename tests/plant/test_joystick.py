@@ -26,7 +26,7 @@ def test_it_is_not_there_until_it_is_touched(stick):
 
 
 def test_pulses_at_the_rate_of_the_deflection_once_it_has_been_at_zero_long_enough(stick):
-    """1,000 pulses/s: half a millisecond high, half a millisecond low; AT ZERO ends 4 ms after it is touched."""
+    """A deflection gives 1,000 pulses/s, half a millisecond high and low; AT ZERO stays active for 4 ms more."""
     clock, joystick, seen = stick
     joystick.deflect(1000)
     clock.run_to(6 * MS)
@@ -79,6 +79,6 @@ def test_another_rate_in_the_same_direction_needs_no_zero(stick):
 
 @pytest.mark.parametrize("rate", [2_000_001, -3_000_000])
 def test_it_is_no_faster_than_the_input_takes(stick, rate):
-    """Appendix C: "repetition rate of 2 megahertz"."""
+    """Appendix C: the input accepts a "repetition rate of 2 megahertz", so the joystick is not faster."""
     with pytest.raises(UsageError, match="from -2000000 to 2000000"):
         stick[1].deflect(rate)

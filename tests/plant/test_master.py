@@ -34,7 +34,7 @@ def test_it_counts_at_constant_speed_from_now_on(clock):
 
 @pytest.mark.parametrize(("counts", "at"), [(3, [0, 0, 1, 1, 2, 3]), (-3, [0, 0, -1, -1, -2, -3])])
 def test_an_edge_comes_in_the_first_nanosecond_after_its_time_in_either_direction(counts, at):
-    """Three edges in 10 ns: at 3⅓, 6⅔ and 10 ns."""
+    """Three edges in 10 ns are due at 3⅓, 6⅔ and 10 ns, and come at 4, 7 and 10 ns."""
     run = Run(100, 0, counts, 10)
     assert [run.at(100 + time_ns) for time_ns in (0, 3, 4, 6, 7, 10)] == at
 

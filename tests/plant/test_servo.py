@@ -10,7 +10,7 @@ from axistwin.plant import FRAME17, FRAME23, FRAME34, ServoLoad, servo_load, ser
 
 
 def test_the_data_sheets_are_those_of_such_motors():
-    """Rated torque about 0.07, 0.34 and 1 N·m; rated current leaves 5 K to 70 °C in air of 25 °C."""
+    """The rated torques are about 0.07, 0.34 and 1 N·m; the rated current heats to 5 K below 70 °C in air of 25 °C."""
     for motor, torque in ((FRAME17, 0.07), (FRAME23, 0.34), (FRAME34, 1.0)):
         assert motor.torque_constant_nm_per_a * motor.continuous_current_a == pytest.approx(torque, rel=0.05)
         watts = motor.continuous_current_a**2 * motor.winding_resistance_ohm

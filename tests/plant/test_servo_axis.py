@@ -15,7 +15,7 @@ MS = 10**6
 
 
 class Motor:
-    """A source with a given list of positions: one for each millisecond."""
+    """A source with a given list of positions, one for each millisecond."""
 
     def __init__(self, axis, positions):
         self.axis, self.positions, self.told, self.calls = axis, list(positions), 0, []
@@ -89,7 +89,7 @@ def test_the_source_tells_where_it_is(clock, axis):
 
 
 def test_pulse_times_are_spread_evenly_over_the_sample(clock, axis):
-    """4 counts between 1 and 2 ms: every quarter of a millisecond; one back by 3 ms; 3 counts by 4 ms."""
+    """4 counts between 1 and 2 ms come every quarter of a millisecond; then one count back by 3 ms, and 3 by 4 ms."""
     Motor(axis, [0, 4, 3, 6])
     clock.run_to(10 * MS)
     thirds = [3 * MS + MS // 3, 3 * MS + 2 * MS // 3, 4 * MS]
@@ -131,7 +131,7 @@ def test_a_long_past_is_forgotten_and_that_is_told(clock):
 
 
 def test_long_blocks_shorten_no_history(clock):
-    """Of 150 + 150 + 150 samples, 200 of which are to be stored, the last 300 are stored."""
+    """The history holds 200 samples: of three blocks of 150 samples, the last two are kept whole, 300 samples."""
     axis = ServoAxis(clock, "shaft", history=20)  # 200 samples
     for first in (1, 151, 301):
         part = array("q", range(first, first + 150))
@@ -179,7 +179,7 @@ def test_torque_jam_and_heat_outlast_their_source(clock, axis):
 
 
 def test_switches_tell_the_window_in_which_nothing_changes(clock, axis):
-    """Closed, low, from -100 to 500: beyond it the limit inputs are high (3.1)."""
+    """The switches are closed, so the inputs low, from -100 to 500; beyond, the limit inputs are high (3.1)."""
     assert (axis.window_low, axis.window_high) == (-FAR, FAR)
     minus, plus = UserPin(clock, "D"), UserPin(clock, "C")
     in_series([PositionSwitch(axis, -100, None)], minus, closed=False)

@@ -16,7 +16,7 @@ MOTOR = StepperMotor(torque=((0, 1.0), (1000, 1.0), (2000, 0.2)), pull_in=500, p
 
 
 def rates(*segments):
-    """Segments of (pulses/s, pulses)."""
+    """Return a profile of segments, each given as (pulses/s, pulses)."""
     return Profile([Segment(Fraction(rate), Fraction(pulses, rate)) for rate, pulses in segments])
 
 
@@ -54,7 +54,7 @@ def test_within_its_curve_it_follows(clock):
 def test_beyond_the_curve_it_stands_and_loses_whole_teeth(clock):
     """At 1750 pulses/s the curve gives 0.4 N·m, and the load needs 0.5: the rotor stops for 101 pulses.
 
-    It falls into step again at 400 pulses/s.  101 pulses are 12.6 teeth of 8: thirteen teeth are lost, 104 pulses.
+    It falls into step again at 400 pulses/s.  101 pulses are 12.6 teeth of 8, so thirteen teeth, 104 pulses, are lost.
     """
     axis = axis_with(clock, motor=MOTOR, load=Load(torque=0.5), encoder=EncoderData(4000, 400))
     axis.start(rates((400, 40), (1750, 101), (400, 40)), +1)
@@ -75,7 +75,7 @@ def test_a_start_above_the_pull_in_rate_fails(clock):
 
 
 def test_a_start_failed_by_an_odd_number_of_pulses_settles_at_a_tooth(clock):
-    """83 pulses are 10.4 teeth: ten are lost, the rotor settles three pulses on."""
+    """83 pulses are 10.4 teeth: ten teeth are lost, and the rotor settles three pulses further."""
     axis = axis_with(clock, motor=MOTOR)
     axis.start(rates((800, 83)), +1)
     clock.run_to(S)
@@ -83,9 +83,9 @@ def test_a_start_failed_by_an_odd_number_of_pulses_settles_at_a_tooth(clock):
 
 
 def test_inertia_asks_for_torque_while_accelerating(clock):
-    """0.001 kg·m² from 400 to 900 pulses/s within 0.1 s: 5000 pulses/s² are 78.54 rad/s², 0.0785 N·m.
+    """400 to 900 pulses/s in 0.1 s are 78.54 rad/s²; 0.001 kg·m² then need 0.0785 N·m.
 
-    With 0.95 N·m of friction that is more than the 1 N·m there are.
+    With 0.95 N·m of friction this is more than the motor's 1 N·m.
     """
     profile = rates((400, 40), (900, 90), (400, 40))
     heavy = axis_with(clock, motor=MOTOR, load=Load(torque=0.95, inertia=1e-3))
@@ -98,7 +98,7 @@ def test_inertia_asks_for_torque_while_accelerating(clock):
 
 
 def test_a_load_step_in_the_middle_of_a_move(clock):
-    """From 0.1 s (40 pulses) to 0.2 s (80 pulses) a torque that holds the motor: 40 pulses, five teeth."""
+    """A torque holds the motor from 0.1 s (40 pulses) to 0.2 s (80 pulses): 40 pulses, five teeth, are lost."""
     axis = axis_with(clock, motor=MOTOR)
     axis.start(rates((400, 200)), +1)
     clock.run_to(S // 10)
@@ -136,7 +136,7 @@ def test_a_jammed_shaft_with_motor_data_turns_only_when_it_is_free(clock):
 
 @pytest.mark.parametrize("direction", [+1, -1])
 def test_single_pulses_do_not_turn_a_jammed_shaft_either(clock, direction):
-    """13 single pulses, as from a joystick, are 1.6 teeth."""
+    """13 single pulses, as from a joystick, are 1.6 teeth; the jammed shaft does not turn."""
     axis = axis_with(clock, motor=MOTOR)
     axis.jam(True)
     for n in range(1, 14):
@@ -169,7 +169,7 @@ def test_positions_in_a_move_can_be_predicted(clock, with_numpy, monkeypatch):
     """At 400 pulses/s, pulse n is issued after n times 2.5 ms; a browser has no NumPy."""
     monkeypatch.setattr("axistwin.plant.stepper.installed", lambda _: with_numpy)
     axis = axis_with(clock, motor=MOTOR)
-    axis.start(rates((800, 80)), +1)  # the motor loses all of it
+    axis.start(rates((800, 80)), +1)  # the motor loses all these pulses
     clock.run_to(S)
     axis.start(rates((400, 80)), -1)
     times_ns = [S, S + 2_499_999, S + 2_500_000, S + 100 * 10**6, 2 * S]
@@ -186,7 +186,7 @@ def test_halting_ends_the_pulses_at_once(clock):
 
 
 def test_an_encoder_behind_backlash_lags_after_a_reversal(clock):
-    """One count per pulse, backlash 5: forwards the load lags by 5; backwards it rests for the first 5 counts."""
+    """At one count per pulse and a backlash of 5, the load lags by 5 forwards, and rests for 5 counts backwards."""
     axis = axis_with(clock, encoder=EncoderData(400, 400, backlash=5))
     counts = []
     for direction, pulses in ((+1, 20), (-1, 3), (-1, 7), (+1, 4)):
@@ -241,7 +241,7 @@ def test_a_jammed_shaft_is_out_of_step_while_pulses_go_out(clock):
     ],
 )
 def test_how_many_pulses_are_a_turn(clock, options, per_rev):
-    """From the data sheet of the motor or of the encoder; otherwise unknown."""
+    """The pulses of a revolution are those of the motor's or the encoder's data sheet; otherwise unknown."""
     assert axis_with(clock, **options).per_rev == per_rev
 
 

@@ -11,7 +11,7 @@ PERIOD = 10_000_000
 
 
 def watched(clock, *ends):
-    """Pins in series with switches (axis, first, last), and their changes as (time, level)."""
+    """Return pins in series with switches (axis, first, last), and a list of their changes as (time, level)."""
     pin, seen = Pin(clock, "home"), []
     in_series([PositionSwitch(*end) for end in ends], pin)
     pin.subscribe(lambda pin: seen.append((clock.now, pin.level)))
@@ -31,7 +31,7 @@ def test_a_home_switch_is_high_from_its_first_to_its_last_position():
     go(axis, 50)
     clock.run_to(S)
     assert seen == [(10 * PERIOD, True), (13 * PERIOD, False)]
-    go(axis, 50, -1)  # from 50: position 12 after 38 pulses, 9 after 41
+    go(axis, 50, -1)  # from 50 down: 12 is reached after 38 pulses, 9 after 41
     clock.run_to(2 * S)
     assert seen[2:] == [(S + 38 * PERIOD, True), (S + 41 * PERIOD, False)]
 

@@ -151,7 +151,7 @@ def test_a_program_is_checked_and_loaded(playground):
 def test_curves_have_bounded_memory_and_keep_their_first_sample(playground):
     playground.open_model("if1")
     state = playground.advance(1000 * S, 99)
-    assert state["interval_ns"] == 320_000_000  # 20 ms, doubled at 4,096 samples: 4 times within 1,000 s
+    assert state["interval_ns"] == 320_000_000  # 20 ms, doubled at each 4,096 samples: 4 times within 1,000 s
     assert len(playground.table().splitlines()) == 1 + 1 + 1000 * 1000 // 320
     assert len(playground.state(points=50)["curves"]["if1.X"]["position"]) <= 100
 
@@ -183,7 +183,7 @@ for model in ("if1", "1811", "smartmotor"):
 
 
 def test_nothing_that_a_browser_lacks_is_imported():
-    """Pyodide has no threads, sockets and processes, and the page has no NumPy and no Numba."""
+    """Pyodide has no threads, sockets and processes; the page has neither NumPy nor Numba."""
     done = subprocess.run([sys.executable, "-c", IMPORTS], capture_output=True, text=True, timeout=50)
     assert done.returncode == 0, done.stderr[-2000:]
 

@@ -134,7 +134,7 @@ def test_faults_are_marked_and_have_no_lane(tmp_path):
 
 def test_messages_are_complete():
     track = Track("if1.host_says", "string")
-    for n, text in enumerate(("", "a", "ab", "", "ab", "c", r"c\x20", "c d")):  # a space at the end is escaped
+    for n, text in enumerate(("", "a", "ab", "", "ab", "c", r"c\x20", "c d")):  # the escape for a space at the end
         track.add(n, text)
     assert [(word.time_ns, word.text) for word in messages(track)] == [(1, "ab"), (4, "ab"), (5, "c d")]
 
@@ -149,7 +149,7 @@ def test_a_trace_in_which_nothing_happens(tmp_path, capsys):
 
 
 def test_the_picture_of_an_ideal_motor(tmp_path, capsys):
-    """The error is 0: its scale has whole counts.  The legend is above the curves.  No row is empty.
+    """The error is 0, so its scale has whole counts; the legend is above the curves, and no row is empty.
 
     The title is that of the scene.
     """

@@ -102,7 +102,7 @@ def test_a_busy_controller_is_only_read():
     made, end = controller("if1")
     end.ask(b"(")
     end.ask(b"U61\r", wait_s=1.5)
-    end.ask(b":H1:X+1000:$\r")  # waits for input 1
+    end.ask(b":H1:X+1000:$\r")  # this sequence waits for input 1
     found = probe("if1", end, SMALL)
     skipped = found.of(Verdict.INCONCLUSIVE)
     assert {result.reason for result in skipped} >= {"a sequence is running or waiting: end it"}
@@ -175,7 +175,7 @@ def test_a_real_port(model, scheme):
             if scheme == "tcp":
                 assert end.ask(b"RSP\r", 10).data == b"24576/476\r"
             elif scheme is None:
-                end.ask(b"\x01\x07", 16)  # within the board's initialisation
+                end.ask(b"\x01\x07", 16)  # during the board's initialisation
                 assert end.ask(b"\x01\x08", 16).data.endswith(b"\x01\x08" + bytes(14))
             else:
                 while end.ask(b"(", 2).data != b"U\r":

@@ -94,7 +94,7 @@ def test_lines_longer_than_the_buffer_wait_for_dtr(tmp_path):
     record, _ = run(tmp_path, "".join(f"X{n}$\n" for n in range(100, 110)))
     assert record.bench["if1"].axes["X"].position == sum(range(100, 110))
     long = ":" + ":".join(f"X{n}" for n in range(1, 40)) + ":$"
-    record, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # sent while the ramp is calculated and no character is read
+    record, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # sent during the ramp calculation, when nothing is read
     assert record.bench["if1"].axes["X"].position == sum(range(1, 40))
     assert heard(record)[-1] == b"0\r"
 
@@ -135,7 +135,7 @@ def test_a_program_of_unknown_kind(tmp_path):
 
 
 def test_requests_and_switches_after_a_pause_do_not_wait(tmp_path):
-    # The loop never ends by itself.  K has bit 1 in motion; without the input, step 1 of the next round waits.
+    # The sequence is endless.  K has bit 1 in motion; after the input has gone low, step 1 of the next round waits.
     lines = "! input1 high\n:H1X400@1000:X-400:=0,1:$\n+12\nE\nK\n! input1 low\n+6\nK\n"
     record, _ = run(tmp_path, lines)
     busy, moving, waiting = heard(record)[-3:]

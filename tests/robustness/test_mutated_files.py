@@ -23,14 +23,14 @@ SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "mutated_file
 def mutated_files():
     spec = importlib.util.spec_from_file_location("mutated_files", SCRIPT)
     module = importlib.util.module_from_spec(spec)
-    sys.modules["mutated_files"] = module  # where dataclasses look for it
+    sys.modules["mutated_files"] = module  # where dataclasses look up a module
     spec.loader.exec_module(module)
     return module
 
 
 @pytest.mark.parametrize("kind", ["toml", "talk", "if1", "181x", "sms", "parquet", "vcd", "csv", "state"])
 def test_forty_mutated_files(mutated_files, kind):
-    """No traceback, no hang, a line for each refusal; of scenes `check` accepts exactly what can be built."""
+    """No traceback and no hang, and one line for each refusal; `check` accepts exactly the scenes that can be built."""
     verdict = mutated_files.campaign((kind,), 40, seed=1811)
     assert verdict.found == []
     assert verdict.files[kind] == 40
@@ -129,7 +129,7 @@ def test_a_vcd_value_of_64_bits_is_read(tmp_path):
 
 
 def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
-    """A byte stream of digits, a position that is a text, a signal outside of any scope."""
+    """E.g. a byte stream of digits, a position that is a text, or a signal outside of any scope."""
     lines = ("0,if1.host_says,5", "0,if1.X.position,here", "0,alone,1", "9,if1.host_says,6", "9,if1.X.position,there")
     (tmp_path / "a.csv").write_text("time_ns,signal,value\n" + "\n".join((*lines, "9,alone,0")) + "\n")
     assert main._run(["plot", str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.svg")]) == 0
@@ -181,7 +181,7 @@ def test_a_program_with_long_numbers(tmp_path, capsys, suffix, model, text):
 
 @pytest.mark.parametrize("number", ["9" * 20, "-" + "9" * 400])
 def test_a_scene_with_numbers_beyond_64_bits(tmp_path, number):
-    """TOML has whole numbers of 64 bits."""
+    """TOML has whole numbers of 64 bits; larger ones are refused."""
     (tmp_path / "s.toml").write_text(f'[[controller]]\nmodel = "smartmotor"\naxes.shaft.limits = [{number}, 5]\n')
     with pytest.raises(SceneError, match=r"s\.toml:3:\d+: .*beyond 64 bits"):
         Scene.load(tmp_path / "s.toml")

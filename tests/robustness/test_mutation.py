@@ -1,4 +1,4 @@
-"""The mutation score: what is changed, and that the tests of a tiny module kill what they should."""
+"""The mutation score: the mutants, and the verdicts on them by the tests of a tiny module."""
 
 import json
 import subprocess
@@ -108,7 +108,7 @@ def test_a_sample_depends_on_its_seed_only(operators):
 
 
 def test_a_tiny_campaign(tmp_path):
-    """Killed is what a test notices; what no test runs, and what changes nothing, survives."""
+    """A mutant is killed if a test fails; a mutant that no test runs, or that has no effect, survives."""
     (tmp_path / "tiny").mkdir()
     (tmp_path / "tiny" / "__init__.py").touch()
     (tmp_path / "tiny" / "module.py").write_text(MODULE)

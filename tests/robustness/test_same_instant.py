@@ -1,4 +1,4 @@
-"""What happens from outside in the same nanosecond: in any order, to any model, whatever it is doing."""
+"""External actions in the same nanosecond, in any order, on any model, whatever the model is doing."""
 
 import ast
 import importlib.util
@@ -47,7 +47,7 @@ def cases(draw):
 @settings(max_examples=50, deadline=None)
 @given(cases())
 def test_any_acts_in_the_same_nanosecond(case):
-    """Nothing is raised, and it is the same again."""
+    """The actions raise no exception, and a repetition gives the same result."""
     assert campaign.play(case) == campaign.play(case)
 
 
@@ -57,7 +57,7 @@ def test_a_short_campaign(capsys):
 
 
 def test_the_switch_is_turned_again_by_what_turning_it_changes():
-    """One turn after the other, in the order in which they are asked for: off, off, on, off, on."""
+    """A pin's change switches the power again, one turn after the other: off, off, on, off, on."""
     power = (("power", "cycle"), ("power", "cycle"), ("power", "off"))
     case = campaign.Case("if1", 1, 6, "inside", power)
     assert campaign.play(case)[-2] is True
@@ -75,7 +75,7 @@ FAULTS = ("estop", "x_fault", "y_fault", "limit_plus")
 @pytest.mark.parametrize("work", WORKS)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_and_a_loss_of_power(model, work, fault):
-    """Either first, with the fault twice, by a fault of the bench and by its own conversation: it lives on."""
+    """A fault, added twice in two ways, and a loss of power, in either order: the controller still works."""
     for acts in (
         ["fault", "off"],
         ["off", "fault"],
@@ -132,7 +132,7 @@ def test_an_output_wired_to_the_emergency_stop_ends_what_switches_it(message):
 )  # fmt: skip
 @pytest.mark.parametrize("act", ["off", "cycle"])
 def test_power_that_goes_when_a_pin_of_its_own_changes(model, work, pin, act):
-    """Whoever watches a pin is called inside what the controller does, and may switch it off there and then."""
+    """A subscriber to a pin is called while the controller acts, and may switch the controller off."""
     bench = Bench()
     it = campaign.MODELS[model].build(bench)
     left, times = [act], []
@@ -153,7 +153,7 @@ def test_power_that_goes_when_a_pin_of_its_own_changes(model, work, pin, act):
 
 
 def test_power_is_off_in_the_nanosecond_in_which_it_was_asked_for():
-    """A step that switches two outputs is not finished without power."""
+    """A step that switches two outputs is not completed if the first one switches the power off."""
     bench = Bench()
     it = ready(bench)
     it.pins["output1"].subscribe(lambda pin: it.power(False))
@@ -170,7 +170,7 @@ INSIDE = ("sim", "motion", "plant", "controllers", "fault_injection", "bench")
 
 
 def test_procedures_are_interrupted_in_one_place():
-    """Neither `process.interrupt()` nor SimPy's `Interruption` is used by anybody but the helper."""
+    """Only the helper uses `process.interrupt()` and SimPy's `Interruption`."""
     files = [file for folder in INSIDE for file in (SOURCES / folder).rglob("*.py")]
     assert len({file.parent for file in files}) >= len(INSIDE)
     calls = [
@@ -181,4 +181,4 @@ def test_procedures_are_interrupted_in_one_place():
     ]
     assert calls == []
     users = sorted(file.name for file in SOURCES.rglob("*.py") if "Interruption" in file.read_text())
-    assert users == ["clock.py", "engine.py"]  # the helper, and the import of SimPy
+    assert users == ["clock.py", "engine.py"]  # the helper itself, and the import of SimPy

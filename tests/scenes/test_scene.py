@@ -38,7 +38,7 @@ from = "a.b"
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Callable[[str], Scene]:
-    """Load a scene from a text."""
+    """Return a function that loads a scene from a text."""
 
     def load(text: str) -> Scene:
         (tmp_path / "s.toml").write_text(text)

@@ -20,7 +20,7 @@ MOTOR = '[[controller]]\nmodel = "smartmotor"\nname = "knife"\n'
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Callable[..., Scene]:
-    """Load a scene from a text, with other files in the same folder."""
+    """Return a function that loads a scene from a text, with other files in the same folder."""
 
     def load(text: str, **files: str) -> Scene:
         for name, contents in files.items():

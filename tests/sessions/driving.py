@@ -50,7 +50,7 @@ async def until(condition: Callable[[], object]) -> None:
 
 
 class Traced:
-    """Traces each bench of a session to a separate file."""
+    """Write a separate trace file for each bench of a session."""
 
     def __init__(self, session: Session, directory: Path) -> None:
         self.directory = directory

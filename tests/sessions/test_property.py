@@ -81,13 +81,13 @@ DONE = {
 
 
 async def wait(seconds: float, session: Session) -> None:
-    """Wait for a time of the wall clock."""
+    """Wait until a time of the wall clock has passed."""
     session.run()
     await asyncio.sleep(seconds)
 
 
 async def hurry(turns: int, session: Session) -> None:
-    """Run at full speed for a time."""
+    """Run at full speed for a number of turns of the loop."""
     before, session.speed = session.speed, None
     session.run()
     for _ in range(turns):
@@ -100,7 +100,7 @@ async def say(name: str, data: bytes, session: Session) -> None:
 
 
 async def do(name: str, act: tuple[str, str], session: Session) -> None:
-    with suppress(AxistwinError):  # e.g. a fault to be mended that does not exist, or a second fault of the same name
+    with suppress(AxistwinError):  # e.g. the fault to be mended does not exist, or a second fault has the same name
         session.do(name, *act)
 
 

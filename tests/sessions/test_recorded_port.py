@@ -95,7 +95,7 @@ def device():
 @pytest.mark.parametrize(
     ("act", "state"),
     [
-        (Write(b"ab"), lambda port: port.pending == 1),  # the first of two characters is on the wire
+        (Write(b"ab"), lambda port: port.pending == 1),  # the first of two characters is being transmitted
         (SendBreak(0.002), lambda port: port.pending == 0),
         (Hold(True), lambda port: port.held),
         (SetFlow(Flow.DTR), lambda port: port.flow is Flow.DTR),
@@ -158,7 +158,7 @@ ACTS = st.tuples(
 @settings(max_examples=60, deadline=None)
 @given(st.booleans(), st.lists(ACTS, max_size=12))
 def test_recorded_acts_performed_again_at_their_times_are_the_same_run(instant, acts):
-    """The device's DTR goes off and on, and it sends X_OFF and X_ON, so that flow control has an effect."""
+    """The device switches DTR off and on, and sends X_OFF and X_ON, so that flow control has an effect."""
     first = _moody(instant)
     for wait_ns, act in acts:
         first.clock.run_to(first.clock.now + wait_ns)

@@ -12,7 +12,7 @@ from axistwin.sim import LineError
 
 @dataclass(frozen=True)
 class Sent:
-    """Levels of equal bits from `start_ns` on, then mark; `own`: by the receiver's own transmitter."""
+    """Levels of equal bits from `start_ns` on, then mark; `own`: sent by the receiver's own transmitter."""
 
     start_ns: int
     levels: tuple[bool, ...]
@@ -49,7 +49,7 @@ def held(start_ns, duration_ns, *, own=False):
 
 
 def receive(sent, fmt, cut_ns=None, *, resynchronises=False):
-    """All (time in ns, byte, errors) that a receiver in this format finds; from `cut_ns` on the wire is open.
+    """Return all (time in ns, byte, errors) that a receiver in this format finds; from `cut_ns` on the wire is open.
 
     `resynchronises`: after a framing error it looks for a start bit from the middle of the last data or parity bit on.
     """
@@ -65,7 +65,7 @@ def receive(sent, fmt, cut_ns=None, *, resynchronises=False):
         if edge < idle_from:
             continue
         if level(edge + bit_ns / 2):
-            idle_from = edge + bit_ns / 2  # a false start
+            idle_from = edge + bit_ns / 2  # this was a false start
             continue
         count = 2 + fmt.bytesize + (fmt.parity != "N")
         levels = [level(edge + (Fraction(1, 2) + bit) * bit_ns) for bit in range(count)]

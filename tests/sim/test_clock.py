@@ -130,7 +130,7 @@ def test_what_is_done_after_all_is_done_where_it_would_be_after_running_to_that_
 
 
 def test_the_same_on_a_bench_with_a_controller():
-    """Characters and levels at 0, in the middle of a character, at its end, twice at the same nanosecond."""
+    """Characters and levels come at 0, during a character, at its end, and twice in the same nanosecond."""
     character_ns = 1_145_833
     moments = (0, character_ns // 3, 1_100_000_000, 1_100_000_000, 1_100_000_000 + character_ns, 1_300_000_000)
 
@@ -181,7 +181,7 @@ def test_taken_back_when_it_has_been_done_it_has_been_done():
 
 
 def interrupted(clock, log, again=lambda: None):
-    """A procedure that waits, and records interrupts."""
+    """Start a procedure that waits, and records interrupts."""
     try:
         while True:
             try:
@@ -233,7 +233,7 @@ def test_a_procedure_does_not_interrupt_itself():
 
 
 def test_what_is_killed_with_an_interrupt_on_its_way_is_not_resumed():
-    """A fault and a loss of power in the same nanosecond, in either order."""
+    """A fault and a loss of power come in the same nanosecond, in either order; the procedure is not resumed."""
     clock, log = Clock(), []
     first, second = (clock.process(interrupted(clock, log)) for _ in range(2))
     clock.run_to(1)

@@ -95,7 +95,7 @@ def test_a_wire_may_be_slow(clock):
 
 
 def test_a_watched_flashing_pin_alone_leaves_the_clock_quiet(clock):
-    """Otherwise a bench at full speed would never become idle."""
+    """A flashing pin alone does not count as activity, or a bench at full speed would never become idle."""
     pin = Pin(clock, "led")
     assert clock.quiet
     pin.subscribe(lambda pin: None)
@@ -166,7 +166,7 @@ def test_between_the_thresholds_the_level_stays(user_pin, before, volts, level):
      (5.5, 1023), (-0.5, 0)],
 )  # fmt: skip
 def test_the_converter_gives_the_nearest_of_1024_numbers(user_pin, volts, number):
-    """0 is 0 V and 1023 is 5.0 V (6.3): 2.5 V are 511.5, 1 V 204.6, and half a step 2.44 mV."""
+    """0 is 0 V and 1023 is 5.0 V (6.3), so 2.5 V are 511.5, 1 V is 204.6, and half a step is 2.44 mV."""
     user_pin.drive(volts)
     assert user_pin.analog == number
 

@@ -140,7 +140,7 @@ def test_a_wire_that_is_held_at_space_whatever_is_sent(sender, fmt, data, start_
 @pytest.mark.parametrize("baudrate", RATES)
 @pytest.mark.parametrize("receiver", [110, 9600, 38400])
 def test_the_work_for_a_character_does_not_depend_on_the_baud_rates(baudrate, receiver):
-    """At most 11 samples for each falling edge that begins a character, of which a frame has at most 5."""
+    """A falling edge that can begin a character needs at most 11 samples, and a frame has at most 5 such edges."""
     clock = Clock()
     first, second = Uart(clock, UartFormat(baudrate)), Receiver(clock, UartFormat(receiver))
     join(first, second.uart)
@@ -155,7 +155,7 @@ def test_the_work_for_a_character_does_not_depend_on_the_baud_rates(baudrate, re
 
 
 def test_what_a_receiver_cannot_see_is_not_kept():
-    """One character at 110 baud takes as long as 36,363 at 4 Mbaud; only the last half bit's are kept, 4.5 ms."""
+    """A character at 110 baud lasts as long as 36,363 at 4 Mbaud; only those in the last half bit are kept."""
     clock = Clock()
     first, second = Uart(clock, UartFormat(4_000_000)), Receiver(clock, UartFormat(110, stopbits=2))
     join(first, second.uart)
@@ -187,7 +187,7 @@ def test_a_format_that_no_uart_has_is_refused(values, message):
 
 
 def test_a_break_of_years_costs_no_more_than_its_samples():
-    """A character of 10 samples inside a space of 31 years, at 12 Mbaud: no number is as long as the break."""
+    """A character of 10 samples in a space of 31 years, at 12 Mbaud: the work does not grow with the break."""
     wire = Levels()
     wire._spaces.append(Space(0, 10**18, 1, True))
     assert wire.sample(0, 83, 1, 10) == 0

@@ -63,7 +63,7 @@ def test_an_eleven_bit_character_takes_its_time(baudrate, milliseconds):
 
 
 def test_the_frame_of_the_letter_g_is_sent_least_significant_bit_first():
-    """G is 47h = 100 0111b; with odd parity the four ones ask for a fifth."""
+    """G is 47h = 100 0111b, with four ones; odd parity adds a fifth."""
     levels = UartFormat(9600, 7, "O", 1).frame(ord("G"))
     assert [int(level) for level in levels] == [0, 1, 1, 1, 0, 0, 0, 1, 1]
 
@@ -75,7 +75,7 @@ def test_even_parity_sent_to_a_receiver_without_is_where_the_stop_bit_should_be(
 
 
 def test_no_parity_sent_to_a_receiver_with_even_parity_shows_it_the_stop_bit():
-    """8N2 to 8E1: where parity is expected there is a stop bit, 1: right for an odd number of ones only."""
+    """8N2 to 8E1: the stop bit, 1, is read as parity, which is right for characters with an odd number of ones only."""
     assert Wire("9600 8N2", "9600 8E1").send(b"AC", 0.01) == [(ord("A"), PARITY), (ord("C"), NONE)]
 
 
@@ -92,9 +92,9 @@ def test_seven_bits_with_even_parity_read_as_eight_have_the_parity_on_top():
 
 
 def test_half_the_baud_rate_reads_each_bit_twice():
-    """`U` at 4800 is 0 1010 1010 1: at 9600 every bit is seen twice, start 00, data 11 00 11 00 ..., cut into frames.
+    """`U` at 4800 is 0 1010 1010 1; at 9600 each bit is read twice: start 00, data 11 00 11 00 ..., cut into frames.
 
-    Start at 0; data bits 1..8 of the fast receiver are 0 11 00 11 0 and its stop bit is the second half of a 0.
+    The start bit is the first 0; data bits 1 to 8 are 0 11 00 11 0, and the stop bit is the second half of a 0.
     """
     received = Wire("4800 8N1", "9600 8N1").send(b"U", 0.01)
     assert received[0] == (0b0110_0110, FRAMING)
@@ -127,7 +127,7 @@ def test_a_flipped_bit_is_found_by_parity_and_only_by_parity():
 
 
 def test_a_line_cut_in_the_middle_of_a_character_reads_as_ones_from_there_on():
-    """`0` is 30h, sent 0 0000 1100 1.  Cut after start and three bits: what follows reads as ones."""
+    """`0` is 30h, sent 0 0000 1100 1; cut after the start bit and three bits, the rest reads as ones."""
     wire = Wire()
     wire.first.send(b"0")
     wire.clock.run_to(round(4 * 1e9 / 9600))
@@ -138,7 +138,7 @@ def test_a_line_cut_in_the_middle_of_a_character_reads_as_ones_from_there_on():
 
 
 def test_a_receiver_without_a_format_measures_the_first_low_time():
-    """`(` is 28h: the start bit and three zeros are low, 4 bits = 3.333 ms at 1200 baud."""
+    """In `(`, 28h, the start bit and three zeros are low: 4 bits, 3.333 ms at 1200 baud."""
     wire, lows = Wire("1200 8N2", None), []
 
     def measure(low_ns):
@@ -205,7 +205,7 @@ def test_a_receiver_that_resynchronises_does_not_mistake_a_parity_bit_for_a_star
 
 @pytest.mark.parametrize("instant", [False, True])
 def test_a_second_look_reads_one_character_in_another_format(instant):
-    """The receiver is at 9600 and looks for characters at 1200 that are low for four bits."""
+    """A receiver at 9600 baud also detects a character at 1200 baud whose first four bits are low."""
     wire = Wire("1200 8N1", "9600 8N1", instant)
     slow, seen = UartFormat(1200), []
 

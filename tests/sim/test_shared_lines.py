@@ -91,7 +91,7 @@ def test_a_shared_pair_that_takes_no_time(clock):
 
 @pytest.mark.parametrize(("one", "other"), list(product((0x00, 0x0D, 0x55, 0x96, 0xFF), repeat=2)))
 def test_two_that_begin_at_once_are_heard_as_the_and_of_their_bits(clock, one, other):
-    """A space beats a mark: at 9600 8N1 the bits lie exactly over one another."""
+    """A space overrides a mark; at 9600 8N1 the bits of both characters coincide, so the result is their AND."""
     first, second, third = (Device(clock) for _ in range(3))
     port = host(clock, shared_pair([first.uart, second.uart, third.uart]))
     first.uart.send(bytes([one]))
@@ -102,9 +102,9 @@ def test_two_that_begin_at_once_are_heard_as_the_and_of_their_bits(clock, one, o
 
 
 def test_a_second_one_that_begins_in_the_middle_of_a_character_garbles_both(clock):
-    """FFh is one low bit and nine high ones.  5 bits later 00h begins: its space covers the last four data bits.
+    """FFh is one low bit and nine high ones; 00h begins 5 bits later and makes the last four data bits low.
 
-    Read from the first falling edge: start, 1 1 1 1 0 0 0 0 = 0Fh, and a space where the stop bit should be.  The
+    Read from the first falling edge: start, 1 1 1 1 0 0 0 0 = 0Fh, and a space where the stop bit is expected.  The
     wire then stays low until 14 bits after the first edge.
     """
     first, second, third = (Device(clock) for _ in range(3))

@@ -82,7 +82,7 @@ class Day:
             (90_123_456, lambda: said(b"RP RPE RW a=a+1 Ra ")),
             (200_000_000, lambda: shaft.load(0.05)),
             (300_000_000, lambda: motor.pins["G"].drive(False)),
-            (300_100_000, lambda: motor.pins["G"].drive(True)),  # too short to count
+            (300_100_000, lambda: motor.pins["G"].drive(True)),  # too short to count as a level
             (800_000_000, lambda: said(b"KP=80 F RV ")),
             (1_000_000_000, lambda: shaft.encoder.displace(40)),
             (2_000_000_000, lambda: motor.master.move(9000, 0.3)),

@@ -23,7 +23,7 @@ def tune(i, tuning):
 
 
 class Rig:
-    """A motor in position mode with its drive on; `compiled`: with functions compiled by Numba."""
+    """A motor in position mode with its drive on; `compiled` compiles its functions with Numba."""
 
     def __init__(self, motor, load=None, *, compiled=False):
         self.motor, self.load = motor, load or ServoLoad()
@@ -101,7 +101,7 @@ class Rig:
 
 
 class Processor:
-    """A processor with one statement per sample; statements for Python are only recorded in `performed`."""
+    """A processor with one statement per sample; statements for Python are only listed in `performed`."""
 
     def __init__(self, text, *, compiled=False, overlay=True):
         self.program = Program.compile(text)
@@ -117,7 +117,7 @@ class Processor:
         self.fetched = lambda text: 0
 
     def run(self, samples=1000):
-        """Run these samples, or until the program ends."""
+        """Run `samples` samples, or until the program ends."""
         for _ in range(samples):
             if self.i[state.PROGRAM] != state.RUNNING:
                 break

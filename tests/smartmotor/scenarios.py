@@ -51,7 +51,7 @@ def start_cam(bench: Bench, motor: Controller, f: str = "F=16", dwell: int = 200
 
 
 def relative(count: int, table: list[int], base: int, dwell: int) -> tuple[int, int]:
-    """Return the position of 9.3 times the interval between two entries, and the interval."""
+    """Return `interval` times the position that 9.3 defines at this count, and `interval` (to avoid fractions)."""
     interval = base // (len(table) - 1)
     cycle, at = divmod(count, base + dwell)
     index, part = divmod(min(at, base), interval)
@@ -103,7 +103,7 @@ RETURNI
 
 
 def trigger(bench: Bench, motor: Controller, low: int = 20, high: int = 20) -> None:
-    """Drive pin G low, and high again, for these numbers of samples."""
+    """Drive pin G low for `low` samples, and then high for `high` samples."""
     motor.pins["G"].drive(False)
     advance(bench, low)
     motor.pins["G"].drive(True)
@@ -138,7 +138,7 @@ def delays(**options) -> tuple[int, int]:
 
 
 def main_with(c2: str) -> str:
-    """Return a program that counts m; C2 counts j and then executes these lines; C9 is a jump target."""
+    """Return a program that increments m; its C2 increments j and then executes the lines `c2`; C9 is a jump target."""
     return f"""
 UGI
 F=64

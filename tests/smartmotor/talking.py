@@ -35,7 +35,7 @@ def clear(bench: Bench, motor: Controller) -> Controller:
 
 
 def bare(bench: Bench, **options: Any) -> Controller:
-    """Return a SmartMotor half a second after power-up with nothing sent to it: in the fault of open limits (2.0)."""
+    """Return a SmartMotor half a second after power-up, before any command: open limits are a fault (2.0)."""
     motor = bench.add("smartmotor", line="instant", **options)
     bench.run(0.5)
     return motor
@@ -55,7 +55,7 @@ def wired(bench: Bench, **options: Any) -> Controller:
 
 
 def send(bench: Bench, motor: Controller | SerialPort, what: str | bytes, seconds: float = 0.001) -> bytes:
-    """Send a line of commands with its CR, or bytes as they are; return the bytes received `seconds` later."""
+    """Send a command line with its CR, or the given bytes; return the bytes received within `seconds`."""
     port = motor.serial if isinstance(motor, Controller) else motor
     port.write(what if isinstance(what, bytes) else what.encode("latin-1") + b"\r")
     bench.run(seconds)
@@ -75,7 +75,7 @@ def value(bench: Bench, motor: Controller, expression: str) -> int:
 
 
 def values(bench: Bench, motor: Controller, expressions: Iterable[str]) -> list[int]:
-    """Return the value of each expression; a string such as "ab" stands for its letters."""
+    """Return the value of each expression; a string such as "ab" means the variables a and b."""
     return [value(bench, motor, expression) for expression in expressions]
 
 

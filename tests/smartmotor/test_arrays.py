@@ -39,7 +39,7 @@ LAST = {"ab": 203, "aw": 101, "al": 50}
     ],
 )
 def test_the_equal_sign_must_be_present(bench, motor, words):
-    """8.1: "A100 is no longer accepted": a syntax error (3), nothing else."""
+    """8.1: "A100 is no longer accepted": the command is a syntax error (base 3) and has no other effect."""
     name = words.rstrip("0123456789")
     before = value(bench, motor, name)
     assert send(bench, motor, f"{words} RBs", 0) == b"1\r"
@@ -75,7 +75,7 @@ def test_the_last_element(bench, motor, kind, last):
     ["ab[204]", "ab[-1]", "aw[102]", "aw[-1]", "al[51]", "al[-1]", "ab[2147483647]", "al[-2147483648]", "al[a*1]"],
 )
 def test_beyond_the_array_the_command_is_ignored(bench, motor, where):
-    """6, 10: reading and writing, Bu; Zu and ZS clear it."""
+    """6, 10: reading or writing beyond the array sets Bu, and Zu and ZS clear Bu."""
     send(bench, motor, "a=-1 x=5", 0)
     for words in (f"{where}=1", f"x={where}", f"R{where}"):
         assert send(bench, motor, words + "", 0) == b""
@@ -83,7 +83,7 @@ def test_beyond_the_array_the_command_is_ignored(bench, motor, where):
 
 
 def test_table_8_1_first_location(bench, motor):
-    """al[0] is aw[0] aw[1], is ab[0] ab[1] ab[2] ab[3], the most significant first."""
+    """Table 8.1: al[0] shares memory with aw[0] aw[1] and ab[0] … ab[3], the most significant byte first."""
     send(bench, motor, "al[0]=16909060", 0)  # 01020304h
     assert values(bench, motor, ["aw[0]", "aw[1]", "ab[0]", "ab[1]", "ab[2]", "ab[3]"]) == [0x102, 0x304, 1, 2, 3, 4]
     send(bench, motor, "ab[1]=-1", 0)
@@ -91,7 +91,7 @@ def test_table_8_1_first_location(bench, motor):
 
 
 def test_table_8_1_last_location(bench, motor):
-    """al[50] is aw[100] aw[101], is ab[200] ... ab[203]."""
+    """Table 8.1: al[50] shares memory with aw[100] aw[101] and ab[200] … ab[203]."""
     send(bench, motor, "ab[200] 1 2 3 4.", 0)
     assert values(bench, motor, ["aw[100]", "aw[101]", "al[50]"]) == [0x102, 0x304, 0x1020304]
     send(bench, motor, "aw[101]=-2", 0)
@@ -100,7 +100,7 @@ def test_table_8_1_last_location(bench, motor):
 
 @pytest.mark.parametrize(("index", "name"), list(enumerate(LONGS)))
 def test_the_long_variables_lie_in_the_same_memory(bench, motor, index, name):
-    """6: al[0] is aa, al[25] zz, al[26] aaa, al[50] yyy."""
+    """6: al[0] is aa, al[25] is zz, al[26] is aaa, al[50] is yyy."""
     send(bench, motor, f"{name}={index + 1}", 0)
     assert value(bench, motor, f"al[{index}]") == index + 1
     send(bench, motor, f"al[{index}]=-5", 0)
@@ -108,14 +108,14 @@ def test_the_long_variables_lie_in_the_same_memory(bench, motor, index, name):
 
 
 def test_zzz_and_single_letters_lie_elsewhere(bench, motor):
-    """6: the 51 longs are aa…zz (26) and aaa…yyy (25), without zzz."""
+    """6: the arrays share memory with 51 variables, aa…zz (26) and aaa…yyy (25); zzz and a…z are not among them."""
     send(bench, motor, "zzz=9 a=8 z=7", 0)
     assert {value(bench, motor, f"al[{index}]") for index in range(51)} == {0}
     assert values(bench, motor, ["zzz", "a", "z"]) == [9, 8, 7]
 
 
 def test_without_the_overlay_names_and_arrays_are_apart(bench):
-    """Option array_overlay=False."""
+    """With the option array_overlay=False, the arrays and the variables share no memory."""
     motor = ready(bench, array_overlay=False)
     send(bench, motor, "aa=5 al[0]=6 yyy=7 al[50]=8", 0)
     assert values(bench, motor, ["aa", "al[0]", "yyy", "al[50]"]) == [5, 6, 7, 8]
@@ -137,7 +137,7 @@ def test_without_the_overlay_names_and_arrays_are_apart(bench):
     ],
 )
 def test_storing_truncates_and_reading_extends_the_sign(bench, motor, where, stored, read):
-    """6: an element keeps the low 8 or 16 bits."""
+    """6: an element keeps the low 8 or 16 bits of a value, and reading it extends the sign."""
     send(bench, motor, f"{where}={stored}", 0)
     assert value(bench, motor, where) == read
     assert send(bench, motor, "RBs RBd RBu", 0) == b"0\r0\r0\r"
@@ -160,7 +160,7 @@ def test_lists_of_every_kind_begin_where_their_index_says(bench, motor, kind):
 
 
 def test_the_whole_array_in_one_list(bench, motor):
-    """9.0: up to aw[101]: 102 values."""
+    """9.0: one list may fill the array up to aw[101], that is 102 values."""
     wanted = [(index * 643) % 65_536 - 32_768 for index in range(102)]
     send(bench, motor, "aw[0] " + " ".join(map(str, wanted)) + ".", 0)
     assert [value(bench, motor, f"aw[{index}]") for index in range(102)] == wanted
@@ -172,7 +172,7 @@ def test_a_list_that_is_too_long_sets_bu(bench, motor):
 
 
 def test_a_list_in_a_program(bench, motor):
-    """9.4, example 3, has one."""
+    """9.4: the program of example 3 contains a list of values for an array."""
     load(bench, motor, "aw[0] 0 700 1100 2200 3300 2200.\nx=aw[5]\nEND\n")
     send(bench, motor, "RUN", 0)
     bench.run(0.05)
@@ -181,7 +181,7 @@ def test_a_list_in_a_program(bench, motor):
 
 @pytest.mark.parametrize(("index", "element"), [("n", 3), ("n+1", 4), ("n*2", 6), ("n-3", 0), ("ab[0]", 9), ("n%2", 1)])
 def test_an_index_may_be_an_expression(bench, motor, index, element):
-    """6: a number, a variable or one binary operation."""
+    """6: an index is a number, a variable or one binary operation."""
     send(bench, motor, f"n=3 ab[0]=9 aw[{index}]=77", 0)
     assert values(bench, motor, [f"aw[{element}]", "n"]) == [77, 3]
 
@@ -205,7 +205,7 @@ def stores(draw):
 @settings(deadline=None, max_examples=40)
 @given(written=st.lists(stores(), max_size=25))
 def test_the_three_arrays_are_one_memory_of_204_bytes(written):
-    """8.2 item 3: 204 bytes."""
+    """8.2 item 3: the three arrays share 204 bytes."""
     bench = Bench()
     motor, memory = ready(bench), bytearray(204)
     for kind, index, number in written:
@@ -232,7 +232,7 @@ def test_values_in_a_row_are_one_statement_and_without_their_bracket_none(bench,
 
 @pytest.mark.parametrize(("values", "taken"), [(16, True), (17, False)])
 def test_sixteen_values_from_outside_in_one_statement(bench, motor, values, taken):
-    """Base 6: GETCHR of an empty buffer is 0.  With a seventeenth external value the statement only sets Bs."""
+    """Base 6: GETCHR of an empty buffer is 0.  A statement with a seventeenth such value only sets Bs."""
     load(bench, motor, "a=7\na=a+{}+1\nb=1\nEND\n".format("+".join(["GETCHR1"] * values)))
     send(bench, motor, "ZS RUN", 0.05)
     assert send(bench, motor, "Ra RBs Rb", 0) == (b"8\r0\r1\r" if taken else b"7\r1\r1\r")

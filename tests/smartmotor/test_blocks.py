@@ -1,4 +1,4 @@
-"""Blocks of samples: their lengths, and other motors on the bench, change no sample, no byte and no end of a run."""
+"""Blocks of samples: neither their lengths nor other motors on the bench change samples, bytes or the end of a run."""
 
 from array import array
 
@@ -42,7 +42,7 @@ def added(bench, number):
 
 
 def recorded(motor):
-    """Return three arrays in which the times, positions and setpoints of all samples will be."""
+    """Return three arrays that will be filled with the times, positions and setpoints of all samples."""
     times, positions, setpoints = array("q"), array("q"), array("q")
 
     def add(samples):
@@ -81,7 +81,7 @@ def test_six_motors_move_together_as_alone(compiled):
 
 
 def stopped(sample):
-    """Return the samples of a motor that the host stops at this sample, and the sample at which the run ends."""
+    """Let the host stop a motor at this sample; return all samples, and the sample at which the run ends."""
     bench = Bench()
     motor = added(bench, 1)
     samples = recorded(motor)
@@ -94,7 +94,7 @@ def stopped(sample):
 
 @pytest.mark.parametrize("sample", [24_600, 24_700, 30_000])
 def test_several_blocks_as_one_move_and_end_as_single_blocks(sample, compiled, lengths, monkeypatch):
-    """The stop comes 40 and 140 samples, and a few thousand samples, after the start of a single block."""
+    """Wherever the stop comes, several blocks computed as one give the same samples and end as single blocks."""
     as_one = *stopped(sample), lengths[-2:]
     assert max(lengths) == 4 * core.LONGEST
     lengths.clear()

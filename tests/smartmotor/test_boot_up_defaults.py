@@ -33,7 +33,7 @@ def unwired(bench: Bench) -> Controller:
 def test_with_nothing_wired_it_boots_in_fault(bench, unwired):
     """2.0 item 1: "With nothing wired to limits, motor will boot-up in fault condition".
 
-    Br 2 + Bl 4 + Bo 128; with Bp 512 + Bm 1024: 1670.  All seven pins are pulled up: 127.
+    RW is 1670: Br 2 + Bl 4 + Bo 128 + Bp 512 + Bm 1024.  U is 127: all seven pins are pulled up.
     """
     assert send(bench, unwired, "RS RW RPW RU RBr RBl RBp RBm RBo RBt") == b"134\r1670\r0,1670\r127\r1\r1\r1\r1\r1\r0\r"
 
@@ -44,7 +44,7 @@ def test_the_default_mode_is_mode_torque_brake(bench, unwired):
 
 
 def test_the_default_brake_control_is_brksrv(bench, unwired):
-    """2.0 item 3: engaged while Bo is 1, released while Bo is 0, moving or not."""
+    """2.0 item 3: the brake is engaged while Bo is 1 and released while Bo is 0, whether the motor moves or not."""
     assert unwired.pins["brake"].level
     send(bench, unwired, "UCI UDI ZS")
     assert unwired.pins["brake"].level
@@ -57,7 +57,7 @@ def test_the_default_brake_control_is_brksrv(bench, unwired):
 
 @pytest.mark.parametrize("command", ["G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MV G", "MP D=5 G", "MT T=500 G"])
 def test_no_movement_can_be_commanded_until_the_faults_are_cleared(bench, unwired, command):
-    """2.0 item 5 and 3.1: nothing moves, no flag changes, no syntax error."""
+    """2.0 item 5 and 3.1: in a fault such a command moves nothing, changes no flag, and is no syntax error."""
     send(bench, unwired, "A=65536 V=65536 P=1000 T=1023")
     unwired.master.move(1000, 0.01)
     send(bench, unwired, command, 0.1)
@@ -67,7 +67,7 @@ def test_no_movement_can_be_commanded_until_the_faults_are_cleared(bench, unwire
 
 
 def test_a_go_on_pin_g_is_inhibited_too(bench, unwired):
-    """4.1: "G-synchronization function on I/O pin G is inhibited"; a motor without fault obeys the same edge."""
+    """4.1: "G-synchronization function on I/O pin G is inhibited"; without a fault the same edge starts the motor."""
     send(bench, unwired, "A=65536 V=65536 P=100")
     unwired.pins["G"].drive(False)
     bench.run(0.1)
@@ -98,7 +98,7 @@ def test_a_program_cannot_be_downloaded_in_a_fault(bench, unwired):
     ],
 )  # fmt: skip
 def test_half_a_remedy_leaves_the_fault(bench, unwired, cure, target):
-    """3.1: both inputs must be reassigned or grounded, and then the flags cleared."""
+    """3.1: both inputs must be reassigned or grounded, and then the flags cleared; one of these steps is not enough."""
     send(bench, unwired, cure)
     send(bench, unwired, f"A=65536 V=65536 P={target} G", 0.1)
     assert send(bench, unwired, b"LOAD ") == b""
@@ -108,13 +108,13 @@ def test_half_a_remedy_leaves_the_fault(bench, unwired, cure, target):
 
 @pytest.mark.parametrize("cure", ["UCI UDI ZS", "UDI UCI Zl Zr", "UCI UDI Zr Zl Zr Zl", "ZS UCI UDI ZS ZS"])
 def test_the_sample_code_of_section_3_1_clears_it(bench, unwired, cure):
-    """3.1 note 3: UCI, UDI, ZS; or the bits one by one."""
+    """3.1 note 3: the sample code is UCI, UDI, ZS; clearing the flags one by one instead of ZS works too."""
     assert send(bench, unwired, cure) == b""
     assert send(bench, unwired, "RS RW") == b"128\r128\r"
 
 
 def test_grounding_the_pins_clears_it_as_well(bench, unwired):
-    """3.1 step 2: "or grounding Ports C and/or D"; the real-time bits become 0, the historical bits stay."""
+    """3.1 step 2: "or grounding Ports C and/or D" clears the real-time bits; the historical bits stay."""
     unwired.pins["C"].drive(0.0)
     unwired.pins["D"].drive(False)
     bench.run(0.01)
@@ -126,14 +126,14 @@ def test_grounding_the_pins_clears_it_as_well(bench, unwired):
 
 
 def test_limits_are_wired_from_the_first_moment(bench):
-    """A motor with closed switches boots without fault."""
+    """A motor whose limit switches are closed before power-up boots without a fault."""
     motor = bare(bench, shaft={"limits": (-1000, 1000)})
     assert send(bench, motor, "RW RMODE RU") == b"128\rB\r115\r"
 
 
 @pytest.mark.parametrize("name", DEFAULTS)
 def test_a_power_on_default(bench, unwired, name):
-    """Reference 16."""
+    """Reference 16: the value after power-up."""
     assert value(bench, unwired, name) == DEFAULTS[name]
 
 
@@ -155,13 +155,13 @@ def test_a_power_cycle_and_z_restore_every_default(bench, motor):
 
 
 def test_the_firmware_is_4_76(bench, unwired):
-    """Page 1: RSP reports 24576/476."""
+    """Page 1: firmware 4.76; RSP reports 24576/476."""
     assert ask(bench, unwired, "RSP") == "24576/476"
 
 
 @pytest.mark.parametrize("command", ADDED)
 def test_a_command_added_is_known(bench, motor, command):
-    """1.2."""
+    """1.2: the commands that 4.76 has added are accepted."""
     answer = send(bench, motor, command)
     assert (b"\r" in answer) == command.startswith("R")
     assert ask(bench, motor, "RBs") == "0"
@@ -169,14 +169,14 @@ def test_a_command_added_is_known(bench, motor, command):
 
 @pytest.mark.parametrize("command", REMOVED)
 def test_a_command_removed_is_a_syntax_error(bench, motor, command):
-    """1.3."""
+    """1.3: the commands that 4.76 has removed are syntax errors."""
     assert send(bench, motor, command) == b""
     assert ask(bench, motor, "RW") == str(128 + BS)
 
 
 @pytest.mark.parametrize("moment", [0.0, 0.0001, 0.1, 0.199, 0.2, 0.3])
 def test_cleared_at_any_moment_it_stays_cleared(bench, moment):
-    """Faults can be cleared in the first sample and in the boot window, too."""
+    """Faults can be cleared at any time, in the first sample and in the boot window too."""
     motor = bench.add("smartmotor", line="instant")
     bench.run(moment)
     send(bench, motor, "UCI UDI ZS", 0.5)
@@ -184,7 +184,7 @@ def test_cleared_at_any_moment_it_stays_cleared(bench, moment):
 
 
 def test_power_cut_in_the_middle_of_a_move_and_of_a_command(bench, motor):
-    """The move and the command are lost; the shaft stays where it stopped; counts begin at 0 again."""
+    """A power cut ends the move and the command; the shaft stays where it stopped, and counts begin at 0 again."""
     send(bench, motor, "A=65536 V=65536 P=100000 G RP", 0.1)
     motor.serial.write(b"A=123")
     bench.run(0.01)

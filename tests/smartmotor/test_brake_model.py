@@ -1,4 +1,4 @@
-"""Chapter 5, brake commands in any order: the motor against an independent model of the chapter's rules."""
+"""Chapter 5: brake commands in any order, compared with an independent model of the chapter's rules."""
 
 from dataclasses import dataclass
 
@@ -40,10 +40,10 @@ class Rules:
     enabled: bool = True  # MTB has not been disabled by BRKRLS and OFF
     servo: bool = False
     trajectory: bool = False
-    for_ever: bool = False  # the move of G does not end by itself
+    for_ever: bool = False  # true if the move of G does not end by itself
 
     def obey(self, word: str) -> None:
-        """Update the model by one command and a long time after it."""
+        """Update the model to the state a long time after this command."""
         if word in {"BRKI", "BRKC", "BRKG"}:
             self.routing = word
         elif word.startswith("BRK"):
@@ -82,14 +82,14 @@ def said(bench: Bench, motor: Controller) -> tuple[bool, bool, bool]:
 @settings(deadline=None, max_examples=150)
 @given(words=st.lists(st.sampled_from(WORDS), max_size=14))
 def test_any_order_of_brake_commands(words):
-    """The internal brake, the signal on pin C or G, Bo, Bt and RMODE after each command."""
+    """The internal brake, the signal on pin C or G, Bo, Bt and RMODE agree with the model after each command."""
     bench = Bench()
     motor = ready(bench)
     send(bench, motor, "UCO UGO")
     rules = Rules()
     for word in words:
         if word in {"S D=0", "X D=0"} and not rules.servo:
-            continue  # the manual does not define their effect on a motor that is off
+            continue  # the manual does not define the effect of these commands on a motor that is off
         send(bench, motor, word, 0.02)
         rules.obey(word)
         assert said(bench, motor) == (not rules.servo, rules.trajectory, rules.shorted)

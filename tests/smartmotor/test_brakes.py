@@ -7,7 +7,7 @@ from axistwin.bench import Controller
 
 from .talking import SAMPLE_NS, advance, ask, clear, send, wired
 
-MOVE = "A=65536 V=100*65536 P=20 G"  # 1+2+3+4+4+3+2+1 = 20 counts: eight samples
+MOVE = "A=65536 V=100*65536 P=20 G"  # a move of 1+2+3+4+4+3+2+1 = 20 counts in eight samples
 FOR_EVER = "A=65536 V=65536*4 MV G"
 
 
@@ -18,7 +18,7 @@ def state(bench: Bench, motor: Controller) -> tuple[str, str, str, bool]:
 
 
 def changes(bench: Bench, motor: Controller, name: str) -> list[tuple[int, bool]]:
-    """Record every change of a pin, with the time in ns from now."""
+    """Return a list that records every change of a pin, with the time in ns from now."""
     found: list[tuple[int, bool]] = []
     start = bench.now
     motor.pins[name].subscribe(lambda pin: found.append((bench.now - start, pin.level)))
@@ -34,7 +34,7 @@ def test_at_power_up_the_brake_is_engaged_and_mtb_is_active(bench, motor):
 
 
 def test_the_brake_is_engaged_from_the_first_moment(bench):
-    """2.0 item 2, 5.1: a fail-safe brake, before any command."""
+    """2.0 item 2, 5.1: the fail-safe brake is engaged at power-up, before any command."""
     motor = bench.add("smartmotor", line="instant")
     assert motor.pins["brake"].level is True
     assert send(bench, motor, "RMODE") == b"B\r"
@@ -59,7 +59,7 @@ def test_brksrv_takes_effect_in_the_moment_of_g_and_of_off(bench, motor):
 
 
 def test_brktrj_releases_for_the_trajectory_only(bench, motor):
-    """5.2, BRKTRJ: "When Bt is 1, MTB will be disabled.  When Bt is 0, MTB will be active"; eight samples."""
+    """5.2, BRKTRJ: "When Bt is 1, MTB will be disabled.  When Bt is 0, MTB will be active"; a move of 8 samples."""
     send(bench, motor, "BRKTRJ")
     bench.clock.run_to(-(-bench.now // SAMPLE_NS) * SAMPLE_NS)
     found = changes(bench, motor, "brake")
@@ -72,7 +72,7 @@ def test_brktrj_releases_for_the_trajectory_only(bench, motor):
 
 
 def test_brktrj_while_holding_engages_at_once(bench, motor):
-    """5.2: Bt is 0."""
+    """5.2: BRKTRJ engages the brake at once while the motor holds, because Bt is 0."""
     send(bench, motor, MOVE, 0.1)
     assert motor.pins["brake"].level is False
     send(bench, motor, "BRKTRJ")
@@ -94,7 +94,7 @@ def test_brktrj_and_a_second_move(bench, motor):
 
 @pytest.mark.parametrize("ending", ["S", "X", "OFF", "MTB"])
 def test_brktrj_engages_when_a_trajectory_is_ended_early(bench, motor, ending):
-    """5.2: whatever makes Bt 0."""
+    """5.2: the brake engages whenever Bt becomes 0, whatever ended the trajectory."""
     send(bench, motor, f"BRKTRJ {FOR_EVER}", 0.1)
     assert motor.pins["brake"].level is False
     send(bench, motor, ending, 0.1)
@@ -103,7 +103,7 @@ def test_brktrj_engages_when_a_trajectory_is_ended_early(bench, motor, ending):
 
 
 def test_brkrls_and_brkeng_ignore_servo_and_trajectory(bench, motor):
-    """14 of the base language: release, engage; the servo and trajectories have no effect on the brake."""
+    """Base 14: BRKRLS releases and BRKENG engages; the servo and trajectories have no effect on the brake."""
     brake = motor.pins["brake"]
     send(bench, motor, "BRKRLS")
     assert brake.level is False
@@ -120,7 +120,7 @@ def test_brkrls_and_brkeng_ignore_servo_and_trajectory(bench, motor):
 
 @pytest.mark.parametrize(("command", "engaged"), [("BRKSRV", False), ("BRKTRJ", True)])
 def test_coming_back_to_automatic_control_acts_at_once(bench, motor, command, engaged):
-    """5.2: the servo holds, no trajectory is in progress."""
+    """5.2: while the servo holds and no trajectory is in progress, BRKSRV releases and BRKTRJ engages at once."""
     send(bench, motor, MOVE, 0.1)
     send(bench, motor, "BRKENG" if not engaged else "BRKRLS")
     assert motor.pins["brake"].level is not engaged
@@ -145,7 +145,7 @@ def test_the_signal_is_5_volts_while_engaged_and_0_while_released(bench, motor, 
 
 @pytest.mark.parametrize(("command", "name"), [("BRKG", "G"), ("BRKC", "C")])
 def test_with_brktrj_the_pin_is_a_busy_trajectory_output(bench, motor, command, name):
-    """5.1 notes 4: "Driven low while trajectory bit is 1"."""
+    """5.1 notes 4, BRKTRJ: "Driven low while trajectory bit is 1"."""
     send(bench, motor, f"U{name}O {command} BRKTRJ")
     bench.clock.run_to(-(-bench.now // SAMPLE_NS) * SAMPLE_NS)
     found = changes(bench, motor, name)
@@ -156,7 +156,7 @@ def test_with_brktrj_the_pin_is_a_busy_trajectory_output(bench, motor, command, 
 
 @pytest.mark.parametrize(("command", "name"), [("BRKG", "G"), ("BRKC", "C")])
 def test_with_brksrv_the_pin_is_a_motor_fault_output(bench, motor, command, name):
-    """5.1 notes 3: "Driven low when not faulted"; here a position error."""
+    """5.1 notes 3, BRKSRV: "Driven low when not faulted"; the fault in this test is a position error."""
     send(bench, motor, f"U{name}O {command} E=50 {FOR_EVER}", 0.01)
     assert motor.pins[name].level is False
     motor.axes["shaft"].jam(True)
@@ -170,7 +170,7 @@ def test_without_uxo_the_pin_is_not_driven(bench, motor, command, name):
     """5.1 notes 1: UGO (UCO) "must be issued to assign Port G as an Output before the BRKG command is issued"."""
     send(bench, motor, f"U{name}I {command} {MOVE}", 0.1)
     assert motor.pins["brake"].level is False
-    assert motor.pins[name].level is True  # its pull-up
+    assert motor.pins[name].level is True  # the pull-up sets the level
 
 
 def test_brki_is_the_default_and_leaves_c_and_g_alone(bench, motor):
@@ -184,7 +184,7 @@ def test_brki_is_the_default_and_leaves_c_and_g_alone(bench, motor):
 
 
 def test_brki_brkc_and_brkg_are_mutually_exclusive(bench, motor):
-    """1.2, note: the last command counts."""
+    """1.2, note: BRKI, BRKC and BRKG exclude each other; the last of them is in force."""
     send(bench, motor, "UCO UGO UC=0 UG=0 BRKC")
     assert motor.pins["C"].level is True
     send(bench, motor, "BRKG")
@@ -205,7 +205,7 @@ def test_brki_brkc_and_brkg_are_mutually_exclusive(bench, motor):
 
 @pytest.mark.parametrize("command", ["BRKI", "BRKC", "BRKG"])
 def test_the_internal_brake_works_with_each_routing(bench, motor, command):
-    """5.1: "in addition to controlling the internal brake"."""
+    """5.1: BRKC and BRKG send the signal to a pin "in addition to controlling the internal brake"."""
     send(bench, motor, f"UCO UGO {command} {MOVE}", 0.1)
     assert motor.pins["brake"].level is False
     send(bench, motor, "BRKENG")
@@ -213,7 +213,7 @@ def test_the_internal_brake_works_with_each_routing(bench, motor, command):
 
 
 def test_brkc_takes_pin_c_from_the_limit(bench):
-    """5.1: engaged is 5 V on pin C, which is an output and not a limit."""
+    """5.1: BRKC makes pin C an output with 5 V while engaged; this level is not taken for a limit."""
     motor = wired(bench)
     motor.pins["C"].release()
     send(bench, motor, "UCO BRKC ZS", 0.01)
@@ -222,7 +222,7 @@ def test_brkc_takes_pin_c_from_the_limit(bench):
 
 
 def test_the_routing_and_the_mode_are_forgotten_at_power_off(bench, motor):
-    """5.1, 5.2: the defaults are BRKI and BRKSRV."""
+    """5.1, 5.2: after a power cycle the defaults BRKI and BRKSRV are in force again."""
     send(bench, motor, "UGO BRKG BRKTRJ BRKRLS OFF")
     motor.power(False)
     bench.run(0.1)
@@ -235,7 +235,7 @@ def test_the_routing_and_the_mode_are_forgotten_at_power_off(bench, motor):
 
 
 def test_a_brake_without_power_is_engaged(bench, motor):
-    """5.0: a fail-safe brake."""
+    """5.0: the fail-safe brake is engaged while the motor has no power."""
     send(bench, motor, "BRKRLS OFF")
     motor.power(False)
     assert motor.pins["brake"].level is True
@@ -245,7 +245,7 @@ def test_a_brake_without_power_is_engaged(bench, motor):
 
 
 def test_mtb_at_once(bench, motor):
-    """1.2: "Immediately set mode torque brake"."""
+    """1.2, MTB: "Immediately set mode torque brake"."""
     send(bench, motor, FOR_EVER, 0.1)
     send(bench, motor, "MTB", 0)
     assert send(bench, motor, "RMODE RBo RBt RV", 0) == b"B\r1\r0\r0\r"
@@ -268,7 +268,7 @@ def test_commands_that_turn_off_mtb(bench, motor, command, letter):
     "command", ["MP", "MV", "MFR", "MC", "MD", "BRKSRV", "BRKTRJ", "BRKENG", "P=100", "A=1", "OFF", "S", "X"]
 )
 def test_commands_that_leave_mtb(bench, motor, command):
-    """5.2 note 1 does not name these commands; a buffered mode begins with G."""
+    """5.2 note 1 does not name these commands, so MTB stays; a buffered mode begins with G."""
     send(bench, motor, f"BASE=1000 SIZE=10 MTB {command}")
     assert state(bench, motor)[:3] == ("B", "1", "0")
 
@@ -314,7 +314,7 @@ def test_a_limit_applies_mtb_unless_it_is_disabled(bench, disable, letter):
 
 
 def test_a_position_error_applies_mtb(bench, motor):
-    """5.2 note 1C."""
+    """5.2 note 1C: a position error applies MTB."""
     send(bench, motor, f"E=50 {FOR_EVER}", 0.05)
     motor.axes["shaft"].jam(True)
     bench.run(0.05)
@@ -322,7 +322,7 @@ def test_a_position_error_applies_mtb(bench, motor):
 
 
 def test_overheat_applies_mtb(bench, motor):
-    """5.2 note 1B."""
+    """5.2 note 1B: overheat applies MTB."""
     send(bench, motor, f"THD=100 {FOR_EVER}", 0.05)
     motor.ambient = 90
     send(bench, motor, "TH=30", 0.1)
@@ -339,11 +339,11 @@ HOLD = "MP D=0 G"
 
 
 def test_a_limit_role_takes_the_pin_from_the_brake(bench, motor):
-    """5.1: "These commands will change the function of the I/O pin C": UCP, UCI; after UCO it is an ordinary output."""
+    """5.1: "These commands will change the function of the I/O pin C": UCP and UCI; UCO makes an ordinary output."""
     send(bench, motor, "UC=0 UCO BRKC")
     assert motor.pins["C"].volts == 5.0
     send(bench, motor, "UCP", 0.01)
-    assert ask(bench, motor, "RBp") == "1"  # nothing is wired to the limit
+    assert ask(bench, motor, "RBp") == "1"  # Bp is 1: nothing is wired to the limit
     send(bench, motor, "UCO ZS", 0.01)
     assert motor.pins["C"].volts == 0.0
     send(bench, motor, "BRKC")
@@ -367,10 +367,10 @@ def test_an_output_given_again_or_late_shows_the_signal_at_once(bench, motor, br
 @pytest.mark.parametrize(("brake", "name"), PINS)
 @pytest.mark.parametrize("engaged", [True, False])
 def test_the_pin_that_loses_the_signal_keeps_its_level(bench, motor, brake, name, engaged):
-    """1.2: "BRKG, BRKC, and BRKI are mutually exclusive"; the brake on the old pin keeps its state."""
+    """1.2: "BRKG, BRKC, and BRKI are mutually exclusive"; the pin that loses the signal keeps its level."""
     send(bench, motor, f"U{name}={0 if engaged else 1} U{name}O {brake}" + ("" if engaged else f" {HOLD}"))
     found = changes(bench, motor, name)
     send(bench, motor, "BRKI BRKENG BRKRLS BRKSRV")
     assert (motor.pins[name].level, found) == (engaged, [])
     send(bench, motor, f"U{name}O")
-    assert motor.pins[name].level is not engaged  # the level of the latch
+    assert motor.pins[name].level is not engaged  # the level of the pin's output latch

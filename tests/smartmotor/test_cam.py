@@ -16,7 +16,7 @@ SECOND = {10_000 + at: 500 + position for at, position in FIGURE.items()}
 
 
 def run_example(bench, motor, f):
-    """Load one of the two listings, run it, and wait until it has ended."""
+    """Load one of the two listings, run the program, and wait until it has ended."""
     load(bench, motor, EXAMPLE.format(f=f) + "END\n")
     send(bench, motor, "RUN", 0)
     bench.run(0.05)
@@ -51,14 +51,14 @@ def test_example_1_backwards_through_the_zero_point(bench, motor):
 
 
 def test_cam_modulo_is_an_anti_wrap(bench, motor):
-    """1.1: position and counter are relative to the start of each cycle, after any number of cycles."""
+    """1.1: after any number of cycles, position and counter are relative to the start of the present cycle."""
     start_cam(bench, motor, "F=128")
     assert turn_to(bench, motor, 1_000_000, 1000) == 50_000
     assert send(bench, motor, "RP RCTR RBw", 0) == b"0\r0\r0\r"
 
 
 def test_the_counter_is_reset_in_the_very_sample(bench, motor):
-    """9.2: in every sample CTR is below BASE plus D, and the shaft moves smoothly."""
+    """9.2: in every sample CTR is below BASE plus D, and the shaft moves without a jump."""
     start_cam(bench, motor, "F=128", dwell=100)
     motor.master.move(25_000, 500 * SAMPLE_NS / 1e9)
     for _ in range(503):
@@ -80,7 +80,7 @@ def test_example_2_two_cycles_of_figure_9_2(bench, motor):
 
 
 def test_example_2_reversed_before_the_origin(bench, motor):
-    """9.3: "Reversing the direction of the external encoder will reverse the process": a dwell first, at 0."""
+    """9.3: "Reversing the direction of the external encoder will reverse the process": first a dwell at 0."""
     run_example(bench, motor, "F=16")
     counts = [-1, -1999, -2000, -3000, -4000, -6000, -9000, -10_000, -11_000, -12_000, -20_000]
     assert turn_through(bench, motor, counts) == [0, 0, 0, 250, 500, -500, -250, -500, -500, -500, -1000]
@@ -95,7 +95,7 @@ def test_there_and_back_ends_where_it_began(bench, motor):
 
 
 def test_both_bits_repeat_relatively_and_avoid_the_wrap(bench, motor):
-    """9.5, example 4: F=144 is 16 and 128."""
+    """9.5, example 4: F=144 sets both F=16 and F=128."""
     start_cam(bench, motor, "F=144")
     assert turn_through(bench, motor, [8_000, 10_000, 12_000, 20_000, 26_000]) == [500, 500, 1000, 1000, 2000]
     assert send(bench, motor, "RP RCTR", 0) == b"1000\r6000\r"
@@ -105,7 +105,7 @@ def test_both_bits_repeat_relatively_and_avoid_the_wrap(bench, motor):
 
 
 def test_without_16_and_128_positions_are_absolute_and_the_dwell_is_not_operative(bench, motor):
-    """9.5: "F must be bit-wise equal to 16 or 128 for dwell to be operative"; 5: the index wraps at SIZE."""
+    """9.5: "F must be bit-wise equal to 16 or 128 for dwell to be operative"; without them the index wraps at SIZE."""
     start_cam(bench, motor, "F=0")
     counts = [0, 1000, 2000, 6000, 7000, 8000, 9000, 14_000, 16_000, -1000, -2000, -8000]
     expected = [0, 250, 500, 1000, 750, 0, 250, 1000, 0, 750, 1000, 0]
@@ -133,7 +133,7 @@ def test_the_jump_to_an_absolute_table_is_a_position_error_of_a_real_motor(bench
 
 
 def test_dwell_zero_overlaps_the_last_entry_with_the_first(bench, motor):
-    """9.4: at BASE the motor is at the new origin, aw[SIZE], plus aw[0]."""
+    """9.4: with D=0, at BASE counts the position is aw[SIZE], the new origin, plus aw[0]."""
     start_cam(bench, motor, dwell=0)
     assert turn_through(bench, motor, [7000, 8000, 9000, 16_000, -1000]) == [750, 500, 750, 1000, 250]
     assert [value(bench, motor, "CX")] == [7]
@@ -201,7 +201,7 @@ def test_example_3_with_the_encoder_multiplied(bench, motor):
 
 
 def test_example_3_with_the_table_multiplied(bench):
-    """The other reading, option cam_multiplier="table": positions are doubled, BASE and D are counts."""
+    """Option cam_multiplier="table" is the other reading of MC2: it doubles positions, not BASE and D."""
     motor = ready(bench, cam_multiplier="table")
     example_3(bench, motor)
     counts = [4000, 8000, 12_000, 16_000, 20_000, 29_877, 29_878, 33_878]
@@ -235,7 +235,7 @@ END
 @pytest.mark.parametrize(("mc", "times"), [("MC", 1), ("MC2", 2), ("MC4", 4), ("MC8", 8)])
 @pytest.mark.parametrize("option", ["master", "table"])
 def test_each_multiplier(bench, mc, times, option):
-    """9.5: MC, MC2, MC4, MC8."""
+    """9.5: MC, MC2, MC4 and MC8 multiply by 1, 2, 4 and 8."""
     motor = ready(bench, cam_multiplier=option)
     start_cam(bench, motor, mc=mc, dwell=0)
     if option == "master":
@@ -264,7 +264,7 @@ def test_a_master_beyond_all_limits_leaves_the_motor_operable(bench, motor):
 
 
 def test_the_cam_lags_the_master_by_less_than_two_samples(bench, motor):
-    """9.0: the position is based on the external encoder; it is read once per sample."""
+    """9.0: the position is based on the external encoder, which the motor reads once per sample."""
     send(bench, motor, "MF4 F=16 D=0 BASE=8000 SIZE=8 aw[0] 0 1000 2000 3000 4000 5000 6000 7000 8000. MC G", 0)
     motor.master.move(10_000, 1000 * SAMPLE_NS / 1e9)  # 10 counts per sample
     advance(bench, 10)
@@ -285,7 +285,7 @@ def test_the_cam_lags_the_master_by_less_than_two_samples(bench, motor):
     walk=st.lists(st.integers(-20_000, 20_000), min_size=1, max_size=6),
 )
 def test_any_table_is_followed_in_both_directions(table, interval, dwell, walk):
-    """9.3: at the entries exactly, between them on the straight line, to the count; at less than ¼ BASE per sample."""
+    """9.3: at less than ¼ BASE per sample, entries are exact, and straight lines between them exact to the count."""
     bench, base = Bench(), interval * (len(table) - 1)
     motor = ready(bench)
     words = " ".join(map(str, table))
@@ -303,7 +303,7 @@ def test_any_table_is_followed_in_both_directions(table, interval, dwell, walk):
 
 
 def test_outside_cam_mode_f_128_resets_nothing(bench, motor):
-    """1.2: only a cam resets the counter, "at modulo cam BASE plus dwell"."""
+    """1.2: F=128 resets the counter only in a cam, "at modulo cam BASE plus dwell"."""
     send(bench, motor, "F=128 BASE=100 SIZE=4 D=0 MF4", 0)
     assert turn_to(bench, motor, 1000) == 1000
     assert send(bench, motor, "RCTR RP", 0) == b"1000\r1000\r"
@@ -317,7 +317,7 @@ def test_reversed_by_f_2_the_cam_runs_the_other_way(bench, motor):
 
 
 def test_a_real_motor_follows_the_cam(bench):
-    """With a frame 23 motor the trajectory is the same, and the shaft reaches the target."""
+    """A frame 23 motor has the same trajectory as an ideal one, and its shaft reaches the target."""
     motor = ready(bench, shaft={"motor": "frame23"})
     start_cam(bench, motor)
     for count, position in (FIGURE | SECOND).items():
@@ -329,7 +329,7 @@ def test_a_real_motor_follows_the_cam(bench):
 
 
 def test_the_cam_is_left_for_a_position(bench, motor):
-    """MP and G while the cam moves the shaft at 25 counts per sample: the shaft stops and returns to the target."""
+    """MP and G during a cam at 25 counts per sample: the shaft decelerates to a stop and returns to the target."""
     start_cam(bench, motor)
     motor.master.move(2000, 20 * SAMPLE_NS / 1e9)
     advance(bench, 10)
@@ -340,7 +340,7 @@ def test_the_cam_is_left_for_a_position(bench, motor):
 
 
 def test_s_holds_the_cam_and_mc_g_starts_it_again(bench, motor):
-    """4: after S and MF0, relative positions begin at the shaft's present position."""
+    """4: S stops the cam; after MF0, MC and G, positions are relative to the shaft's present position."""
     start_cam(bench, motor)
     turn_to(bench, motor, 1000)
     send(bench, motor, "S", 0)
@@ -362,14 +362,14 @@ def test_g_on_pin_g_starts_the_cam(bench, motor):
 
 @pytest.mark.parametrize("words", ["BASE=0 SIZE=8", "BASE=8 SIZE=0", "BASE=7 SIZE=8"])
 def test_a_cam_without_an_interval_does_not_start(bench, motor, words):
-    """9.5: MCn calculates BASE/SIZE, which needs an interval."""
+    """9.5: MCn calculates BASE/SIZE; without an interval the cam does not start."""
     send(bench, motor, f"MF0 F=16 aw[0] 0 250 500 250 0 500 1000 750 500. {words} MC", 0)
     assert send(bench, motor, "RBs G RMODE", 0)[:2] == b"1\r"
     assert turn_to(bench, motor, 1000) == 0
 
 
 def test_the_largest_table(bench, motor):
-    """9.0: aw[0] to aw[101]."""
+    """9.0: the largest table is aw[0] to aw[101]."""
     table = " ".join(str(index * 10) for index in range(102))
     send(bench, motor, f"MF4 F=16 D=0 BASE=10100 SIZE=101 aw[0] {table}. MC G", 0)
     assert turn_through(bench, motor, [5000, 10_099, 10_100, 10_200]) == [500, 1009, 1010, 1020]
@@ -387,7 +387,7 @@ def test_the_largest_table(bench, motor):
 def test_the_counter_says_where_in_the_cycle_the_cam_starts(bench, option, mc, counts, times):
     """9.3: CX is "the current index … as controlled by the external encoder value"; 9.4: relative to where it is.
 
-    BASE is 8000 with 8 intervals, so 6000 counts are entry 6; with MC2 the counts are doubled, or the table is.
+    BASE is 8000 with 8 intervals, so a cam started at 6000 counts starts at entry 6; MC2 doubles counts or the table.
     """
     motor = ready(bench, cam_multiplier=option)
     send(bench, motor, "MF4", 0)

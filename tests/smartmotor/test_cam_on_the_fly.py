@@ -28,25 +28,25 @@ def see(bench, motor, expected):
 
 CHANGES = {
     "without ci the dwell stays": ("D=100", OLD),
-    # 9.3: this prevents abrupt moves.
+    # 9.3: a dwell that changes only at the boundary prevents abrupt moves.
     "if the boundary is never crossed the dwell never changes": (
         "D=0 CI",
         {9999: 500, 1: 0, 8000: 500, 5000: 500, 9998: 500, 1000: 250},
     ),
     "ci takes nothing that has not been changed": ("CI", OLD),
-    # 9.5: the first four parts of the table take all of BASE now, and its last position is aw[4]=0.
+    # 9.5: the first four intervals of the table now extend over all of BASE; the last position is aw[4]=0.
     "size is changed with mc and ci": (
         "SIZE=4 MC CI",
         {10_000: 500, 12_000: 750, 14_000: 1000, 18_000: 500, 20_000: 500, 22_000: 750},
     ),
-    # 9.5: MC2 from the next zero point: BASE in 4000 counts, D in 1000.
+    # 9.5: from the next zero point MC2 passes BASE in 4000 counts and D in 1000.
     "the multiplier is changed with ci": (
         "MC2 CI",
         {8000: 500, 10_000: 500, 11_000: 1000, 14_000: 1000, 15_000: 1000, 15_500: 1250},
     ),
-    # 9.5: neither the BASE before CI nor the D after CI takes effect.
+    # 9.5: neither the BASE sent before CI nor the D sent after CI takes effect.
     "no partial initialisation takes place": ("BASE=4000 MC CI D=0", OLD),
-    # Back across the zero point: the new dwell stays, no other parameter changes.
+    # After a second crossing, backwards, the new dwell stays and no other parameter changes.
     "one ci serves one crossing": ("D=100 CI", {10_500: 625, 10_000: 500, 9_900: 500, 8_900: 750}),
 }
 """Commands at 3000 counts, and the positions of the shaft at further counts."""
@@ -63,7 +63,8 @@ def test_a_change(bench, motor, commands, expected):
 
 def test_a_new_dwell_is_used_from_the_next_zero_point_on(bench, motor):
     """9.2: "First send the new dwell value and issue "CI" which initializes the new dwell value the next time the
-    "zero" point, end of base plus dwell or aw[0], is passed": this cycle still has 2000, the next one 100."""
+    "zero" point, end of base plus dwell or aw[0], is passed": the dwell is still 2000 in this cycle, 100 in the next.
+    """
     send(bench, motor, "D=100 CI", 0)
     see(bench, motor, {9_999: 500, 10_000: 500, 18_000: 1000, 18_100: 1000, 19_100: 1250})
     assert value(bench, motor, "CX") == 1
@@ -76,7 +77,7 @@ def test_a_new_dwell_holds_for_a_crossing_backwards_too(bench, motor):
 
 
 def test_the_crossing_in_example_1_takes_the_new_dwell_too(bench):
-    """9.2: the same in cam modulo."""
+    """9.2: in cam modulo a new dwell is used from the next zero point too."""
     motor = ready(bench)
     start_cam(bench, motor, "F=128")
     turn_to(bench, motor, 3000)
@@ -107,7 +108,7 @@ def test_base_is_changed_with_mc_and_ci(bench, motor):
 
 
 def test_the_multiplied_table_is_changed_with_ci(bench):
-    """The same with cam_multiplier="table": twice the distance."""
+    """Option cam_multiplier="table": CI puts MC2 in force as twice the distance."""
     motor = ready(bench, cam_multiplier="table")
     start_cam(bench, motor)
     turn_to(bench, motor, 3000)
@@ -123,7 +124,7 @@ def test_base_and_size_need_mc_and_everything_needs_ci(bench, motor, words):
 
 
 def test_example_5_base_has_no_effect_until_the_next_mcn(bench):
-    """Example 5: "BASE=1 will have no effect until next MCn command"; G starts with the BASE at the time of MC2."""
+    """Example 5: "BASE=1 will have no effect until next MCn command"; G uses the BASE that MC2 has taken."""
     motor = ready(bench)
     table = "0 10 20 30 40 50 60 70 80 90 100."
     send(bench, motor, f"MF4 aw[0] {table} F=144 BASE=10000 SIZE=10 D=0 MC2 BASE=1 G", 0)
@@ -155,7 +156,7 @@ def test_f_changed_and_changed_back_invalidates_it_all_the_same(bench, motor, wo
     "words", ["F=16 ", "F=24 ", "F=17 ", "V=5 A=7 P=3 E=900 ", "aw[20]=5 ", "RP x=CX RCTR ", "CI "]
 )
 def test_other_commands_leave_it_valid(bench, motor, words):
-    """9.5 names D, BASE, SIZE, MCn and changes of the bits 16 and 128 of F."""
+    """9.5: only D, BASE, SIZE, MCn and changes of the bits 16 and 128 of F invalidate CI."""
     send(bench, motor, "D=100 CI " + words, 0)
     see(bench, motor, {10_000: 500, 18_000: 1000, 18_100: 1000, 19_100: 1250})
 
@@ -169,7 +170,7 @@ def test_a_new_mcn_and_ci_make_it_valid_again(bench, motor):
 
 
 def test_after_the_zero_point_nothing_is_invalidated_any_more(bench, motor):
-    """The crossing ends the effect of CI: a later D needs another CI."""
+    """CI has effect at one crossing only: a later D needs another CI."""
     send(bench, motor, "D=100 CI", 0)
     turn_to(bench, motor, 10_001)
     send(bench, motor, "D=700", 0)
@@ -206,7 +207,7 @@ def test_f_128_withdrawn_lets_the_counter_go_on(bench):
 
 
 def test_f_0_with_ci_makes_positions_absolute(bench, motor):
-    """9.4: without F=16 "absolute positioning would take immediate effect"; 9.5: here at the zero point."""
+    """9.4: without F=16 "absolute positioning would take immediate effect"; with CI at the zero point (9.5)."""
     send(bench, motor, "F=0 MC CI", 0)
     see(bench, motor, {9000: 500, 10_000: 0, 11_000: 250, 16_000: 1000, 17_000: 750, 18_000: 0, 19_000: 250})
 
@@ -255,7 +256,7 @@ def button_program(bench, program):
 
 
 def test_example_4_cuts_quickly_first_and_normally_afterwards(bench):
-    """9.5, example 4: 2000 and 100, doubled: 1050 counts; then 10000 and 107525: 5000 to cut, 53762.5 of dwell."""
+    """9.5, example 4: MC2 halves BASE and D: 2000 and 100 take 1050 counts, 10000 take 5000, 107525 take 53762.5."""
     motor = button_program(bench, EXAMPLE_4)
     counts = [500, 1000, 1049, 1050, 1050 + 2500, 1050 + 5000, 1050 + 58_762, 1050 + 58_763, 59_813 + 2500]
     expected = [500, 1000, 1000, 1000, 1500, 2000, 2000, 2000, 2500]
@@ -299,11 +300,11 @@ END
 
 
 def test_example_5_stretches_the_base_at_the_next_zero_point(bench):
-    """9.5, example 5: three passes of the loop with button A held: 10030, the interval 1003, doubled: 5015 counts."""
+    """9.5, example 5: three passes with button A make BASE 10030, an interval of 1003; MC2 halves BASE to 5015."""
     motor = button_program(bench, EXAMPLE_5)
     turn_to(bench, motor, 500)
     motor.pins["A"].drive(True)
-    bench.clock.run_to(bench.now + 12_500 * SAMPLE_NS)  # a pass takes 4000 samples and some statements
+    bench.clock.run_to(bench.now + 12_500 * SAMPLE_NS)  # a pass takes 4000 samples and the samples of its statements
     motor.pins["A"].drive(False)
     bench.run(1.5)
     assert value(bench, motor, "b") == value(bench, motor, "BASE") == 10_030
@@ -317,7 +318,7 @@ def test_example_5_stretches_the_base_at_the_next_zero_point(bench):
 
 
 def test_a_power_cut_forgets_a_pending_ci_and_the_cam(bench, motor):
-    """16: everything but the program is as at power-up."""
+    """16: a power cut clears the cam and a pending CI; only the program is kept."""
     send(bench, motor, "D=100 CI", 0)
     motor.power_cycle()
     bench.run(0.5)
@@ -326,7 +327,7 @@ def test_a_power_cut_forgets_a_pending_ci_and_the_cam(bench, motor):
 
 
 def test_a_fault_in_the_cam_stops_following(bench, motor):
-    """3.2, 4.1: pin C has become a limit again and is open; the cam stops until the fault is cleared."""
+    """3.2, 4.1: pin C becomes a limit again while it is open: the cam stops until the fault is cleared."""
     send(bench, motor, "UCP", 0)
     bench.run(0.05)
     here = turn_to(bench, motor, 6000)

@@ -15,7 +15,7 @@ from .test_program import FAULT_HANDLING
 
 
 def session(text: str, stored: bool) -> Session:
-    """Return characters with their places; lines end in CR."""
+    """Return the characters of a session with their places; lines end in CR."""
     lines = enumerate(text.split("\n"), 1)
     sent = [
         Sent(b, number, column) for number, line in lines for column, b in enumerate(line.encode("latin-1") + b"\r", 1)
@@ -157,7 +157,7 @@ def test_what_is_wrong_is_shown_with_its_place(text):
 
 @pytest.mark.parametrize("pin", ["C", "G"])
 def test_only_what_changes_the_pin_of_the_brake_is_warned_of(pin):
-    """5.1 note 2 lists UGI, UG=<value>, <variable>=UG; and UCI, UC=<value>, <variable>=UC.  Reports only read."""
+    """5.1 note 2 lists UGI, UG=<value>, <variable>=UG, UCI, UC=<value> and <variable>=UC; reports only read the pin."""
     brake = f"UCI UDI ZS U{pin}O BRK{pin}\n"
     for harmless in (
         f"PRINT(U{pin})",
@@ -181,7 +181,7 @@ def test_eleven_returns_are_too_many():
 
 
 def test_a_program_that_does_not_fit():
-    """15 of the base language: 32 KiB."""
+    """15 of the base language: a program of more than 32 KiB does not fit."""
     assert shown("a=1 \n" * 9000)[-1].endswith("error: this program has 36000 bytes: the motor stores 32768")
 
 
@@ -236,9 +236,9 @@ def test_any_text_can_be_checked(text, stored):
         ("F=64 MP G END C2 ZS RETURNI", True),
         ("F=32 ZS MP G END C1 ZS RETURNF", False),
         ("F=32 GOSUB5 MP G END C1 GOSUB5 RETURNF C5 ZS RETURN", False),
-        ("MP G END C1 ZS RETURN", False),  # nothing but a host calls it
+        ("MP G END C1 ZS RETURN", False),  # only a host can call this subroutine
     ],
 )
 def test_a_zs_that_only_a_fault_reaches_does_not_clear_the_faults_from_switching_on(text, said):
-    """SM401, 3.1: C1 is called "on a new occurrence" of a fault (1.2), not by those of power-up."""
+    """SM401, 3.1: C1 is called "on a new occurrence" (1.2), so ZS in C1 does not clear the faults of power-up."""
     assert any("limits are active high" in line for line in shown(text)) is said

@@ -26,7 +26,7 @@ def test_the_table_has_the_commands_of_the_manuals():
 
 
 def test_what_has_been_removed_is_not_accepted_and_says_what_replaces_it():
-    """1.3 Commands removed."""
+    """1.3: a removed command is refused, and the message names its replacement."""
     removed = {entry.syntax for entry in COMMANDS if Accept.REMOVED in entry.accepted}
     assert removed == {syntax for syntax, section in listed().items() if section == "removed"}
     assert all(entry.instead for entry in COMMANDS if Accept.REMOVED in entry.accepted)

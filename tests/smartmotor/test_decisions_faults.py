@@ -26,7 +26,7 @@ def jam(bench: Bench, motor: Controller) -> None:
 def test_with_f_2_the_switch_that_is_met_is_that_of_the_other_direction(bench, target, flags):
     """7.1: the shaft spins "in the opposite direction for any given mode"; 3.1: pin C is the positive limit.
 
-    The pins belong to the commanded directions, so a positive move reaches the switch on D and passes it.
+    The pins belong to commanded directions: with F=2 a positive move reaches the switch on D, and does not stop there.
     """
     motor = bare(bench, shaft={"limits": (-500, 500)})
     send(bench, motor, f"ZS F=2 MP A=65536 V=65536*10 P={target} G", 1.0)
@@ -36,7 +36,7 @@ def test_with_f_2_the_switch_that_is_met_is_that_of_the_other_direction(bench, t
 
 @pytest.mark.parametrize(("pin", "speed", "flags"), [("C", 10, BR + BP), ("D", -10, BL + BM)])
 def test_with_f_2_each_pin_stops_the_direction_that_is_commanded(bench, motor, pin, speed, flags):
-    """With exchanged switches the motor is protected: C stops positive moves in either direction of the shaft."""
+    """7.1, 3.1: pin C stops commanded positive moves with F=2 too, so a motor with exchanged switches is protected."""
     for name in "CD":
         motor.pins[name].drive(False)
     send(bench, motor, f"UCP UDM ZS F=2 A=65536 V={speed}*65536 MV G", 0.01)
@@ -54,7 +54,7 @@ def test_with_f_2_each_pin_stops_the_direction_that_is_commanded(bench, motor, p
 def test_f_1_decelerates_on_a_position_error_too(bench, motor, mtb):
     """4.1, motor protection fault, item 1: "If F=1 is issued, the controller decelerates to a stop"; 4.2, 7.1: limits.
 
-    At A: 9 8 7 … 1 0, in ten samples, with the servo on; then MTB, or without MTB it holds.
+    A=1 gives steps of 9 8 7 … 1 0 counts in ten samples with the servo on; then MTB, or holding if MTB is disabled.
     """
     send(bench, motor, f"{'' if mtb else 'BRKRLS OFF '}F=1 {CRUISE}", 0.01)
     jam(bench, motor)
@@ -82,7 +82,7 @@ def test_without_f_1_a_position_error_switches_off_at_once(bench, motor):
 
 @pytest.mark.parametrize(("pin", "flags", "clears", "leaves"), [("C", BR + BP, "Zr", "Zl"), ("D", BL + BM, "Zl", "Zr")])
 def test_zr_belongs_to_pin_c_and_zl_to_pin_d(bench, motor, pin, flags, clears, leaves):
-    """3.1 has "left limit (Port C)" and "right limit (Port D)"; its first line and table 4.1: C right, D left."""
+    """3.1: "left limit (Port C)", "right limit (Port D)"; but its first line and table 4.1 exchange C and D."""
     for name in "CD":
         motor.pins[name].drive(False)
     send(bench, motor, "UCP UDM ZS", 0.01)
@@ -120,7 +120,7 @@ def test_f_32_without_c1_is_as_if_f_32_were_not_given(bench, motor, f):
 
 
 def test_f_4_and_a_host_that_asks(bench):
-    """7.1: "user program prints and report command"; 6.1: "To current communication channel" for a host."""
+    """7.1, F=4: "user program prints and report command"; 6.1: "To current communication channel" for a host."""
     motor = clear(bench, bench.add("smartmotor", line="instant"))
     send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) F=4 UG")
     assert send(bench, motor, 'RP PRINT("x",#13) RUA') == b"0\rx\r1\r"
@@ -137,7 +137,7 @@ def test_f_4_and_a_host_that_asks(bench):
 
 @pytest.mark.parametrize("command", ["MF2", "MFR G", "MSR G", "MV G", "BASE=8 SIZE=4 MC G"])
 def test_a_fault_inhibits_every_command_that_moves(bench, command):
-    """3.2, 4.1: G, MT, MF1, MF4, MS, S, X; 5.2 adds MF2; 2.0, item 5: "No further shaft movement"."""
+    """3.2, 4.1: G, MT, MF1, MF4, MS, S and X are inhibited; 5.2 adds MF2; 2.0, item 5: "No further shaft movement"."""
     motor = bare(bench)
     send(bench, motor, f"A=65536 V=65536 {command}")
     motor.master.move(1000, 0.01)
@@ -148,7 +148,7 @@ def test_a_fault_inhibits_every_command_that_moves(bench, command):
 
 @pytest.mark.parametrize(("command", "value"), [("GOSUB5", "5"), ("GOTO5", "5"), ("RUN", "0")])
 def test_a_motor_protection_fault_inhibits_run_and_not_gosub(bench, motor, command, value):
-    """4.1: "during a motor protection fault the "RUN" command is inhibited"; it names no other."""
+    """4.1: "during a motor protection fault the "RUN" command is inhibited"; GOSUB is not named, so it works."""
     load(bench, motor, "a=1 END C5 a=5 RETURN ")
     send(bench, motor, CRUISE, 0.01)
     jam(bench, motor)
@@ -174,7 +174,7 @@ def test_rs4_takes_pin_g_from_the_brake(bench, motor, command):
 
 
 def test_a_negative_dwell_is_none(bench, motor):
-    """9.1: "the number of external encoder counts"; "Dwell can be set to zero"."""
+    """9.1: a dwell is "the number of external encoder counts", "can be set to zero"; below zero it acts as zero."""
     send(bench, motor, "MF4 F=16 D=-50 BASE=80 SIZE=4 aw[0] 0 10 20 30 40. MC G")
     found = []
     for _ in range(12):
@@ -185,7 +185,7 @@ def test_a_negative_dwell_is_none(bench, motor):
 
 
 def test_a_position_without_a_clock_value_before_two_are_known_is_replaced(bench, motor):
-    """10.1: "Having sent the first two times, time values may be sent or omitted at will"; before that, not."""
+    """10.1: times may be omitted "Having sent the first two times"; an earlier position without time is replaced."""
     send(bench, motor, "MD " + points((0, 0)) + position(999) + points((400, 100)) + "G", 0)
     advance(bench, 50)
     assert motor.axes["shaft"].position in range(190, 205)  # on the way to 400, not to 999

@@ -8,7 +8,7 @@ from .test_check import shown
 
 
 def test_an_unknown_label_sets_bs_and_the_next_statement_follows(bench):
-    """8 of the base language: an error flag; the flag and the next step are not specified."""
+    """8 of the base language specifies neither the flag nor the next step after an unknown label."""
     for word in ("GOSUB5", "GOTO5"):
         motor = ready(bench)
         run(bench, motor, f"a=1\n{word}\na=a+1\nEND\n")
@@ -26,7 +26,7 @@ def test_each_return_goes_back_from_any_call(bench, motor, word):
 
 @pytest.mark.parametrize("word", ["RETURN", "RETURNI"])
 def test_c1_may_be_left_by_another_return(bench, word):
-    """The program continues where it was, and the next fault calls C1 again."""
+    """C1 may end in RETURN or RETURNI: the program continues where it was, and the next fault calls C1 again."""
     motor = wired(bench)
     run(bench, motor, f"F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\n{word}\n")
     for count in (1, 2):
@@ -41,13 +41,13 @@ def test_c1_may_be_left_by_another_return(bench, word):
 
 @pytest.mark.parametrize("text", ["IF(a==0) b=1 ENDIF", "WHILE(a==0) b=1 LOOP", "SWITCH(a) CASE 0 b=1 ENDS"])
 def test_a_block_word_and_its_expression_are_parted_by_a_blank(bench, motor, text):
-    """3 of the base language: one space between them; otherwise Bs, and the word is no block."""
+    """3 of the base language: a block word and its expression need one space between them; otherwise Bs is set."""
     run(bench, motor, f"{text}\nc=1\nEND\n")
     assert ask(bench, motor, "RBs") == "1"
 
 
 def test_nested_switches_to_any_depth(bench, motor):
-    """8 of the base language: four in later firmware.  Here six, each with its own value."""
+    """8 of the base language names four levels for later firmware; six nested SWITCHes keep their own values here."""
     inner = "a=a+1\n"
     for depth in range(6, 0, -1):
         inner = f"SWITCH {depth}\nCASE {depth}\n{inner}BREAK\nCASE 0\nb=9\nENDS\na=a+1\n"
@@ -65,14 +65,14 @@ def test_run_ends_a_wait(bench, motor):
 
 
 def test_a_statement_of_any_kind_takes_a_sample(bench, motor):
-    """Ruling 14: c=CLK comes five samples after b=CLK, with four parameters in between."""
+    """Ruling 14: a statement of any kind takes a sample, so c=CLK, after b=CLK and four parameters, is 5 larger."""
     run(bench, motor, "b=CLK\nA=1\nV=2\nP=3\nE=4\nc=CLK\nEND\n")
     begin, end = values(bench, motor, "bc")
     assert end - begin == 5
 
 
 def test_what_a_sample_does_first(bench, motor):
-    """Statements, then the trajectory: G moves in its own sample; the next statement reads the position at its end."""
+    """Each sample executes statements, then the trajectory: G moves at once; the next statement reads the result."""
     run(bench, motor, "A=65536\nV=655360\nP=1000\nG\na=@P\nb=@P\nEND\n")
     assert values(bench, motor, "ab") == [1, 3]
 
@@ -83,14 +83,14 @@ def test_rtemp_and_similar_reports_answer(bench, motor):
 
 
 def test_the_manuals_typing_errors(bench, motor):
-    """Ruling 11: ZI is Zl, RU{pin}JA is RU{pin}A, RUE among the analog reports is RUEA."""
+    """Ruling 11 reads ZI as Zl, RU{pin}JA as RU{pin}A, and RUE in the list of analog reports as RUEA."""
     for wrong in ("ZI", "RUEJA"):
         assert send(bench, motor, f"Zs {wrong} RBs") == b"1\r"
     assert send(bench, motor, "Zs Zl RUEA RUE RBs") == b"1023\r1\r0\r"
 
 
 def test_c2_is_called_while_no_program_runs(bench, motor):
-    """As ruling 17 for C1; after the return no program runs."""
+    """Ruling 17 for C2: pin G calls C2 while no program runs; after RETURNI no program runs."""
     load(bench, motor, "F=64\nUGI\nEND\nC2\nj=j+1\nRETURNI\nj=9\n")
     send(bench, motor, "RUN", 0.05)
     for count in (1, 2):
@@ -99,7 +99,7 @@ def test_c2_is_called_while_no_program_runs(bench, motor):
 
 
 def test_g_is_debounced_for_three_samples(bench, motor):
-    """7.1: "is de-bounced", without a figure."""
+    """7.1: pin G "is de-bounced"; the manual has no figure, and three samples are used."""
     run(bench, motor, "F=64\nUGI\nWHILE 1\nLOOP\nEND\nC2\nj=j+1\nRETURNI\n")
     for low, calls in ((1, 0), (2, 0), (3, 1)):
         trigger(bench, motor, low=low)
@@ -107,7 +107,7 @@ def test_g_is_debounced_for_three_samples(bench, motor):
 
 
 def test_a_motor_fault_with_a_full_stack_ends_the_program(bench):
-    """4.1: C1 is called or the program ends; here ten return addresses fill the stack."""
+    """4.1: a fault calls C1 or ends the program; with ten return addresses on the stack C1 cannot be called."""
     deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nRETURN\n" for n in range(9))
     motor = ready(bench)
     run(bench, motor, f"F=32\nGOSUB10\nEND\n{deep}C19\nWHILE 1\nm=m+1\nLOOP\nRETURN\nC1\ni=i+1\nRETURNF\n")
@@ -121,7 +121,7 @@ def test_a_motor_fault_with_a_full_stack_ends_the_program(bench):
 
 
 def test_a_persistent_position_error_is_a_new_fault_each_time_be_is_cleared(bench, motor):
-    """Ruling 10: Be is back at the end of the sample of Ze; C1 is called again after RETURNF, every three samples."""
+    """Ruling 10: Be is set again in the sample of Ze, and calls C1 again after RETURNF, every three samples."""
     run(bench, motor, "F=33\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nZe\nRETURNF\n")
     send(bench, motor, "E=20 A=65536 V=65536*4 MV G A=1", 0)
     motor.axes["shaft"].jam(True)

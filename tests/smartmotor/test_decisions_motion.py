@@ -19,7 +19,7 @@ from .talking import UNIT, advance, ask, clear, ready, send, wired
     ],
 )  # fmt: skip
 def test_bt_in_each_mode(bench, motor, words, busy):
-    """10 of the base language: "trajectory in progress"; 1 while following, 0 in torque mode."""
+    """10 of the base language: "trajectory in progress": Bt is 1 while following, and 0 in torque mode."""
     assert send(bench, motor, f"A=1 V=1 P=9 {words} RBt RBo", 0) == f"{busy}\r0\r".encode()
 
 
@@ -29,7 +29,7 @@ def test_bt_in_host_mode(bench, motor):
 
 
 def test_enc1_is_refused(bench, motor):
-    """5 of the base language: servo from an external encoder, which this motor does not have."""
+    """5 of the base language: ENC1 selects an external encoder for the servo, which this motor does not have."""
     assert send(bench, motor, "ENC0 RBs ENC1 RBs", 0) == b"0\r1\r"
 
 
@@ -37,7 +37,7 @@ def test_enc1_is_refused(bench, motor):
 
 
 def test_base_need_not_be_a_multiple_of_size(bench, motor):
-    """BASE/SIZE is 2.5: at 1 count 1/2.5 of the way to aw[1], at 3 counts 0.5/2.5 from aw[1] to aw[2]."""
+    """BASE/SIZE is 2.5: 1 count is 1/2.5 of the way to aw[1], 3 counts are 0.5/2.5 of the way from there to aw[2]."""
     send(bench, motor, "MF4 F=16 D=0 BASE=10 SIZE=4 aw[0] 0 100 200 300 400. MC G", 0)
     assert turn_through(bench, motor, list(range(11)), 1) == [0, 40, 80, 120, 160, 200, 240, 280, 320, 360, 400]
 
@@ -49,13 +49,13 @@ def test_a_cam_of_one_interval(bench, motor):
 
 
 def test_between_counts_the_cam_is_rounded_down(bench, motor):
-    """Half way from 0 to 1 is 0, half way from 0 to -1 is -1."""
+    """Halfway from 0 to 1 the position is 0; halfway from 0 to -1 it is -1."""
     send(bench, motor, "MF4 F=16 D=0 BASE=8 SIZE=4 aw[0] 0 1 0 -1 0. MC G", 0)
     assert turn_through(bench, motor, list(range(9)), 1) == [0, 0, 1, 0, 0, -1, -1, -1, 0]
 
 
 def test_a_master_that_goes_a_quarter_of_base_in_a_sample_passes_the_zero_point_unseen(bench, motor):
-    """9.4, example 3: less than a quarter of BASE in a sample.  Here 10,000 counts in four: no new origin of 500."""
+    """9.4, example 3, requires less than ¼ BASE per sample.  10,000 counts in four samples make no new origin."""
     start_cam(bench, motor, dwell=0)
     assert turn_to(bench, motor, 10_000, 2500) == 500  # aw[2]
     assert turn_to(bench, motor, 16_000, 1000) == 500  # this time the crossing is found: aw[0] and one origin
@@ -65,7 +65,7 @@ def test_a_master_that_goes_a_quarter_of_base_in_a_sample_passes_the_zero_point_
 
 
 def test_a_clock_value_that_goes_backwards_is_none(bench, motor):
-    """10.1: Bs; the point is refused, and the position still needs a clock value."""
+    """10.1: the point of a clock value that goes backwards is refused with Bs; its position needs a new clock."""
     send(bench, motor, "O=0 MV V=65536 A=1 MD " + points((0, 0), (10, 10), (20, 9)) + clock(20) + clock(20), 0)
     assert send(bench, motor, "RBs G", 0) == b"1\r"
     advance(bench, 20)
@@ -74,7 +74,7 @@ def test_a_clock_value_that_goes_backwards_is_none(bench, motor):
 
 
 def test_the_clock_of_host_mode_continues_at_0_after_32_bits(bench, motor):
-    """FFFFFFF6h, 0 and 10 are 10 samples apart."""
+    """After 32 bits the clock continues at 0: the values FFFFFFF6h, 0 and 10 are 10 samples apart."""
     send(bench, motor, "O=0 MV V=65536 A=1 MD " + points((0, 2**32 - 10), (10, 0), (20, 10)) + clock(10) + "G", 0)
     advance(bench, 25)
     assert motor.axes["shaft"].position == 25
@@ -101,13 +101,13 @@ def test_host_mode_has_32_points_of_its_own(bench, motor):
 
 
 def test_soft_limits_refuse_new_values_while_enabled_with_bs(bench, motor):
-    """3.2, note: SLD "before their values are changed"."""
+    """3.2, note: soft limits must be disabled by SLD "before their values are changed"; otherwise Bs."""
     assert send(bench, motor, "SLP=500 SLN=-500 SLE RBs", 0) == b"0\r"
     assert send(bench, motor, "SLP=10 RBs Zs SLN=-10 RBs PRINT(SLP,SLN)", 0) == b"1\r1\r500-500"
 
 
 def test_with_a_zero_the_stop_of_f_1_is_abrupt(bench):
-    """3.2: "at the acceleration value set by A"; with A=0 the motor would never stop."""
+    """3.2: F=1 decelerates "at the acceleration value set by A"; with A=0 the motor stops at once instead."""
     motor = wired(bench)
     send(bench, motor, f"F=1 A={UNIT} V={UNIT * 10} MV G", 0.05)
     send(bench, motor, "A=0", 0)
@@ -123,9 +123,9 @@ def test_with_a_zero_the_stop_of_f_1_is_abrupt(bench):
 @pytest.mark.parametrize("acknowledged", [True, False])
 @pytest.mark.parametrize(("word", "rest"), [("S", 0), ("X", 9 + 8 + 7 + 6 + 5 + 4 + 3 + 2 + 1)])
 def test_s_and_x_stop_a_motor_that_leaves_a_limit(bench, word, rest, acknowledged):
-    """4.1 inhibits them in a fault; but a motor that is allowed to move must be stoppable.
+    """4.1 inhibits S and X in a fault; but S and X must stop a motor that is allowed to move.
 
-    The motor leaves an open switch, or a switch that opens during the move.
+    The motor leaves an open switch, or a switch opens during the move.
     """
     motor = wired(bench)
     go = f"Zr A={UNIT} V={-10 * UNIT} MV G"
@@ -149,14 +149,14 @@ def test_s_and_x_stop_a_motor_that_leaves_a_limit(bench, word, rest, acknowledge
 
 
 def test_brktrj_without_mtb_lets_the_servo_hold(bench, motor):
-    """5.2: BRKTRJ controls MTB; after BRKRLS and OFF MTB is inactive."""
+    """5.2: BRKTRJ controls MTB; if BRKRLS and OFF have disabled MTB, the servo holds after the move."""
     send(bench, motor, f"BRKRLS OFF BRKTRJ A={UNIT} V={UNIT * 10} P=100 G", 0.1)
     assert send(bench, motor, "RMODE RBo RBt") == b"P\r0\r0\r"
     assert motor.pins["brake"].level is True
 
 
 def test_mode_torque_under_brktrj_has_no_torque(bench, motor):
-    """5.2: "When Bt is 0, MTB will be active", and Bt is 0 in torque mode."""
+    """5.2: "When Bt is 0, MTB will be active"; Bt is 0 in torque mode, so under BRKTRJ mode torque has no torque."""
     send(bench, motor, "BRKTRJ T=320 MT", 0.1)
     assert send(bench, motor, "RMODE RBo RP") == b"B\r1\r0\r"
     send(bench, motor, "BRKSRV MT", 0.1)
@@ -167,7 +167,7 @@ def test_mode_torque_under_brktrj_has_no_torque(bench, motor):
 
 
 def test_one_index_is_kept_until_it_has_been_read(bench):
-    """10 of the base language: cleared by RI or by using I.  Marks at 300 and 2300; the second is not captured."""
+    """10 of the base language: until RI or I clears Bi, the mark at 300 is kept; later that at 2300 is captured."""
     motor = ready(bench, index_at=300)
     send(bench, motor, f"A={UNIT} V={UNIT * 10} P=2400 G", 0.2)
     assert send(bench, motor, "RBi RI RBi") == b"1\r300\r0\r"
@@ -184,7 +184,7 @@ def test_current_is_a_magnitude_without_inductance_filtered_over_16_samples():
         rig = Rig(FRAME17)
         machine.set_jam(rig.f, True)
         rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, torque
-        rig.sample()  # sets the PWM for the one to come
+        rig.sample()  # this sample sets the PWM for the next sample
         rig.sample()
         assert rig.i[state.CURRENT] == 25
         for _ in range(200):
@@ -194,14 +194,14 @@ def test_current_is_a_magnitude_without_inductance_filtered_over_16_samples():
 
 @pytest.mark.parametrize(("shaft", "limit"), [({}, 15), ({"motor": "frame23"}, 15), ({"motor": "frame17"}, 40)])
 def test_the_factorys_tuning(bench, shaft, limit):
-    """13 of the base language has typical figures of a frame 23; a frame 17 needs more of its integral."""
+    """13 of the base language has typical tuning figures of a frame 23; a frame 17 needs a larger integral limit."""
     motor = ready(bench, shaft=shaft)
     answer = send(bench, motor, "RKP RKI RKD RKL RKS RKV RKA RKG")
     assert answer == b"42\r28\r550\r%d\r1\r0\r0\r0\r" % limit
 
 
 def test_the_supply_voltage_does_not_sag(bench):
-    """UJA in 0.1 V: frame 23 has 48 V, at rest and with all its current."""
+    """UJA reads the supply in 0.1 V: a frame 23 has 48 V at rest and at its largest current."""
     motor = ready(bench, shaft={"motor": "frame23"})
     assert ask(bench, motor, "PRINT(UJA,#13)") == "480"
     motor.axes["shaft"].jam(True)
@@ -210,7 +210,7 @@ def test_the_supply_voltage_does_not_sag(bench):
 
 
 def test_a_motor_cools_while_it_is_switched_off(bench):
-    """An hour in air of 60 °C, then an hour and a half without power in 20 °C; without power nothing heats it."""
+    """The motor spends an hour in air of 60 °C, then 1.5 h without power in 20 °C; without power nothing heats it."""
     motor = ready(bench, shaft={"motor": "frame17"})
     motor.ambient = 60
     bench.run(3600)

@@ -1,4 +1,4 @@
-"""Section 5.2 with a real motor: shorted windings brake a turning shaft, a free one coasts."""
+"""Section 5.2 with a real motor: shorted windings brake a turning shaft; with open windings the shaft coasts."""
 
 from itertools import pairwise
 
@@ -21,7 +21,7 @@ def spinning(bench: Bench, name: str, torque: int = 400) -> Controller:
 
 
 def stop(bench: Bench, motor: Controller, seconds: float = 20) -> tuple[int, int]:
-    """Return the counts and the nanoseconds until the shaft is at rest."""
+    """Return the counts and the nanoseconds that the shaft still turns until it is at rest."""
     shaft = motor.axes["shaft"]
     position, start = shaft.position, bench.now
     assert bench.run_until(lambda: shaft.velocity == 0, seconds)
@@ -29,7 +29,7 @@ def stop(bench: Bench, motor: Controller, seconds: float = 20) -> tuple[int, int
 
 
 def speeds(bench: Bench, motor: Controller, every: float, count: int) -> list[float]:
-    """Return counts per second, averaged over each interval."""
+    """Return `count` speeds in counts per second, each averaged over an interval of `every` seconds."""
     shaft, found = motor.axes["shaft"], []
     for _ in range(count):
         before = shaft.position
@@ -47,7 +47,7 @@ def stopped_by(name: str, command: str, torque: int = 400) -> tuple[int, int]:
 
 @pytest.mark.parametrize("name", MOTORS)
 def test_mtb_stops_a_turning_shaft_much_sooner_than_coasting(name):
-    """5.2: "a resistance torque [that] helps decelerate the motor"; 3.2: "freewheel coast to a stop" without."""
+    """5.2, MTB: "a resistance torque [that] helps decelerate the motor"; 3.2: else "freewheel coast to a stop"."""
     braked, braked_ns = stopped_by(name, "MTB")
     coasted, coasted_ns = stopped_by(name, "BRKRLS OFF")
     assert 0 < braked < coasted / 3
@@ -74,7 +74,7 @@ def test_a_shaft_that_is_not_driven_only_becomes_slower_and_never_turns_back(ben
         bench.clock.run_to(bench.now + 4 * SAMPLE_NS)
         places.append(motor.axes["shaft"].position)
     ways = [later - earlier for earlier, later in pairwise(places)]
-    assert all(later <= earlier + 1 for earlier, later in pairwise(ways))  # counts are whole
+    assert all(later <= earlier + 1 for earlier, later in pairwise(ways))  # one count of rounding
     assert min(ways) >= 0
 
 
@@ -84,7 +84,7 @@ def test_off_brakes_with_brksrv(bench):
 
 
 def test_brkrls_alone_does_not_end_mtb():
-    """5.2: BRKRLS and *then* OFF; with the order changed the windings stay shorted."""
+    """5.2: MTB ends with BRKRLS and then OFF; in the other order the windings stay shorted."""
     braked = stopped_by("frame23", "MTB")[0]
     assert stopped_by("frame23", "OFF BRKRLS")[0] == braked
     assert stopped_by("frame23", "BRKRLS MTB")[0] == braked
@@ -103,7 +103,7 @@ def test_mtb_after_coasting_has_begun(bench):
 def test_shorted_windings_give_way_to_a_load_at_a_speed_that_grows_with_it(bench):
     """5.2: "applies braking torque to a *moving* motor shaft": the speed is proportional to the torque above friction.
 
-    Three torques, equally apart, much above friction: three speeds, equally apart.
+    Three equally spaced torques, much larger than friction, give three equally spaced speeds.
     """
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "BRKRLS MTB BRKRLS")
@@ -117,13 +117,13 @@ def test_shorted_windings_give_way_to_a_load_at_a_speed_that_grows_with_it(bench
 
 
 def test_without_mtb_a_load_accelerates_the_shaft(bench):
-    """3.2: freewheel."""
+    """3.2: without MTB the shaft is free, so a load accelerates it."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "BRKRLS OFF")
     motor.axes["shaft"].load(0.1)
     found = [abs(speed) for speed in speeds(bench, motor, 0.01, 5)]
     assert found[0] < found[1] < found[2] < found[3] < found[4]
-    assert found[4] - found[3] == pytest.approx(found[1] - found[0], rel=0.1)  # constant torque, constant acceleration
+    assert found[4] - found[3] == pytest.approx(found[1] - found[0], rel=0.1)  # the acceleration is constant
 
 
 def test_the_position_is_counted_while_braking_and_while_coasting(bench):
@@ -143,7 +143,7 @@ def wired(bench: Bench, motor: Controller) -> None:
 
 @pytest.mark.parametrize(("words", "letter", "off"), [("", "B", "1"), ("BRKRLS OFF", "O", "1")])
 def test_a_limit_while_turning(bench, words, letter, off):
-    """3.2 note 3.1: with MTB "rapidly and dynamically brake", without "freewheel coast to a stop"."""
+    """3.2 note 3.1: with MTB the motor will "rapidly and dynamically brake", else "freewheel coast to a stop"."""
     motor = ready(bench, shaft={"motor": "frame23"})
     wired(bench, motor)
     send(bench, motor, f"{words} MT T=400", 0.5)
@@ -155,7 +155,7 @@ def test_a_limit_while_turning(bench, words, letter, off):
 
 
 def test_the_trajectory_follows_the_shaft_after_a_stop_by_mtb(bench):
-    """A new move begins at the shaft's resting position: no jump back, no position error."""
+    """After a stop by MTB a move begins at the shaft's resting position, without a jump back or a position error."""
     motor = spinning(bench, "frame23")
     send(bench, motor, "MTB", 0.5)
     at = motor.axes["shaft"].position
@@ -165,7 +165,7 @@ def test_the_trajectory_follows_the_shaft_after_a_stop_by_mtb(bench):
 
 
 def test_a_program_brakes_and_reports(bench):
-    """5.2 from a program."""
+    """5.2: the commands for MTB work in a program too."""
     motor = ready(bench, shaft={"motor": "frame23"})
     load(bench, motor, "MT\nT=300\nWAIT=2000\nMTB\nWAIT=1000\nPRINT(@V,#13)\nRMODE\nEND\n")
     assert send(bench, motor, "RUN", 1.0) == b"0\rB\r"
@@ -174,7 +174,7 @@ def test_a_program_brakes_and_reports(bench):
 
 @pytest.mark.parametrize("command", ["MTB", "BRKRLS OFF"])
 def test_the_same_stop_whole_or_in_pieces(command):
-    """Virtual time: the same inputs at the same times give the same counts."""
+    """The division of virtual time does not matter: the same inputs at the same times give the same counts."""
 
     def course(pieces: int) -> list[int]:
         bench = Bench()

@@ -10,7 +10,7 @@ from .talking import ask, clear, load, ready, send
 
 
 def test_variables_survive_without_power(bench, motor):
-    """VST and VLD."""
+    """VST stores variables, and after a power cut VLD loads them."""
     assert send(bench, motor, "x=-5 y=70000 z=3 EPTR=100 VST(x,3) REPTR") == b"112\r"
     motor.power_cycle()
     clear(bench, motor)
@@ -18,7 +18,7 @@ def test_variables_survive_without_power(bench, motor):
 
 
 def test_the_pointer_moves_by_the_size_of_what_is_stored(bench, motor):
-    """EPTR: 4 bytes for a variable, 1 for ab[], 2 for aw[]; three variables are 12."""
+    """VST advances EPTR by 4 bytes per variable, 1 per ab[] and 2 per aw[]; three variables are 12 bytes."""
     send(bench, motor, "EPTR=4000")
     pointers = [ask(bench, motor, f"VST({run}) REPTR") for run in ("hh,1", "ab[7],1", "aw[7],1", "x,3", "al[3],2")]
     assert pointers == ["4004", "4005", "4007", "4019", "4027"]
@@ -45,7 +45,7 @@ def test_what_was_never_written_is_erased(bench, motor):
      "VST(a,)", "VST(,1)", "VST(ab[0]x,1)", "VLD(P,1)", "VST"],
 )  # fmt: skip
 def test_a_run_that_goes_beyond_its_group_is_invalid(bench, motor, command):
-    """6: a…z, aa…zz, aaa…zzz; EPTR stays; Bs."""
+    """6: a run of variables must stay within a…z, aa…zz or aaa…zzz; otherwise EPTR does not change and Bs is set."""
     assert send(bench, motor, f"EPTR=40 {command} REPTR RBs") == b"40\r1\r"
 
 
@@ -59,7 +59,7 @@ def test_an_index_may_be_an_expression(bench, motor):
 
 
 def test_the_eeprom_has_8000_bytes(bench, motor):
-    """6: EPTR 0…7999."""
+    """6: EPTR is 0 to 7999."""
     assert send(bench, motor, "EPTR=7996 VST(a,1) REPTR RBs") == b"8000\r0\r"
     assert (
         send(bench, motor, "VST(ab[0],1) REPTR RBs Zs EPTR=8000 REPTR RBs Zs EPTR=-1 RBs") == b"8000\r1\r8000\r1\r1\r"
@@ -73,7 +73,7 @@ def test_its_size_is_an_option(bench):
 
 
 def test_writing_takes_a_program_5_ms(bench, motor):
-    """Silent in the manuals; 21 samples are 5.16 ms, an EEPROM's write cycle.  Reading takes a statement."""
+    """The manuals give no time; 21 samples are 5.16 ms, the write cycle of an EEPROM.  Reading takes one statement."""
     load(bench, motor, "CLK=0\nVST(a,1)\na=CLK\nVLD(b,1)\nb=CLK\nEND\n")
     send(bench, motor, "RUN", 0.1)
     assert send(bench, motor, "Ra Rb") == b"22\r24\r"

@@ -1,4 +1,4 @@
-"""Edges of the external encoder on pins A and B, for subscribers that ask for edges (base 12)."""
+"""Edges of the external encoder on pins A and B, for subscribers of these edges (base 12)."""
 
 from fractions import Fraction
 from math import floor
@@ -30,7 +30,7 @@ def observe(bench, pins="AB"):
 
 
 def changes(counts):
-    """Return the edges that follow from times and counts, from count 0 on."""
+    """Return the edges that result from the counts at the given times, beginning at count 0."""
     found, before = [], 0
     for time_ns, count in counts:
         for name, old, new in zip("AB", LEVELS[before % 4], LEVELS[count % 4], strict=True):
@@ -48,7 +48,7 @@ def test_edges_of_a_steady_run_come_in_their_nanosecond(bench, counts, duration_
     bench["motor"].master.move(counts, duration_ns / 1e9)
     bench.run(0.01)
     times = [began - -n * duration_ns // 10 for n in range(1, 11)]
-    expected = {time_ns: n * (1 if counts > 0 else -1) for n, time_ns in enumerate(times, 1)}  # last of a time
+    expected = {time_ns: n * (1 if counts > 0 else -1) for n, time_ns in enumerate(times, 1)}  # the last of each time
     assert sorted(edges) == changes(expected.items())
 
 

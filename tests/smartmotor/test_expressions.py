@@ -25,7 +25,7 @@ def machine(**values):
 
 
 def value(text, i=None, v=None):
-    """Return the value of an expression; None: no value."""
+    """Return the value of an expression, or None if it has no value."""
     blank = machine()
     i, v = i if i is not None else blank[0], v if v is not None else blank[1]
     reader = Reader(text)
@@ -91,7 +91,7 @@ def test_the_value_of_an_expression(text, expected):
     ],
 )  # fmt: skip
 def test_an_overflow_or_a_division_by_zero_sets_bd(text):
-    """Overflow of 32 bits, or division by zero: abandoned, Bd (7 of the base language); also powers above 4."""
+    """7 of the base language: overflow, division by zero, and powers above 4 abandon the statement and set Bd."""
     i, v = machine(b=100_000)
     assert value(text, i, v) is None
     assert (i[state.BD], i[state.BU]) == (1, 0)
@@ -99,14 +99,14 @@ def test_an_overflow_or_a_division_by_zero_sets_bd(text):
 
 @pytest.mark.parametrize("text", ["ab[204]", "ab[-1]", "aw[102]", "al[51]", "al[-1]", "aw[b]", "ab[aw[0]-1]"])
 def test_an_index_outside_the_array_sets_bu(text):
-    """8.2: ab[0…203], aw[0…101], al[0…50]."""
+    """8.2: the elements are ab[0…203], aw[0…101] and al[0…50]; any other index sets Bu."""
     i, v = machine(b=1000)
     assert value(text, i, v) is None
     assert (i[state.BD], i[state.BU]) == (0, 1)
 
 
 def test_the_arrays_share_memory_most_significant_byte_first():
-    """Table 8.1: ab[0] is the most significant byte of aw[0], and that the most significant word of al[0]."""
+    """Table 8.1: ab[0] is the most significant byte of aw[0], and aw[0] is the most significant word of al[0]."""
     i, v = machine()
     v[state.DOUBLES] = 0x0102_0384
     assert [value(f"ab[{n}]", i, v) for n in range(4)] == [1, 2, 3, 0x84 - 0x100]
@@ -208,7 +208,7 @@ VALUES = {"a": -3, "b": 70_000, "c": LOWEST}
 
 
 def written(tree, level=0):
-    """Return the text with as few parentheses as precedence allows."""
+    """Return the text of an expression with as few parentheses as precedence allows."""
     if not isinstance(tree, tuple):
         return str(tree)
     operator, left, right = tree

@@ -35,7 +35,7 @@ def test_f_is_0_at_power_up(bench, motor):
 
 @pytest.mark.parametrize("value", [0, 1, 2, 4, 8, 16, 32, 33, 35, 64, 96, 128, 144, 191, 255])
 def test_f_is_a_sum_of_bits(bench, motor, value):
-    """7.0: F= the sum of the functions' values; 4.3's F=33, 9.5's F=144, 7.1's F&191."""
+    """7.0: F is the sum of the functions' values, e.g. F=33 (4.3), F=144 (9.5), F&191 (7.1)."""
     send(bench, motor, f"F={value}", 0)
     assert f_of(bench, motor) == value
     send(bench, motor, "F=F&191", 0)
@@ -44,7 +44,7 @@ def test_f_is_a_sum_of_bits(bench, motor, value):
 
 
 def test_f_with_an_equal_sign_is_not_the_f_without(bench, motor):
-    """13 of the base language: F alone puts the tuning in force; the functions stay."""
+    """13 of the base language: F without an equal sign puts the tuning in force and leaves the functions unchanged."""
     send(bench, motor, "F=35 KP=100 F", 0)
     assert f_of(bench, motor) == 35
 
@@ -54,7 +54,7 @@ def test_f_with_an_equal_sign_is_not_the_f_without(bench, motor):
 
 @pytest.mark.parametrize("functions", [1, 33, 35 - 2])
 def test_f_1_decelerates_to_a_stop_at_a_limit(bench, motor, functions):
-    """7.1, F=1: "Upon a software or hard limit, the motor decelerates to a stop", here 9+8+…+1 counts."""
+    """7.1, F=1: "Upon a software or hard limit, the motor decelerates to a stop", here in 9+8+…+1 counts."""
     send(bench, motor, f"F={functions} {CRUISE}", 0)
     advance(bench, 50)
     motor.pins["C"].drive(True)
@@ -100,7 +100,7 @@ def test_f_1_without_mtb_ends_in_holding(bench, motor):
 
 
 def test_f_1_decelerates_at_the_newest_a(bench, motor):
-    """3.2: "at the acceleration value set by "A""; two counts per sample²: 8+6+4+2."""
+    """3.2: "at the acceleration value set by "A"": A of two counts per sample² gives 8+6+4+2 counts."""
     send(bench, motor, f"F=1 {CRUISE}", 0)
     advance(bench, 50)
     send(bench, motor, "A=65536*2", 0)
@@ -110,7 +110,7 @@ def test_f_1_decelerates_at_the_newest_a(bench, motor):
 
 
 def test_f_0_turns_the_amplifier_off_at_a_limit(bench, motor):
-    """7.1, F=0: an ideal shaft stops at once; Bo 1, MTB."""
+    """7.1, F=0: at a limit an ideal shaft stops at once, Bo is 1, and MTB is active."""
     send(bench, motor, f"F=1 F=0 {CRUISE}", 0)
     advance(bench, 50)
     motor.pins["C"].drive(True)
@@ -122,7 +122,7 @@ def test_f_0_turns_the_amplifier_off_at_a_limit(bench, motor):
 
 @pytest.mark.parametrize(("functions", "end"), [(0, 105), (1, 150)])
 def test_a_soft_limit_with_f(bench, motor, functions, end):
-    """7.1: 1+2+…+10 = 55, 65, …, 105 is beyond 100; with F=1 9+8+…+1 = 45 more."""
+    """7.1: positions 55, 65, …, 105 pass the soft limit 100; with F=1 the stop takes 9+8+…+1 = 45 counts more."""
     send(bench, motor, f"F={functions} SLP=100 SLN=-100 SLE {CRUISE}", 0)
     advance(bench, 100)
     assert motor.axes["shaft"].position == end
@@ -145,7 +145,7 @@ def test_f_2_reverses_velocity_mode_at_once(bench, motor):
 
 
 def test_f_2_reverses_position_mode(bench, motor):
-    """7.1, F=2: "in the opposite direction for any given mode"; the motor's own numbers are as commanded."""
+    """7.1, F=2: "in the opposite direction for any given mode"; positions are reported as commanded."""
     send(bench, motor, "F=2 A=65536 V=65536*10 P=300 G", 0)
     advance(bench, 100)
     assert motor.axes["shaft"].position == -300
@@ -157,7 +157,7 @@ def test_f_2_reverses_position_mode(bench, motor):
 
 @pytest.mark.parametrize("mode", ["MF4", "MS", "MFMUL=2 MFDIV=1 MFR G"])
 def test_f_2_reverses_following(mode):
-    """7.1, F=2: the same master, the opposite direction."""
+    """7.1, F=2: with the same movement of the master, the shaft turns in the opposite direction."""
     found = []
     for functions in (0, 2):
         bench = Bench()
@@ -183,7 +183,7 @@ def test_f_2_reverses_torque_mode(bench):
 
 @pytest.mark.parametrize("functions", ["F=2 F=0", "F=2 F=2 F=2 F=0", "F=0", "F=255 F=0", "F=F|2 F=F&253"])
 def test_f_2_and_back_leaves_a_resting_motor_where_it_is(bench, functions):
-    """F=2 reverses the direction only; position and position error do not change."""
+    """F=2 reverses later motion only; position and position error of a resting motor do not change."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "A=500 V=100000 P=2000 G", 1.0)
     at = motor.axes["shaft"].position
@@ -205,7 +205,7 @@ def test_f_4_sends_a_programs_prints_and_reports_to_channel_1(bench, motor):
 
 
 def test_f_4_leaves_the_hosts_answers(bench, motor):
-    """7.1, F=4: a *program's* output; a host receives answers on its own channel (6.2: the active channel)."""
+    """7.1, F=4: only a *program's* output goes to channel 1; a host receives answers on its own channel (6.2)."""
     send(bench, motor, f"{OPEN} F=4", 0)
     assert ask(bench, motor, "RP") == "0"
     motor.rs485.write(b"RP\r")
@@ -234,7 +234,7 @@ def largest_error_after_the_end(functions: int) -> int:
 
 
 def test_f_8_clears_the_integral_at_the_end_of_a_trajectory():
-    """7.1, F=8: the torque moves the shaft until the integral term has built up again."""
+    """7.1, F=8: without the integral term the torque displaces the shaft until the term has built up again."""
     assert largest_error_after_the_end(8) > largest_error_after_the_end(0) + 4
 
 
@@ -256,12 +256,12 @@ def cam_after(functions: int, counts: int) -> tuple[int, int, int]:
 
 @pytest.mark.parametrize(("counts", "place"), [(500, 200), (1000, 400), (1100, 400), (1700, 600), (2500, 850 - 10)])
 def test_f_16_each_cycle_begins_where_the_last_has_ended(counts, place):
-    """7.1, F=16; 9.3: 1000 counts of table and 200 of dwell make a cycle of 400; 2500 is 2 cycles and 100."""
+    """7.1, F=16; 9.3: a cycle of 1000 counts and 200 of dwell moves by 400; 2500 counts are 2 cycles and 100."""
     assert cam_after(16, counts) == (place, place, counts)
 
 
 def test_f_128_resets_position_and_counter_at_base_plus_dwell():
-    """7.1, F=128: "set to zero at modulo "BASE" plus dwell "D""; 1700 is one cycle and 500: in the table at 200."""
+    """7.1, F=128: "set to zero at modulo "BASE" plus dwell "D""; 1700 is a cycle and 500, where the table is 200."""
     _, position, counter = cam_after(128, 1700)
     assert (position, counter) == (200, 500)
 
@@ -284,7 +284,7 @@ def test_f_35_is_1_2_and_32(bench, motor):
 
 @pytest.mark.parametrize("text", ["F=", "F=1.5", "F=(1", "F=x y", "F35", "F=2147483648", "F==1", "F=F/0"])
 def test_an_invalid_value_of_f_changes_nothing(bench, motor, text):
-    """7 and 8.1: F= needs an expression; otherwise a flag is set, and nothing is returned."""
+    """7 and 8.1: F= without a valid expression sets a flag and returns nothing."""
     send(bench, motor, "F=9 ZS", 0)
     assert send(bench, motor, f"{text} ") == b""
     assert send(bench, motor, "a=Bs|Bd Ra") == b"1\r" or text == "F=x y"

@@ -25,7 +25,7 @@ FAULTS = {"limit": (open_limit, BR + BP, "Zr"), "position error": (jam, BE, "Ze"
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_the_sequence_of_a_fault(bench, fault):
-    """4.1 items 1 to 3: servo amplifier off, dynamic brake, static brake; table 4.1's bit; it is latched."""
+    """4.1 items 1 to 3: the servo amplifier goes off, both brakes act, and table 4.1's bit is set and latched."""
     motor = wired(bench)
     cause, bits, clear = FAULTS[fault]
     send(bench, motor, MOVE, 0.1)
@@ -86,7 +86,7 @@ def test_what_clears_a_fault(bench, fault, clear, left):
 
 @pytest.mark.parametrize(("target", "trips"), [(1000, False), (1001, True), (-1000, False), (-1001, True)])
 def test_the_position_error_must_exceed_e(bench, motor, target, trips):
-    """Reference 13: |e| > E; E is 1000 at power-up."""
+    """Reference 13: a fault needs |e| > E; E is 1000 at power-up."""
     motor.axes["shaft"].jam(True)
     send(bench, motor, f"A={UNIT} V={UNIT} P={target} G", 0.5)
     assert status_word(bench, motor) == (BO + BE if trips else 0)
@@ -95,7 +95,7 @@ def test_the_position_error_must_exceed_e(bench, motor, target, trips):
 
 @pytest.mark.parametrize("error", [0, 1, 10, 32000])
 def test_another_e(bench, motor, error):
-    """E= at once: that many counts are allowed, one more is not."""
+    """E= takes effect at once: an error of E counts is allowed, one more is a fault."""
     send(bench, motor, f"E={error}")
     motor.axes["shaft"].jam(True)
     send(bench, motor, f"A={UNIT} V={100 * UNIT} P={error} G", 0.5)
@@ -105,7 +105,7 @@ def test_another_e(bench, motor, error):
 
 
 def test_a_shaft_that_is_turned_with_the_servo_off_is_no_error(bench, motor):
-    """Position tracking continues without a commanded position, so no error results."""
+    """With the servo off the motor counts the shaft's position; there is no commanded position, so no error results."""
     motor.axes["shaft"].encoder.displace(50_000)
     advance(bench, 3)
     assert send(bench, motor, "RP RPE") == b"50000\r0\r"
@@ -117,7 +117,7 @@ def test_a_shaft_that_is_turned_with_the_servo_off_is_no_error(bench, motor):
 @pytest.mark.parametrize("f", [1, 33])
 @pytest.mark.parametrize("mtb", [True, False])
 def test_f_1_decelerates_to_a_stop(bench, f, mtb):
-    """Table 4.2: at "A", then MTB; with MTB disabled (BRKRLS, OFF) it holds position.  10 9 8 … 1 0: 45 counts."""
+    """Table 4.2: the motor stops at "A" in 9+8+…+1 = 45 counts, then MTB; with MTB disabled (BRKRLS, OFF) it holds."""
     motor = wired(bench)
     send(bench, motor, f"{'' if mtb else 'BRKRLS OFF '}F={f} {MOVE}", 0.1)
     motor.pins["C"].release()
@@ -133,7 +133,7 @@ def test_f_1_decelerates_to_a_stop(bench, f, mtb):
 
 
 def test_while_decelerating_the_servo_is_on_and_nothing_else_is_obeyed(bench):
-    """Table 7.1: "Bo will equal 0"; G, S and X are inhibited; the present A is used."""
+    """Table 7.1: while decelerating "Bo will equal 0"; G, S and X are inhibited, and a new A has no effect."""
     motor = wired(bench)
     send(bench, motor, f"F=1 {MOVE}", 0.1)
     send(bench, motor, "A=6553", 0)
@@ -159,7 +159,7 @@ def test_f_0_after_f_1_switches_off_again(bench):
 @pytest.mark.parametrize("what", ["jam", "load"])
 @pytest.mark.parametrize("error", [100, 1000, 3000])
 def test_a_motor_that_cannot_follow_trips_at_e(bench, what, error):
-    """Table 4.1: "Position error exceeded error limit"; program ended, motor off, braked; Ze and G move it."""
+    """Table 4.1: "Position error exceeded error limit" ends the program and stops the motor; Ze and G move it."""
     motor = ready(bench, shaft={"motor": "frame23"})
     shaft = motor.axes["shaft"]
     load(bench, motor, "C10\nb=@PE\nGOTO10\n")
@@ -193,7 +193,7 @@ def test_a_motor_that_cannot_follow_trips_at_e(bench, what, error):
     )
 )
 def test_any_order_of_faults_and_commands_is_handled(acts):
-    """No exception, endless loop or lost byte; a repetition in one piece gives the same result."""
+    """Any order causes no exception, endless loop or lost byte; the same run in one piece gives the same result."""
     ends = []
     for pieces in (1, 7):
         bench, jammed = Bench(), False
@@ -221,7 +221,7 @@ def test_any_order_of_faults_and_commands_is_handled(acts):
 
 @pytest.mark.parametrize("cut", ["power off", "Z"])
 def test_a_power_cut_leaves_the_shaft_turning_where_it_is(bench, cut):
-    """Six counts per sample, of which a millisecond has four or five: at most 30 counts."""
+    """The shaft turns 6 counts per sample, and a millisecond has 4 or 5 samples: at most 30 counts."""
     motor = ready(bench, shaft={"motor": "frame23"})
     shaft = motor.axes["shaft"]
     send(bench, motor, f"A=200 V={6 * UNIT} MV G", 1.0)
@@ -269,7 +269,7 @@ def test_a_displacement_against_the_servo(bench, by, trips):
 
 @pytest.mark.parametrize(("signal", "setup"), [("G", "UGO BRKG"), ("brake", "BRKI"), ("brake", "UGO BRKG")])
 def test_the_static_brake_signal_follows_the_fault(bench, signal, setup):
-    """4.1 item 3: "external and/or internal"; 5.1: 5 V engaged, 0 V released."""
+    """4.1 item 3: the brake signal is "external and/or internal"; 5.1: 5 V means engaged, 0 V released."""
     motor = wired(bench)
     send(bench, motor, f"{setup} {MOVE}")
     assert not motor.pins[signal].level

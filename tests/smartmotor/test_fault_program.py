@@ -47,7 +47,7 @@ def counts(bench: Bench, motor: Controller) -> bool:
 
 @pytest.mark.parametrize(("f", "ends"), [(0, False), (1, False), (32, False), (33, False)])
 def test_a_limit_does_not_end_the_program(bench, f, ends):
-    """4.1 item 4: "Program execution continues to run, if F=32 is not issued. with F=32 it goes to C1."""
+    """4.1 item 4, limits: "Program execution continues to run, if F=32 is not issued. with F=32 it goes to C1"."""
     motor = wired(bench)
     load(bench, motor, WITH_C1.format(f=f))
     send(bench, motor, "RUN", 0.1)
@@ -93,7 +93,7 @@ def test_run_is_not_inhibited_by_a_limit(bench, motor):
 
 
 def test_c1_is_called_on_a_new_occurrence_only(bench):
-    """1.2: "on a new occurrence of motor protection fault"; 7.1: "becomes active (=1)": Bp stays, Bp comes again."""
+    """1.2: "on a new occurrence of motor protection fault": C1 is called when Bp is set anew, not while it stays 1."""
     motor = wired(bench)
     load(bench, motor, WITH_C1.format(f=32))
     open_limit(bench, motor)
@@ -126,7 +126,7 @@ def test_c1_returns_to_where_the_program_was(bench):
 
 @pytest.mark.parametrize("program", ["", "F=32\nEND\n", COUNTING])
 def test_f_32_without_a_label_c1(bench, program):
-    """Without C1 the motor still stops, and answers."""
+    """F=32 without a label C1: the motor stops at a fault and still answers."""
     motor = wired(bench)
     if program:
         load(bench, motor, program)
@@ -181,7 +181,7 @@ def test_a_fault_inside_c2_calls_c1_and_returns_to_c2(bench):
 
 
 def test_the_sample_program_moves_2000_times_10_counts(bench):
-    """4.3, loaded as it is printed."""
+    """4.3: the sample program, loaded as it is printed."""
     motor = ready(bench, shaft={"motor": "frame23"})
     load(bench, motor, SAMPLE)
     assert send(bench, motor, "RUN", 3.0) == b""
@@ -189,9 +189,9 @@ def test_the_sample_program_moves_2000_times_10_counts(bench):
 
 
 def test_the_sample_program_tells_a_position_error(bench, motor):
-    """4.3: after a jam it prints the position error, more than E=1000, and resets Be; the main program had ended.
+    """4.3: after a jam the program prints the position error, above E=1000, and resets Be; the main program has ended.
 
-    V=537*600 is 4.9 counts per sample, and IF, pp=@PE come one and two samples after Be: less than 1020.
+    At V=537*600, 4.9 counts per sample, IF and pp=@PE are executed one and two samples after Be: pp is below 1020.
     """
     load(bench, motor, SAMPLE)
     send(bench, motor, "RUN", 0.5)
@@ -209,7 +209,7 @@ def test_the_sample_program_tells_a_position_error(bench, motor):
 
 
 def test_the_sample_program_survives_a_jammed_motor(bench):
-    """4.3: the manual's own program ends without an error of its stack, and the fault is cleared."""
+    """4.3: with a jammed motor the sample program causes no stack error, and it clears the fault."""
     motor = ready(bench, shaft={"motor": "frame23"})
     load(bench, motor, SAMPLE)
     send(bench, motor, "RUN", 0.5)
@@ -226,7 +226,7 @@ def test_the_sample_program_survives_a_jammed_motor(bench):
     ("ending", "runs_on"), [("RETURNF", True), ("END", False), ("STACK\nGOTO9", True), ("", False)]
 )
 def test_c1_is_called_for_the_next_fault_however_it_ended(bench, ending, runs_on):
-    """After RETURNF or END a new fault calls C1 again (as 7.1 says of C2)."""
+    """However C1 has ended, with RETURNF or END, a new fault calls it again (as 7.1 says of C2)."""
     motor = wired(bench)
     load(bench, motor, f"F=32\nC9\nWHILE 1\na=a+1\nLOOP\nC1\nc=c+1\n{ending}\n")
     send(bench, motor, "RUN", 0.05)
@@ -252,7 +252,7 @@ def test_both_limits_at_once_are_one_call(bench):
 
 @pytest.mark.parametrize("clears", ["UCI\nUDI\nZS\n", ""])
 def test_a_stored_program_runs_at_power_up_in_the_boot_fault(bench, motor, clears):
-    """3.1 note 3: the sample code clears the fault; without it the program runs, but the motor does not move."""
+    """3.1 note 3: the sample code clears the boot fault; without this code the program runs but moves nothing."""
     load(bench, motor, f"{clears}A={UNIT}\nV={UNIT}\nP=100\nG\na=7\nEND\n")
     motor.power_cycle()
     bench.run(0.5)
@@ -262,7 +262,7 @@ def test_a_stored_program_runs_at_power_up_in_the_boot_fault(bench, motor, clear
 
 
 def test_the_boot_fault_is_not_a_new_occurrence(bench, motor):
-    """F=32 is set after the limits were found open: C1 is not called for them."""
+    """C1 is not called for the open limits of power-up, because F=32 is set after they were found."""
     load(bench, motor, WITH_C1.format(f=32))
     motor.power_cycle()
     bench.run(0.5)

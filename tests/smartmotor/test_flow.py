@@ -19,7 +19,7 @@ def test_run_starts_the_program_from_the_top_and_keeps_the_variables(bench):
 
 def test_run_without_a_program_does_nothing(bench, motor):
     send(bench, motor, "RUN GOSUB5", 0.01)
-    assert ask(bench, motor, "RBs") == "1"  # of GOSUB5: there is no label
+    assert ask(bench, motor, "RBs") == "1"  # GOSUB5 has set it: there is no label C5
 
 
 def test_end_stops_the_program_and_forgets_its_returns(bench):
@@ -66,7 +66,7 @@ def test_a_pause_ends_with_a_serial_character(bench):
     motor = motor_with(bench, "a=1 ! a=2 END")
     send(bench, motor, "RUN", 0.1)
     bench.run(0.1)
-    assert ask(bench, motor, "Ra") == "1"  # a report does not stop it
+    assert ask(bench, motor, "Ra") == "1"  # the report did not stop the program
     assert ask(bench, motor, "Ra", 0.01) == "2"
 
 

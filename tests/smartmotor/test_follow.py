@@ -15,7 +15,7 @@ from .talking import SAMPLE_NS, advance, load, ready, send, value
 
 @pytest.mark.parametrize(("mode", "edges"), [("MF1", 4), ("MF2", 2), ("MF4", 1), ("MS", 1)])
 def test_the_shaft_follows_one_to_one(bench, motor, mode, edges):
-    """5: quadrature ×1, ×2, ×4, or steps; 1:1 with the counter."""
+    """5: MF1, MF2, MF4 count quadrature ×1, ×2, ×4, and MS counts steps; the shaft follows the counter 1:1."""
     send(bench, motor, mode + "", 0)
     assert turn_through(bench, motor, [100 * edges, 4000, 0, -4000]) == [100, 4000 // edges, 0, -4000 // edges]
     assert send(bench, motor, "RCTR RBo RBs", 0) == b"%d\r0\r0\r" % (-4000 // edges)
@@ -23,7 +23,7 @@ def test_the_shaft_follows_one_to_one(bench, motor, mode, edges):
 
 @pytest.mark.parametrize("mode", ["MF1", "MF2", "MF4", "MF0", "MS", "MS0"])
 def test_the_counter_is_zeroed(bench, motor, mode):
-    """5: "zeroes CTR"."""
+    """5: the command "zeroes CTR"."""
     turn_to(bench, motor, 1000)
     assert value(bench, motor, "CTR") != 0
     send(bench, motor, mode + "", 0)
@@ -42,7 +42,7 @@ def test_other_commands_leave_the_counter_alone(bench, motor, mode):
 
 @pytest.mark.parametrize("mode", ["MF0", "MS0"])
 def test_mf0_and_ms0_do_not_change_the_mode(bench, motor, mode):
-    """5: set A and B and zero the counter; the motion does not change."""
+    """5: MF0 and MS0 set up pins A and B and zero the counter; the motion continues unchanged."""
     send(bench, motor, mode + "", 0)
     assert turn_to(bench, motor, 300) == 0
     assert send(bench, motor, "RMODE RBo RCTR", 0) == b"B\r1\r300\r"
@@ -52,7 +52,7 @@ def test_mf0_and_ms0_do_not_change_the_mode(bench, motor, mode):
 
 
 def test_following_begins_where_the_shaft_is(bench, motor):
-    """MF4 after a move: no jump, and the position is not redefined."""
+    """MF4 after a move causes no jump and does not redefine the position."""
     send(bench, motor, "A=65536*50 V=65536*50 P=500 G", 0)
     advance(bench, 30)
     send(bench, motor, "MF4", 0)
@@ -63,7 +63,7 @@ def test_following_begins_where_the_shaft_is(bench, motor):
 
 
 def test_mf4_in_a_move_takes_over_at_once(bench, motor):
-    """5: at once, without a ramp from the old velocity."""
+    """5: MF4 during a move follows at once, without a ramp from the old velocity."""
     send(bench, motor, "A=65536*5 V=65536*5 MV G", 0)
     advance(bench, 10)
     assert send(bench, motor, "MF4 RMODE", 0) == b"F\r"
@@ -74,7 +74,7 @@ def test_mf4_in_a_move_takes_over_at_once(bench, motor):
 
 
 def test_leaving_follow_mode_for_a_velocity(bench, motor):
-    """MV at G: a ramp with A=1 from the velocity of the master (3 counts per sample) to 5."""
+    """MV and G change the velocity from that of the master (3 counts per sample) to 5, with A=1."""
     send(bench, motor, "MF4 A=65536 V=5*65536", 0)
     motor.master.move(3000, 1000 * 245_760 / 1e9)
     advance(bench, 100)
@@ -89,7 +89,7 @@ def test_leaving_follow_mode_for_a_velocity(bench, motor):
 
 @pytest.mark.parametrize("word", ["S", "OFF", "MTB"])
 def test_following_ends(bench, motor, word):
-    """S, OFF and MTB end it; CTR still counts."""
+    """S, OFF and MTB end following; CTR still counts."""
     send(bench, motor, "MF4", 0)
     turn_to(bench, motor, 100)
     send(bench, motor, word + "", 0)
@@ -115,7 +115,7 @@ def test_following_ends(bench, motor, word):
 )
 @pytest.mark.parametrize("mode", ["MF4 {} MFR G", "MS0 {} MSR G"])
 def test_the_ratio_is_mfmul_by_mfdiv(bench, motor, mul, div, counts, expected, mode):
-    """5: both signed 16-bit."""
+    """5: the shaft moves by counts times MFMUL/MFDIV; both are signed 16-bit numbers."""
     send(bench, motor, mode.format(f"MFMUL={mul} MFDIV={div}") + "", 0)
     assert send(bench, motor, "RMODE RBs", 0) == b"X\r0\r"
     assert turn_through(bench, motor, counts, 500) == expected
@@ -129,7 +129,7 @@ def test_the_default_ratio_is_one(bench, motor):
 
 
 def test_the_remainder_is_carried(bench, motor):
-    """5: "remainder carried, no drift": a thousand single steps of 2/7, forwards and backwards."""
+    """5: "remainder carried, no drift": a thousand steps at ratio 2/7, forwards and backwards, lose nothing."""
     send(bench, motor, "MFMUL=2 MFDIV=7 MFR G", 0)
     for count in range(1, 141):
         turn_to(bench, motor, count, 1)
@@ -140,7 +140,7 @@ def test_the_remainder_is_carried(bench, motor):
 
 
 def test_the_ratio_waits_for_mfr_and_g(bench, motor):
-    """5: "MFR must come after MFMUL and MFDIV"; it starts with G."""
+    """5: "MFR must come after MFMUL and MFDIV"; the new ratio is in force after G."""
     send(bench, motor, "MF4 MFMUL=2 MFR G", 0)
     turn_to(bench, motor, 100)
     send(bench, motor, "MFMUL=5 G", 0)
@@ -162,7 +162,7 @@ def test_a_divisor_of_zero_is_an_error(bench, motor):
 
 
 def test_quadrature_on_the_pins_themselves(bench, motor):
-    """12: A and B are the encoder's signals; A before B is forwards here."""
+    """12: the encoder's signals are wired to A and B; here forwards means that A changes before B."""
     quadrature(
         bench,
         motor,
@@ -200,7 +200,7 @@ def quadrature(bench, motor, levels, mode, steps):
 
 
 def test_steps_and_direction_on_the_pins_themselves(bench, motor):
-    """5: A steps, B is the direction; one edge of A counts, the other does not."""
+    """5: A is the step input, B the direction; only one of the two edges of A counts."""
     motor.pins["A"].drive(False)
     motor.pins["B"].drive(False)
     advance(bench, 2)
@@ -253,7 +253,7 @@ def test_without_an_encoder_the_pins_are_pulled_up(bench, motor):
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, sign):
-    """Forwards B falls after A has fallen: 11, 01, 00, 10; backwards the other way round.  By host, bench, volts."""
+    """Forwards AB is 11, 01, 00, 10, backwards the reverse order; host, bench and voltage agree."""
     forwards = [(True, True), (False, True), (False, False), (True, False)]
     for count in range(9):
         a, b = forwards[sign * count % 4]
@@ -266,9 +266,9 @@ def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, 
 
 
 def test_a_program_sees_the_edges(bench, motor):
-    """An edge every 20 samples: pin A changes every 40, and the program reads it at least every 5."""
+    """With an edge every 20 samples pin A changes every 40, and the program reads A at least every 5."""
     load(bench, motor, "WHILE CTR<400 IF UAI==b b=1-b a=a+1 ENDIF LOOP END")
-    send(bench, motor, "MF0 b=0 RUN")  # the program waits for level b
+    send(bench, motor, "MF0 b=0 RUN")  # the program waits for the level b
     motor.master.move(400, 400 * 20 * SAMPLE_NS / 1e9)
     bench.run(3)
     assert send(bench, motor, "Ra") == b"200\r"  # A falls and rises 100 times
@@ -285,7 +285,7 @@ def test_between_samples_the_bench_sees_the_level_of_now(bench, motor):
 
 
 def test_a_stronger_source_than_the_encoder_keeps_its_pin(bench, motor):
-    """A test lead or the motor's own output sets the level; the counter still counts (base 12)."""
+    """A test lead or an output of the motor sets the level of the pin; the counter still counts edges (base 12)."""
     motor.master.move(2, 0)
     assert levels(motor) == (False, False)
     motor.pins["A"].drive(True)

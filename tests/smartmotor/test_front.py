@@ -15,7 +15,7 @@ def told(text, seconds=0.01):
 
 
 def jammed(bench, motor):
-    """Return a motor with a data sheet that drives against a jam."""
+    """Return a motor with a data sheet that drives against a jammed shaft."""
     motor.axes["shaft"].jam(True)
     send(bench, motor, "E=100 A=1000 V=400000 P=2000 G", 0.5)
 
@@ -108,7 +108,7 @@ def test_there_is_no_lamp_without_a_situation():
 
 
 def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
-    """2.0: both limits are asserted, MTB, the brake is engaged."""
+    """2.0: at power-up both limits are asserted, MTB is active, and the brake is engaged."""
     motor = bare(bench)
     lit = [letter for group, letter in lamps(motor) if group == WORD and shown(motor, group, letter)]
     assert sorted(lit) == ["Bl", "Bm", "Bo", "Bp", "Br"]
@@ -130,7 +130,7 @@ def test_the_mode_by_its_letter(bench, motor, text, word):
 
 
 def test_readings_are_what_the_reports_say(bench):
-    """Readings are right in the middle of a block that is computed ahead, too."""
+    """The readings equal the reports, also in the middle of a block that is computed ahead."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, f"A=100 V={UNIT} P=3000 G", 0.3)
     for label, report in (("@P", "RP"), ("@PE", "RPE"), ("TEMP", "RTEMP")):
@@ -141,7 +141,7 @@ def test_readings_are_what_the_reports_say(bench):
 
 
 def test_a_mode_that_is_an_error(bench):
-    """4.1: a position error, while MTB has been deactivated by BRKRLS and OFF."""
+    """4.1: the mode is an error after a position error, if BRKRLS and OFF have disabled MTB."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "BRKRLS OFF")
     jammed(bench, motor)

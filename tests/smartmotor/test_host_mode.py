@@ -11,7 +11,7 @@ from axistwin import Bench
 from .scenarios import clock, points, position, start_host_mode, turn_to
 from .talking import advance, load, positions, ready, send
 
-# 10.1, byte by byte as the example lists them
+# the example of 10.1, byte by byte
 STROBED = bytes.fromhex(
     "FA 00 00 00 00 0D  FB 00 00 00 00 0D"
     "FA 00 00 10 00 0D  FB 00 00 01 00 0D"
@@ -29,7 +29,7 @@ ONE_SEGMENT = points((0, 0), (64, 256))  # a quarter of a count per sample
 
 
 def test_the_example_of_automatic_strobing(bench, motor):
-    """10.1: constant speed: 4096 counts in 256 samples, and the same in the strobed segments up to clock 400h."""
+    """10.1: the speed is constant, 4096 counts in 256 samples, also in the strobed segments up to clock 400h."""
     start_host_mode(bench, motor, "O=0 ", STROBED)
     assert positions(bench, motor, 0x400) == [16 * at for at in range(1, 0x401)]
 
@@ -74,7 +74,7 @@ def test_clocks_may_be_sent_or_omitted_at_will(bench, motor):
 
 @pytest.mark.parametrize("baudrate", [9600, 38400])
 def test_the_example_at_the_speed_of_a_line(bench, baudrate):
-    """The same at 9600 baud, sent during the motion: 42 characters take 44 ms, the first segment lasts 63 ms."""
+    """10.1 at 9600 baud, during the motion: 42 characters take 44 ms, and the first segment lasts 63 ms."""
     motor = ready(bench, line="9600 8N1")
     motor.serial.write(b"O=0 MD BAUD%d " % baudrate)
     bench.run(0.2)
@@ -104,14 +104,14 @@ def test_positions_are_signed(bench, motor):
 
 
 def test_a_segment_that_is_not_a_whole_number_of_counts_per_sample(bench, motor):
-    """Linear in time: 3 counts in 16 samples, exact to a count, with the exact end."""
+    """Between its ends a segment is linear in time: 3 counts in 16 samples, to within a count."""
     start_host_mode(bench, motor, "O=0 ", points((0, 0), (3, 16), (3, 64)))
     for at, where in enumerate(positions(bench, motor, 20), 1):
         assert 0 <= min(3 * at, 48) - 16 * where < 16
 
 
 def test_reports_are_answered_between_records(bench, motor):
-    """Records and commands share the line."""
+    """Reports are answered between two records on the same line."""
     start_host_mode(bench, motor, "O=0 ", points((0, 0), (100, 100)))
     advance(bench, 50)
     assert send(bench, motor, position(200) + "RP " + clock(200) + "RMODE " + clock(200) + "RP", 0) == b"50\rH\r50\r"
@@ -154,7 +154,7 @@ def test_after_underflow_a_move_and_another_host_mode_are_possible(bench, motor)
 
 @pytest.mark.parametrize("records", ["", position(0), points((0, 0))])
 def test_g_without_a_segment_is_an_underflow_at_once(bench, motor, records):
-    """10.2: without a segment control is lost; the motor still executes commands."""
+    """10.2: G without a segment is an underflow at once; the motor still executes commands."""
     start_host_mode(bench, motor, "O=0 ", records)
     positions(bench, motor, 2)
     assert send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
@@ -223,7 +223,7 @@ def test_exit_into_a_relative_move(bench, motor):
 
 
 def test_exit_into_velocity_mode_ramps_from_the_latched_velocity(bench, motor):
-    """10.2: from the latched trajectory velocity to the buffered V, with the buffered A."""
+    """10.2: velocity mode ramps from the latched trajectory velocity to the buffered V with the buffered A."""
     start_host_mode(bench, motor, "O=0 MV A=65536 V=5*65536 ", points((0, 0), (200, 100)) + clock(100))
     assert positions(bench, motor, 105)[99:] == [200, 203, 207, 212, 217, 222]
 
@@ -236,7 +236,7 @@ def test_exit_into_velocity_mode_ramps_from_the_latched_velocity(bench, motor):
     ],
 )  # fmt: skip
 def test_exit_into_the_following_modes(bench, motor, mode, letter, followed):
-    """10.2: MFR, MF_n, MSR, MS: from the latched position they follow the external counter."""
+    """10.2: MFR, MF_n, MSR and MS follow the external counter from the latched position."""
     start_host_mode(bench, motor, "O=0 " + mode, ONE_SEGMENT + clock(256))
     positions(bench, motor, 256)
     assert send(bench, motor, "RMODE", 0) == letter.encode() + b"\r"
@@ -246,7 +246,7 @@ def test_exit_into_the_following_modes(bench, motor, mode, letter, followed):
 
 
 def test_g_in_the_middle_leaves_host_mode_too(bench, motor):
-    """10.2, the second of the old ways: "send a G command ... to execute the next buffered mode"."""
+    """10.2, another exit from host mode: "send a G command ... to execute the next buffered mode"."""
     start_host_mode(bench, motor, "O=0 MP A=65536 V=65536 ", points((0, 0), (1000, 1000)))
     positions(bench, motor, 100)
     assert send(bench, motor, "P=110 G RMODE", 0) == b"P\r"
@@ -266,7 +266,7 @@ def test_records_after_the_exit_do_not_disturb_the_new_mode(bench, motor):
     [("S ", "P", [100] * 3), ("X ", "P", [100] * 3), ("OFF ", "B", [100] * 3), ("MTB ", "B", [100] * 3)],
 )
 def test_stopping_a_host_mode(bench, motor, word, mode, after):
-    """4: S, OFF and MTB at once; X at A, here in one sample."""
+    """4: S, OFF and MTB stop host mode at once; X stops it at A, here in one sample."""
     start_host_mode(bench, motor, "O=0 A=65536 ", points((0, 0), (1000, 1000)))
     positions(bench, motor, 100)
     send(bench, motor, word, 0)
@@ -288,7 +288,7 @@ def test_a_program_starts_host_mode_with_records_of_the_host(bench, motor):
 
 
 def test_a_full_buffer_loses_only_the_record(bench):
-    """11: the option host_buffer sets the depth; further points are lost, flag Bc."""
+    """11: the option host_buffer sets how many points are kept; further points are lost and set Bc."""
     motor = ready(bench, host_buffer=4)
     advance(bench)
     start_host_mode(bench, motor, "O=0 ", points(*((10 * at, 10 * at) for at in range(8))))
@@ -321,7 +321,7 @@ RECORDS = st.one_of(
 @settings(deadline=None, max_examples=40)
 @given(said=st.lists(RECORDS, max_size=12))
 def test_any_records_and_commands_leave_the_motor_operable(said):
-    """In any order, mixed with invalid text: a repeated run gives the same result, and the motor answers."""
+    """Records, commands and invalid text in any order: the motor answers, and a repeated run gives the same result."""
     first = after_rubbish("".join(said))
     assert first == after_rubbish("".join(said))
     assert first[-1:] == b"\r"

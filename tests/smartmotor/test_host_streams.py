@@ -13,7 +13,7 @@ SEGMENTS = st.lists(st.tuples(st.sampled_from([1, 7, 16, 64, 100]), st.integers(
 
 
 def records_of(segments, omit):
-    """Return the records, without clocks that repeat the delta if `omit` allows, and the positions at each clock."""
+    """Return the records and the position at each clock; `omit` allows to leave out clocks that repeat the delta."""
     words, at, where, last, stations = points((0, 0)), 0, 0, 0, {}
     for (samples, way), left_out in zip(segments, omit, strict=False):
         at, where = at + samples, where + way
@@ -26,7 +26,7 @@ def records_of(segments, omit):
 @settings(deadline=None, max_examples=60)
 @given(segments=SEGMENTS, omit=st.lists(st.booleans(), min_size=12, max_size=12))
 def test_any_stream_is_followed_to_the_count(segments, omit):
-    """10.1: exact at each clock, within a count of a straight line between clocks, with any clocks omitted."""
+    """10.1: positions are exact at each clock, and within a count of a straight line between clocks."""
     bench = Bench()
     motor = ready(bench)
     advance(bench)
@@ -70,7 +70,7 @@ def streamed(words, cut, pieces):
 
 
 def test_a_stream_at_9600_baud_is_fed_while_it_runs(bench):
-    """10.1: omitting clocks saves half the line: 6 characters are 6.25 ms, less than the 62.9 ms of 256 samples."""
+    """10.1: without clocks a segment needs 6 characters, 6.25 ms; its 256 samples last 62.9 ms."""
     motor = ready(bench, line="9600 8N1")
     words = "O=0 MV V=65536 A=100 MD " + points((0, 0), (256, 256)) + "G "
     words += "".join(position(256 * index) for index in range(2, 30)) + clock(256 * 29) + clock(256 * 29)
@@ -88,7 +88,7 @@ def test_a_stream_at_9600_baud_is_fed_while_it_runs(bench):
 
 
 def test_a_line_that_is_too_slow_underflows(bench):
-    """16 samples are 3.9 ms, a record 6.25 ms."""
+    """10.1: a record takes 6.25 ms, but its 16 samples last only 3.9 ms: an underflow."""
     motor = ready(bench, line="9600 8N1")
     words = "O=0 MD " + points((0, 0), (16, 16)) + "G " + "".join(position(16 * index) for index in range(2, 60))
     motor.serial.write(words.encode("latin-1"))
@@ -116,7 +116,7 @@ def test_a_real_motor_keeps_its_velocity_through_the_exit(bench):
 
 
 def test_reversed_by_f_2_the_shaft_runs_the_other_way(bench, motor):
-    """7.1: F=2: "the motor shaft will physically spin in the opposite direction for any given mode"."""
+    """7.1, F=2: "the motor shaft will physically spin in the opposite direction for any given mode"."""
     start_host_mode(bench, motor, "F=2 O=0 MV V=65536 A=100 ", points((0, 0), (100, 100)) + clock(100))
     assert positions(bench, motor, 150) == [-at for at in range(1, 151)]
     assert send(bench, motor, "RP RV", 0) == b"150\r65536\r"
@@ -150,7 +150,7 @@ def test_host_mode_after_host_mode(bench, motor):
 
 
 def test_a_relative_move_from_the_exit_can_be_repeated(bench, motor):
-    """10.2: relative distance: after the exit's own step G makes another."""
+    """10.2, relative distance: G makes the exit's own move, and another G repeats it."""
     start_host_mode(bench, motor, "O=0 MP A=65536000 V=65536000 D=50 ", points((0, 0), (100, 100)) + clock(100))
     assert positions(bench, motor, 102)[-1] == 150
     send(bench, motor, "G", 0)
@@ -166,7 +166,7 @@ def test_a_relative_move_from_the_exit_can_be_repeated(bench, motor):
     ],
 )
 def test_the_position_of_the_duplicated_clock_is_ignored(bench, motor, records):
-    """10.2, also when the clock before has been omitted, and when more records follow."""
+    """10.2: the position is ignored also when the clock before has been omitted, and when more records follow."""
     start_host_mode(bench, motor, "O=0 MV V=0 A=65536000 ", records)
     assert positions(bench, motor, 200) == [*range(1, 129)] + [128] * 72
     assert send(bench, motor, "RMODE RBs", 0) == b"V\r0\r"

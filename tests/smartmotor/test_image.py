@@ -18,13 +18,13 @@ C5
     END
   ENDIF
 """
-# 0 a=1, 4 C5, 7 WHILE a<3, 17 a=a+1, 23 LOOP, 28 IF a==3, 36 RETURN, 43 ELSE, 48 END, 52 ENDIF, 58 the end
+# places: 0 a=1, 4 C5, 7 WHILE a<3, 17 a=a+1, 23 LOOP, 28 IF a==3, 36 RETURN, 43 ELSE, 48 END, 52 ENDIF, 58 the end
 TEXT = "a=1\nC5\nWHILE a<3\na=a+1\nLOOP\nIF a==3\nRETURN\nELSE\nEND\nENDIF\n"
 WITH_JUMPS = "a=1\nC5\n$W001CLE a<3\na=a+1\n$L0007P\n$I0030 a==3\nRETURN\n$E003AE\nEND\nENDIF\n"
 
 
 def decode(data):
-    """Return the loaded text, and True if the sums of its header are right."""
+    """Return the loaded text, and True if the sums in its header are right."""
     decoder = Decoder()
     decoder.feed(data)
     return decoder.result()
@@ -44,29 +44,29 @@ def test_what_stands_on_one_line_stays_on_one_line():
 
 
 def test_the_words_of_program_flow_contain_their_jumps():
-    """WHILE jumps past LOOP, LOOP back to WHILE, IF past ELSE, ELSE past ENDIF; places count characters of the text."""
+    """WHILE jumps past LOOP, LOOP back to WHILE, IF past ELSE, ELSE past ENDIF; a place is a character of the text."""
     assert encode(TEXT).decode()[35:] == WITH_JUMPS
 
 
 def test_the_header_has_labels_sum_length_and_the_label_addresses():
-    """One label, C5 at 4; 58 characters; their codes add up to 3,500."""
+    """The header of TEXT: one label, C5 at place 4; 58 characters, whose codes add up to 3,500."""
     assert sum(ord(character) for character in TEXT) == 0xDAC
     assert encode(TEXT).decode()[:35] == "$4001000DAC00003A000004000000050004"
     assert labels(TEXT) == {5: 4}
 
 
 def test_the_sums_of_the_program_end():
-    """RCKS: END alone has 0000E1: 45h + 4Eh + 44h + 0Ah."""
+    """RCKS of a program that is only END reports 0000E1: 45h + 4Eh + 44h + 0Ah."""
     assert sums("END\n") == (0, 0xE1)
 
 
 def test_a_switch_goes_from_case_to_case_and_break_behind_its_end():
-    text = "SWITCH a\nCASE 1\nBREAK\nCASE 2\nDEFAULT\nENDS\nEND\n"  # 0, 9, 16, 22, 29, 37, 42
+    text = "SWITCH a\nCASE 1\nBREAK\nCASE 2\nDEFAULT\nENDS\nEND\n"  # places of the words: 0, 9, 16, 22, 29, 37, 42
     assert encode(text).decode()[27:] == ("$S0009TCH a\n$C0016E 1\n$B002AAK\n$C001DE 2\n$D002AAULT\nENDS\nEND\n")
 
 
 def test_elseif_is_tried_when_the_condition_before_it_is_false():
-    text = "IF a\nb=1\nELSEIF c\nb=2\nENDIF\n"  # 0, 5, 9, 18, 22, 28
+    text = "IF a\nb=1\nELSEIF c\nb=2\nENDIF\n"  # places of the words: 0, 5, 9, 18, 22, 28
     assert encode(text).decode()[27:] == "$I0009 a\nb=1\n$E001CEIF c\nb=2\nENDIF\n"
 
 
@@ -81,7 +81,7 @@ def test_an_image_decodes_to_the_text_it_was_made_of():
 
 
 def test_words_of_program_flow_are_understood_without_a_header_too():
-    """Users have seen IF as $I003F and WHILE as $W0059LE."""
+    """Without a header IF is still recognised in $I003F, and WHILE in $W0059LE, as users have found them."""
     assert decode(b"$W0059LE 1\n$I003F a\nb=1\nENDIF\n$L0000P\n") == ("WHILE 1\nIF a\nb=1\nENDIF\nLOOP\n", True)
 
 

@@ -1,4 +1,4 @@
-"""Chapter 6, and 12 of the base language: the seven user pins as the host and a program see them."""
+"""Chapter 6, and 12 of the base language: the seven user pins as a host and a program read and set them."""
 
 from itertools import pairwise, product
 
@@ -16,7 +16,7 @@ OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
 
 
 def wire(motor: Controller, word: int) -> None:
-    """Table 6.1: A is bit 0, G is bit 6."""
+    """Set all pins from a word; in table 6.1 A is bit 0 and G is bit 6."""
     for bit, name in enumerate(PINS):
         motor.pins[name].drive(bool(word >> bit & 1))
 
@@ -32,14 +32,14 @@ def flag(bench: Bench, motor: Controller, text: str) -> bool:
 
 
 def test_u_is_the_sum_of_the_values_in_table_6_1(bench, motor):
-    """All 128 words."""
+    """6.1: U is right for all 128 combinations of the pins."""
     for word in range(128):
         wire(motor, word)
         assert ask(bench, motor, "RU", 0) == str(word)
 
 
 def test_single_reports_and_u_agree(bench, motor):
-    """6.1, 6.2, for words with each bit once high, once low."""
+    """6.1, 6.2: reports of single pins agree with U, in words where each bit is once high and once low."""
     for word in (0b1010101, 0b0101010, 0b1110000, 0b0001111):
         wire(motor, word)
         answers = send(bench, motor, " ".join(f"RU{name}" for name in PINS)).split()
@@ -51,7 +51,7 @@ def test_single_reports_and_u_agree(bench, motor):
     [("U", 90), ("U&64", 64), ("U&1", 0), ("U|1", 91), ("U*2+1", 181), ("U!|127", 37), ("127-U", 37), ("U==90", 1)],
 )
 def test_u_in_expressions(bench, motor, expression, value):
-    """6.1: "U can be operated by logical and mathematical operations"; 90 is 64+16+8+2."""
+    """6.1: "U can be operated by logical and mathematical operations"; the pins are set to 90 = 64+16+8+2."""
     wire(motor, 90)
     assert send(bench, motor, f"a={expression} Ra") == f"{value}\r".encode()
 
@@ -65,7 +65,7 @@ def test_u_is_stored_into_variables_and_arrays(bench, motor):
 
 
 def test_u_reports_pins_in_any_role(bench):
-    """6.1: "state of all 7 I/O pins", limits and the go input included."""
+    """6.1: "state of all 7 I/O pins", also of limit inputs and the go input."""
     motor = bare(bench)
     motor.pins["C"].drive(False)
     motor.pins["G"].drive(False)
@@ -80,7 +80,7 @@ def test_u_reports_outputs_too(bench, motor):
 
 
 def test_print_u_adds_nothing(bench, motor):
-    """6.1, PRINT(U): the value of U, without a CR."""
+    """6.1, PRINT(U): prints the value of U without a CR."""
     wire(motor, 90)
     assert send(bench, motor, "PRINT(U)") == b"90"
     assert send(bench, motor, "PRINT(U,#13)") == b"90\r"
@@ -88,7 +88,7 @@ def test_print_u_adds_nothing(bench, motor):
 
 
 def test_print1_u_goes_to_channel_1(bench, motor):
-    """6.1, PRINT1(U): to the RS485 channel; pins E and F are the channel then."""
+    """6.1, PRINT1(U): prints to the RS485 channel, for which pins E and F are used."""
     port = motor.rs485
     send(bench, motor, OPEN)
     motor.pins["D"].drive(False)
@@ -116,7 +116,7 @@ def test_reports_go_to_the_current_channel(bench, motor, channel, word):
 
 
 def test_u_in_a_program(bench, motor):
-    """6.1 with IF and WHILE: counts the samples a button has been pressed."""
+    """6.1: with IF and WHILE a program counts the samples during which a button is pressed."""
     load(bench, motor, "WHILE U&1\nLOOP\nIF U&2\nPRINT(U&3,#13)\nELSE\nRUB\nENDIF\nEND\n")
     send(bench, motor, "RUN", 0.1)
     assert motor.serial.read() == b""
@@ -127,7 +127,7 @@ def test_u_in_a_program(bench, motor):
 
 @pytest.mark.parametrize("text", ["U=5", "RUH", "RUU", "RUAB", "RU1", "UHI", "UAX", "UAA=5", "UAI=1", "Rua", "U"])
 def test_read_only_values_and_missing_pins_are_not_commands(bench, motor, text):
-    """U and the analog values are read only; there are seven pins."""
+    """Assigning U or an analog value, or naming an eighth pin, is a syntax error."""
     assert flag(bench, motor, text)
 
 
@@ -137,14 +137,14 @@ def test_read_only_values_and_missing_pins_are_not_commands(bench, motor, text):
 @pytest.mark.parametrize("name", PINS)
 @pytest.mark.parametrize(("volts", "level"), [(0.0, 0), (0.5, 0), (0.8, 0), (2.0, 1), (2.4, 1), (5.0, 1)])
 def test_thresholds(bench, motor, name, volts, level):
-    """6.2: "1 is 2.0 volts or higher and 0 is 0.8 volts or lower", in every form of the question."""
+    """6.2: "1 is 2.0 volts or higher and 0 is 0.8 volts or lower", in each report and expression."""
     motor.pins[name].drive(volts)
     answer = send(bench, motor, f"RU{name} a=U{name}I Ra b=U{name} Rb c=U>>0")
     assert answer == f"{level}\r{level}\r{level}\r".encode()
 
 
 def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, motor):
-    """6.2 does not define the level; all reports agree on 0 or 1."""
+    """6.2 does not define the level between 0.8 V and 2.0 V; all reports agree on 0 or 1."""
     for tenths in range(9, 20):
         motor.pins["A"].drive(tenths / 10)
         first, second, word = send(bench, motor, "RUA a=UAI Ra a=U&1 Ra").split()
@@ -153,7 +153,7 @@ def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, moto
 
 
 def test_a_released_pin_is_pulled_up(bench, motor):
-    """12 of the base language: 5 kΩ to +5 V."""
+    """12 of the base language: 5 kΩ pull a released pin up to +5 V."""
     for name in PINS:
         motor.pins[name].drive(False)
         motor.pins[name].release()
@@ -167,7 +167,7 @@ def test_a_released_pin_is_pulled_up(bench, motor):
 @given(millivolts=st.integers(0, 5000), name=st.sampled_from(PINS))
 @settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_analog_values_are_proportional(bench, motor, millivolts, name):
-    """6.3: ten bits; within one step of 1023 × volts / 5."""
+    """6.3: ten bits; the value is within one step of 1023 × volts / 5."""
     motor.pins[name].drive(millivolts / 1000)
     value = int(ask(bench, motor, f"RU{name}A", 0))
     assert abs(value - 1023 * millivolts / 5000) <= 1
@@ -175,7 +175,7 @@ def test_analog_values_are_proportional(bench, motor, millivolts, name):
 
 @pytest.mark.parametrize("volts", [-3.0, 12.0, float("nan"), float("inf")])
 def test_a_voltage_beyond_the_range_is_refused(bench, motor, volts):
-    """6.3: 0 to 5 V; another voltage is an error of the user, and the pin does not change."""
+    """6.3: the range is 0 to 5 V; another voltage is an error of the user, and the pin does not change."""
     motor.pins["B"].drive(2.5)
     with pytest.raises(AxistwinError):
         motor.pins["B"].drive(volts)
@@ -189,7 +189,7 @@ def test_analog_values_of_outputs(bench, motor):
 
 
 def test_analog_values_in_a_program(bench, motor):
-    """6.3: 1 V, 2 V, 4 V: 1023 × 1/5, 2/5 and 4/5 to the nearest."""
+    """6.3: 1 V, 2 V and 4 V read as 1023 × 1/5, 2/5 and 4/5, to the nearest whole number."""
     load(bench, motor, "a=UAA+0\nb=UBA*2\nc=UEA/2\nPRINT(a,#32,b,#32,c,#13)\nEND\n")
     for name, volts in (("A", 1.0), ("B", 2.0), ("E", 4.0)):
         motor.pins[name].drive(volts)
@@ -201,7 +201,7 @@ def test_analog_values_in_a_program(bench, motor):
 
 @pytest.mark.parametrize("name", PINS)
 def test_directions_and_latches(bench, motor, name):
-    """12: UxO, UxI, Ux=; the latch is kept while the pin is an input."""
+    """12: UxO and UxI set the direction, Ux= the latch; the latch is kept while the pin is an input."""
     pin = motor.pins[name]
     send(bench, motor, f"U{name}=1 U{name}O")
     assert pin.volts == 5.0
@@ -218,7 +218,7 @@ def test_directions_and_latches(bench, motor, name):
 
 
 def test_outputs_are_independent(bench, motor):
-    """Every word on the seven outputs, pin by pin."""
+    """Each of the 128 combinations of the seven outputs is right on every pin."""
     send(bench, motor, " ".join(f"U{name}O" for name in PINS))
     for levels in list(product([0, 1], repeat=7))[::5]:
         send(bench, motor, " ".join(f"U{name}={level}" for name, level in zip(PINS, levels, strict=True)), 0)
@@ -237,7 +237,7 @@ def test_an_output_is_set_at_the_time_of_its_command(bench, motor):
 
 
 def test_a_program_makes_pulses_of_whole_samples(bench, motor):
-    """Ruling 14: one statement per sample: UA=1, UA=0 and LOOP, WHILE: high for one, low for three."""
+    """Ruling 14, one statement per sample: after UA=1 pin A is high for one sample; after UA=0, low for three."""
     load(bench, motor, "UAO\nWHILE 1\nUA=1\nUA=0\nLOOP\nEND\n")
     found: list[tuple[int, bool]] = []
     motor.pins["A"].subscribe(lambda pin: found.append((bench.now, pin.level)))
@@ -245,7 +245,7 @@ def test_a_program_makes_pulses_of_whole_samples(bench, motor):
     times = [at for at, _ in found]
     assert all(at % SAMPLE_NS == 0 for at in times)
     gaps = [(later - earlier) // SAMPLE_NS for earlier, later in pairwise(times)]
-    assert gaps[:9] == [2, 1, 3, 1, 3, 1, 3, 1, 3]  # the first: UAO, WHILE, UA=1
+    assert gaps[:9] == [2, 1, 3, 1, 3, 1, 3, 1, 3]  # the first pulse follows UAO, WHILE and UA=1
 
 
 @pytest.mark.parametrize(("name", "role", "flags"), [("C", "UCP", "RBp RBr"), ("D", "UDM", "RBm RBl")])
@@ -262,7 +262,7 @@ def test_limit_roles(bench, motor, name, role, flags):
 
 
 def test_reading_pin_g_or_c_changes_no_role(bench, motor):
-    """12: RUG, U, UG as values: pin G is still the go input."""
+    """12: after reading pin G by RUG, U or UG, it is still the go input."""
     send(bench, motor, "A=65536 V=65536 P=50 RUG a=U a=UG a=UGI RUGA")
     motor.pins["G"].drive(False)
     bench.run(0.1)
@@ -271,7 +271,7 @@ def test_reading_pin_g_or_c_changes_no_role(bench, motor):
 
 @pytest.mark.parametrize("level", [True, False])
 def test_the_index_input_is_bx(bench, motor, level):
-    """10 of the base language: Bx is the real-time level of the index input, and no part of U."""
+    """10 of the base language: Bx is the real-time level of the index input, which is not part of U."""
     motor.pins["index"].drive(level)
     bench.run(0.001)
     assert send(bench, motor, "RBx RU") == f"{int(level)}\r127\r".encode()
@@ -286,7 +286,7 @@ def test_counting_continues_in_any_direction_of_a_and_b(bench, motor):
 
 
 def test_pins_after_a_power_cut_in_the_middle(bench, motor):
-    """12: inputs, latches 0, limits and the go input."""
+    """12: after a power cut pins are inputs with latches 0, pins C and D are limits, and G is the go input."""
     send(bench, motor, "UCO UC=1 UGO UG=1 UAO UA=1")
     motor.power(False)
     bench.run(0.01)

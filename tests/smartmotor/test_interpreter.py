@@ -14,7 +14,7 @@ def run(text, samples=1000, **keywords):
 
 
 def test_one_statement_per_sample():
-    """Labels, ENDIF, ENDS and comments take no time, LOOP takes its sample."""
+    """Each statement takes one sample, LOOP too; labels, ENDIF, ENDS and comments take no time."""
     program = run("C5 a=1 ' comment\nWHILE a<3\n  a=a+1\nLOOP\nIF a==3 b=1 ENDIF\nEND")
     assert program.carried_out == [
         "a=1", "WHILE a<3", "a=a+1", "LOOP", "WHILE a<3", "a=a+1", "LOOP", "WHILE a<3", "IF a==3", "b=1", "END",
@@ -59,7 +59,7 @@ SWITCH = "SWITCH a CASE 1 b=1 BREAK CASE -2 b=2 CASE 3 c=3 BREAK DEFAULT b=9 END
     ("a", "expected"),
     [
         (1, ["SWITCH a", "CASE 1", "b=1", "BREAK"]),
-        (-2, ["SWITCH a", "CASE 1", "CASE -2", "b=2", "c=3", "BREAK"]),  # no BREAK: falls through in no time
+        (-2, ["SWITCH a", "CASE 1", "CASE -2", "b=2", "c=3", "BREAK"]),  # no BREAK: continue after CASE -2, in no time
         (3, ["SWITCH a", "CASE 1", "CASE -2", "CASE 3", "c=3", "BREAK"]),
         (7, ["SWITCH a", "CASE 1", "CASE -2", "CASE 3", "b=9"]),
     ],
@@ -86,7 +86,7 @@ def test_switches_within_switches():
 
 def test_a_switch_in_an_interrupt_does_not_disturb_the_one_interrupted():
     program = Processor("a=3 SWITCH a CASE 1 b=1 BREAK CASE 3 b=3 ENDS END C1 SWITCH 1 CASE 1 c=1 ENDS RETURNF")
-    program.run(2)  # the SWITCH has been carried out
+    program.run(2)  # the SWITCH has been executed
     program.i[state.RETURNS] = program.i[state.PC] << 2 | state.CALL_FAULT
     program.i[state.DEPTH], program.i[state.PC] = 1, program.program.labels[1]
     program.run()
@@ -143,7 +143,7 @@ def test_what_lets_c2_be_called_again(word, called):
 
 
 def test_wait():
-    """WAIT=n: the next statement comes n samples later."""
+    """After WAIT=n the next statement is executed n samples later."""
     program = run("a=1 WAIT=3 a=2 WAIT=0 a=3 WAIT=-5 a=4")
     assert program.carried_out == ["a=1", "WAIT=3", None, None, "a=2", "WAIT=0", "a=3", "WAIT=-5", "a=4", "(end)"]
 
@@ -170,14 +170,14 @@ def test_a_condition_that_has_no_value_does_not_hold():
 
 
 def test_values_in_an_array_are_truncated():
-    """ab[] 8 bits, aw[] 16 bits, signed (8.2)."""
+    """8.2: a value stored in ab[] is truncated to 8 bits, in aw[] to 16 bits, signed."""
     program = run("ab[0]=200 ab[1]=-1 aw[1]=40000 al[1]=-5 b=ab[0] c=aw[1] d=al[0] e=ab[7] ab[204]=1 aw[-1]=1")
     assert [program[letter] for letter in "bcde"] == [200 - 256, 40000 - 65536, -0x38000000 + 0x00FF9C40, -5]
     assert program.i[state.BU] == 1
 
 
 def test_a_row_of_values():
-    """1.1: aw[0] 0 100 500 700. sets consecutive elements; example 3 has 6 of them."""
+    """1.1: `aw[0] 0 100 500 700.` sets consecutive elements; a list of example 3 has 6 values."""
     program = run("aw[0] 0 700 1100 2200 3300 2200. a=aw[5] b=aw[2] c=1 al[49] -7 8 9. ab[c+1] 3.")
     assert (program["a"], program["b"], program.i[state.BU]) == (2200, 1100, 1)
     assert program.v[state.DOUBLES + 49] == -7
@@ -250,7 +250,7 @@ def test_compiled_and_plain_are_the_same(text):
     [False, pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed"))],
 )
 def test_a_condition_that_is_not_an_expression_sets_bs_and_is_false(text, values, compiled):
-    """Base 8: `IF n=3` is not a comparison; IF, ELSEIF, WHILE, SWITCH and CASE keep their block structure."""
+    """Base 8: `IF n=3` is not a comparison, so the condition is false; the structure of the blocks is kept."""
     program = run(text, compiled=compiled)
     assert [program[letter] for letter in "abc"] == values
     assert program.i[state.BS] == 1

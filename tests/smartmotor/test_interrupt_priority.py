@@ -12,7 +12,7 @@ from .talking import advance, ask, load, ready, run, send, values, wired
 
 
 def moment_of_both(bench: Bench, motor: Controller, offset: int, **options) -> None:
-    """Return the times of edges with which C1 alone would begin `offset` samples after C2 alone."""
+    """Cause a fault and an edge at such times that, each alone, C1 would begin `offset` samples after C2."""
     to_c1, to_c2 = delays(**options)
     first, second, apart = ("G", "C", to_c2 - to_c1 + offset)
     if apart < 0:
@@ -24,7 +24,7 @@ def moment_of_both(bench: Bench, motor: Controller, offset: int, **options) -> N
 
 @pytest.mark.parametrize("debounce", [1, 2, 8])
 def test_at_the_same_time_the_fault_takes_priority_and_c2_is_not_called(bench, debounce):
-    """7.1, F=32, 1: "The fault takes priority and GOSUB2 will not be called"; not later either."""
+    """7.1, F=32, 1: "The fault takes priority and GOSUB2 will not be called", nor is it called after C1."""
     motor = wired(bench, debounce_samples=debounce)
     run(bench, motor, "F=96" + COUNTING)
     moment_of_both(bench, motor, 0, debounce_samples=debounce)
@@ -59,7 +59,7 @@ RETURNI
 
 @pytest.mark.parametrize(("offset", "said"), [(5, b"<2<11>2>"), (-5, b"<1<22>1>")])
 def test_each_may_interrupt_the_other(bench, offset, said):
-    """7.1: a fault in C2: C1 "will be called and return to C2"; an edge in C1: "a call to C2 will occur"."""
+    """7.1: a fault in C2 calls C1, which will "return to C2"; after an edge in C1 "a call to C2 will occur"."""
     motor = wired(bench)
     run(bench, motor, "F=96" + NESTED)
     moment_of_both(bench, motor, offset)
@@ -68,7 +68,7 @@ def test_each_may_interrupt_the_other(bench, offset, said):
 
 
 def test_the_rest_of_c1_follows_when_pin_g_is_still_low(bench):
-    """7.1, F=32, 3: "The Motor will enter back into C1 at the end of C2"."""
+    """7.1, F=32, 3: after C2, "The Motor will enter back into C1 at the end of C2"."""
     motor = wired(bench)
     run(bench, motor, "F=96" + NESTED)
     motor.pins["C"].drive(True)
@@ -98,7 +98,7 @@ RETURNI
 
 
 def test_f_and_191_as_the_first_instruction_of_c1_inhibits_c2(bench):
-    """7.1, note: "F=F&191 (191+64=255)"; F=96 at its end allows C2 again."""
+    """7.1, note: "F=F&191 (191+64=255)" as the first line of C1 inhibits C2; F=96 at the end of C1 allows C2 again."""
     motor = wired(bench)
     run(bench, motor, "F=96" + GUARDED)
     motor.pins["C"].drive(True)
@@ -116,7 +116,7 @@ def test_f_and_191_as_the_first_instruction_of_c1_inhibits_c2(bench):
 
 
 def test_wait_is_cut_short_by_c2(bench, motor):
-    """7.1: WAIT=8000 and G low less than 4000 ticks later: "the WAIT will be terminated"."""
+    """7.1: G goes low less than 4000 samples after WAIT=8000 has begun: "the WAIT will be terminated"."""
     run(bench, motor, "F=64\nUGI\na=CLK\nWAIT=8000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
     advance(bench, 3000)
     motor.pins["G"].drive(False)
@@ -124,7 +124,7 @@ def test_wait_is_cut_short_by_c2(bench, motor):
     advance(bench, 50)
     _, to_c2 = delays()
     assert values(bench, motor, "g") == [start + to_c2]
-    assert values(bench, motor, "b") == [start + to_c2 + 2]  # g=CLK, RETURNI, b=CLK
+    assert values(bench, motor, "b") == [start + to_c2 + 2]  # +2: g=CLK and RETURNI are executed before b=CLK
     advance(bench, 9000)
     assert values(bench, motor, "b") == [start + to_c2 + 2]
 
@@ -142,7 +142,7 @@ def test_a_motor_fault_without_f_32_ends_a_program_that_waits(bench, motor):
 
 
 def test_twait_is_not_cut_short(bench, motor):
-    """7.1: "All other valid commands will finish processing prior to the call"; 400 counts at 1 per sample."""
+    """7.1: "All other valid commands will finish processing prior to the call": TWAIT waits for a 400 count move."""
     moving = "UGI\nA=65536\nV=65536\nP=400\nG\nTWAIT\nb=CLK\nEND\nC2\ng=CLK\nh=Bt\nRETURNI\n"
     run(bench, motor, "F=64\n" + moving)
     assert ask(bench, motor, "RBt", 0) == "1"
@@ -156,9 +156,9 @@ def test_twait_is_not_cut_short(bench, motor):
 
 
 def test_a_long_print_is_completed_before_c2_is_called(tmp_path):
-    """7.1: "Long PRINT commands will be completed prior to GOSUB2 call"; at 9600 baud, edges in the middle of it.
+    """7.1: "Long PRINT commands will be completed prior to GOSUB2 call", also with edges during a PRINT at 9600 baud.
 
-    The host sees whole lines only; both 12 edges and 12 answers.
+    The host receives whole lines only, and an answer for each of the 12 edges.
     """
     text = "The quick brown fox jumps over"
     program = f'UGI\nF=64\nWHILE 1\nPRINT("{text}",#13)\nLOOP\nEND\nC2\nPRINT("!",#13)\nRETURNI\n'

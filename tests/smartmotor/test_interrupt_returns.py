@@ -9,7 +9,7 @@ from .talking import advance, ask, load, ready, run, send, value
 
 
 def test_an_edge_during_c2_does_not_call_it_again(bench, motor):
-    """7.1: not "until a prior GOSUB2 call has been completed by" RETURNI."""
+    """7.1: C2 is not called again "until a prior GOSUB2 call has been completed by" RETURNI."""
     run(bench, motor, main_with("WHILE p==0\nLOOP\nRETURNI"))
     for _ in range(5):
         trigger(bench, motor)
@@ -23,7 +23,7 @@ def test_an_edge_during_c2_does_not_call_it_again(bench, motor):
 
 
 def test_return_instead_of_returni_leaves_c2_closed(bench, motor):
-    """7.1: "A return by RETURNI rather than RETURN"."""
+    """7.1: C2 needs "A return by RETURNI rather than RETURN"; after RETURN, C2 is not called again."""
     run(bench, motor, main_with("RETURN"))
     trigger(bench, motor)
     before = value(bench, motor, "m")
@@ -34,7 +34,7 @@ def test_return_instead_of_returni_leaves_c2_closed(bench, motor):
 
 
 def test_stack_and_goto_complete_c2(bench, motor):
-    """7.1: "STACK (which should immediately be followed by GOTO)", more often than the stack has places."""
+    """7.1: "STACK (which should immediately be followed by GOTO)" completes C2, any number of times."""
     run(bench, motor, main_with("STACK\nGOTO9"))
     for count in range(1, 31):
         trigger(bench, motor)
@@ -56,7 +56,7 @@ def test_stack_in_the_main_program_after_a_plain_return(bench, motor):
 
 
 def test_end_completes_c2(bench, motor):
-    """7.1: "Or, END"; the program has to be run again."""
+    """7.1: "Or, END" completes C2; then RUN has to start the program again."""
     run(bench, motor, main_with("END"))
     trigger(bench, motor)
     before = value(bench, motor, "m")
@@ -69,7 +69,7 @@ def test_end_completes_c2(bench, motor):
 
 
 def test_a_hosts_end_and_run_complete_c2(bench, motor):
-    """7.1: END from the host in the middle of C2; 8 of the base language: RUN clears the return stack."""
+    """7.1: END from the host completes C2; 8 of the base language: RUN clears the return stack."""
     run(bench, motor, main_with("WHILE 1\nLOOP\nRETURNI"))
     for count in range(1, 16):
         trigger(bench, motor)
@@ -79,7 +79,7 @@ def test_a_hosts_end_and_run_complete_c2(bench, motor):
 
 
 def test_a_thousand_calls_do_not_overflow_the_stack(bench, motor):
-    """7.1: "recursive loop overflowing the stack"."""
+    """7.1: "recursive loop overflowing the stack" is a risk; a thousand calls of C2 do not overflow it."""
     run(bench, motor, main_with("RETURNI"))
     for _ in range(1000):
         trigger(bench, motor, 4, 6)
@@ -88,7 +88,7 @@ def test_a_thousand_calls_do_not_overflow_the_stack(bench, motor):
 
 
 def test_subroutines_within_subroutines_within_c2(bench):
-    """7.1 with GOSUB: the returns are in the right order."""
+    """7.1: GOSUBs inside C2 return in the right order."""
     program = """
 UGI
 F=64
@@ -123,7 +123,7 @@ RETURN
 
 @pytest.mark.parametrize("word", ["RETURNF", "RETURNI", "RETURN"])
 def test_a_return_with_nothing_to_return_to(bench, motor, word):
-    """After neither an interrupt nor a GOSUB the motor still answers."""
+    """Without an interrupt or a GOSUB to return from, the motor still answers after the return."""
     run(bench, motor, f"a=1\n{word}\nb=1\nEND\n")
     assert value(bench, motor, "a") == 1
     assert ask(bench, motor, "RP", 0) == "0"
@@ -133,7 +133,7 @@ def test_a_return_with_nothing_to_return_to(bench, motor, word):
 
 @pytest.mark.parametrize("word", ["RETURNF", "RETURNI"])
 def test_the_host_may_call_a_handler(bench, motor, word):
-    """1.2, GOSUBn by a host: the subroutine is run, and the idle motor is idle again."""
+    """1.2: a host may send GOSUBn for a handler: the subroutine is run, and then the motor is idle again."""
     number = 1 if word == "RETURNF" else 2
     load(bench, motor, f"END\nC{number}\na=a+1\n{word}\nb=b+1\nEND\n")
     send(bench, motor, f"GOSUB{number}", 0.01)
@@ -141,7 +141,7 @@ def test_the_host_may_call_a_handler(bench, motor, word):
 
 
 def test_an_end_in_c1_ends_the_program(bench, motor):
-    """4.1, 7.1."""
+    """4.1, 7.1: END in C1 ends the program."""
     motor.pins["C"].drive(False)
     send(bench, motor, "UCP ZS", 0.01)
     run(bench, motor, "F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\nEND\n")
@@ -153,7 +153,7 @@ def test_an_end_in_c1_ends_the_program(bench, motor):
 
 
 def test_without_a_label_the_motor_still_works(bench, motor):
-    """F=96 without C1 and C2: no program counter is lost, commands are answered."""
+    """With F=96 but no labels C1 and C2, the program continues and commands are answered."""
     motor.pins["C"].drive(False)
     send(bench, motor, "UCP ZS", 0.01)
     run(bench, motor, "F=96\nUGI\nWHILE 1\nm=m+1\nLOOP\nEND\n")
@@ -187,7 +187,7 @@ def test_c2_is_open_again_after_a_new_start_in_its_middle(bench, again):
 
 
 def test_a_full_stack_prevents_only_one_call(bench):
-    """8 of the base language: ten returns; ten nested GOSUBs prevent a call of C2 until the first RETURN."""
+    """8 of the base language: the stack has ten places, so ten nested GOSUBs prevent C2 until the first RETURN."""
     deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nWHILE 1\nLOOP\nRETURN\n" for n in range(9))
     last = "C19\nWHILE p==0\nm=m+1\nLOOP\nRETURN\n"
     motor = ready(bench)
@@ -202,7 +202,7 @@ def test_a_full_stack_prevents_only_one_call(bench):
 
 @pytest.mark.parametrize("statements", [1, 2, 3, 50])
 def test_calls_with_more_statements_per_sample(bench, statements):
-    """Ruling 14: option statements_per_sample; each edge is one call all the same."""
+    """Ruling 14: with any number of statements per sample (option statements_per_sample), each edge is one call."""
     motor = ready(bench, statements_per_sample=statements)
     run(bench, motor, main_with("RETURNI"))
     for count in range(1, 8):

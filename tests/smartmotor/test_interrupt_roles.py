@@ -1,4 +1,4 @@
-"""Chapter 7: which roles of pin G call C2, and interrupts in any order at all."""
+"""Chapter 7: which roles of pin G call C2, and interrupts in any order."""
 
 import pytest
 from hypothesis import given, settings
@@ -21,7 +21,7 @@ def test_f_64_and_ug_goes_and_calls_c2(bench, motor):
 
 
 def test_in_a_fault_pin_g_calls_c2_but_does_not_go(bench, motor):
-    """4.1, note: "G-synchronization function on I/O pin G is inhibited"; F=64 "operates independently" of it."""
+    """4.1, note: "G-synchronization function on I/O pin G is inhibited"; but F=64 "operates independently" of it."""
     motor.pins["C"].drive(False)
     send(bench, motor, "UCP ZS", 0.01)
     run(bench, motor, main_with("RETURNI").replace("UGI", "UG\nA=65536\nV=65536\nP=100"))
@@ -34,7 +34,7 @@ def test_in_a_fault_pin_g_calls_c2_but_does_not_go(bench, motor):
 
 
 def test_f_64_and_ugi_only_calls_c2(bench, motor):
-    """7.1, F=64 2."""
+    """7.1, F=64 2: after UGI, an edge on pin G calls C2 and starts no move."""
     run(bench, motor, main_with("RETURNI").replace("UGI", "UGI\nA=65536\nV=65536\nP=100"))
     trigger(bench, motor, 300, 20)
     assert value(bench, motor, "j") == 1
@@ -55,7 +55,7 @@ def test_f_64_and_ugo_calls_c2_when_the_latch_goes_low(bench, motor):
 
 
 def test_a_program_triggers_itself(bench, motor):
-    """7.1, F=64 3: after UG=0 in the program C2 is called in the WAIT and ends it early."""
+    """7.1, F=64 3: UG=0 in the program calls C2 during the next WAIT, and so ends the WAIT early."""
     run(bench, motor, "UG=1\nUGO\nF=64\nWAIT=20\nUG=0\nWAIT=9000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
     assert 0 < value(bench, motor, "g") < value(bench, motor, "b")
 
@@ -75,7 +75,7 @@ def test_brkg_calls_c2_when_the_brake_is_released(bench, motor, mode):
 
 
 def test_a_motor_fault_calls_c1_while_g_is_a_motor_fault_output(bench, motor):
-    """5.1 note 3: BRKG with BRKSRV: G rises at the fault; "If F=32 is issued, C1 will also be called"."""
+    """5.1 note 3: with BRKG and BRKSRV, pin G rises at a fault; "If F=32 is issued, C1 will also be called"."""
     program = "F=32\nUGO\nBRKG\nE=50\nMV\nA=65536\nV=65536\nG\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nRETURNF\n"
     run(bench, motor, program)
     assert motor.pins["G"].level is False
@@ -121,7 +121,7 @@ RETURNI
 
 
 def played(acts: list[tuple[str, int]], pieces: int) -> tuple[bytes, int, int]:
-    """Return the result of a run of actions with the nanoseconds after each, at once or in pieces."""
+    """Execute actions, each followed by a number of nanoseconds, in one or more pieces; return the result."""
     bench = Bench()
     motor = ready(bench)
     motor.pins["C"].drive(False)
@@ -148,7 +148,7 @@ GAPS = st.sampled_from([0, 1, SAMPLE_NS - 1, SAMPLE_NS, SAMPLE_NS + 1, 2 * SAMPL
 @settings(deadline=None, max_examples=80)
 @given(acts=st.lists(st.tuples(st.sampled_from(ACTS.split()), GAPS), max_size=30))
 def test_any_order_of_edges_faults_and_commands_is_repeatable(acts):
-    """Executed twice, and in pieces: the same bytes, the same counts, at the same time."""
+    """The same actions, repeated and in pieces, give the same bytes and counts at the same times."""
     first = played(acts, 1)
     assert first[0].count(b"\r") == 6
     assert played(acts, 1) == first

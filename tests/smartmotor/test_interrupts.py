@@ -9,7 +9,7 @@ from .talking import advance, ask, load, ready, run, send, values, wired
 
 
 def test_each_falling_edge_of_g_calls_c2_once(bench, motor):
-    """7.1: F=64: "when the I/O pin G goes from a high to low edge transition"; a low level alone calls nothing."""
+    """7.1, F=64: "when the I/O pin G goes from a high to low edge transition"; a low level alone calls nothing."""
     run(bench, motor, "F=64" + COUNTING)
     for count in range(1, 5):
         motor.pins["G"].drive(False)
@@ -26,7 +26,7 @@ def test_the_program_goes_on_where_it_was_interrupted(bench, motor):
     trigger(bench, motor)
     before = values(bench, motor, "m")[0]
     advance(bench, 300)
-    assert values(bench, motor, "m")[0] == before + 100  # WHILE, m=m+1, LOOP: three samples each
+    assert values(bench, motor, "m")[0] == before + 100  # WHILE, m=m+1 and LOOP take three samples per pass
 
 
 def test_without_f_64_an_edge_calls_nothing(bench):
@@ -39,7 +39,7 @@ def test_without_f_64_an_edge_calls_nothing(bench):
 
 
 def test_pin_g_low_already_when_f_64_is_given(bench, motor):
-    """7.1: an edge, not a level."""
+    """7.1: an edge calls C2; a pin that is already low when F=64 is given does not."""
     motor.pins["G"].drive(False)
     advance(bench, 50)
     run(bench, motor, "F=64" + COUNTING)
@@ -52,7 +52,7 @@ def test_pin_g_low_already_when_f_64_is_given(bench, motor):
 
 @pytest.mark.parametrize("debounce", [1, 2, 5, 20])
 def test_pin_g_is_polled_once_per_sample_and_debounced(bench, debounce):
-    """7.1: this number of samples low is an edge, fewer are not."""
+    """7.1: a low level for the number of samples in option `debounce` is an edge; a shorter one is not."""
     motor = ready(bench, debounce_samples=debounce)
     run(bench, motor, "F=64" + COUNTING)
     if debounce > 1:
@@ -63,7 +63,7 @@ def test_pin_g_is_polled_once_per_sample_and_debounced(bench, debounce):
 
 
 def test_a_pulse_between_two_polls_is_not_seen(bench):
-    """7.1: "polled once per sample"."""
+    """7.1: the pin is "polled once per sample", so a pulse between two polls is not detected."""
     motor = ready(bench, debounce_samples=1)
     run(bench, motor, "F=64" + COUNTING)
     bench.clock.run_to(bench.now + 10_000)
@@ -75,9 +75,9 @@ def test_a_pulse_between_two_polls_is_not_seen(bench):
 
 
 def test_a_bouncing_switch_calls_c2_once(bench):
-    """7.1: "is de-bounced": 15 changes, 100 µs each, before it stays low, and as many before it stays high.
+    """7.1: the pin "is de-bounced": 15 changes, 100 µs apart, before it stays low, and 15 before it stays high.
 
-    The switch bounces for less than seven samples; eight equal samples are required.
+    The switch bounces for less than seven samples; an edge requires eight equal samples.
     """
     motor = ready(bench, debounce_samples=8)
     run(bench, motor, "F=64" + COUNTING)
@@ -105,7 +105,7 @@ def test_a_limit_input_calls_c1_once_for_each_new_occurrence(bench, names):
 
 
 def test_both_limits_one_after_the_other(bench):
-    """7.1: Bp, then Bm: two occurrences."""
+    """7.1: first Bp and then Bm are two occurrences, so C1 is called twice."""
     motor = wired(bench)
     run(bench, motor, "F=32" + COUNTING)
     motor.pins["C"].drive(True)
@@ -116,7 +116,7 @@ def test_both_limits_one_after_the_other(bench):
 
 
 def test_a_limit_that_is_active_already_calls_nothing(bench):
-    """7.1: "becomes active"."""
+    """7.1: C1 is called when the limit "becomes active", not for a limit that already is."""
     motor = wired(bench)
     motor.pins["C"].drive(True)
     advance(bench, 50)
@@ -132,7 +132,7 @@ def test_a_limit_that_is_active_already_calls_nothing(bench):
 
 
 def test_a_software_limit_calls_c1(bench):
-    """7.1: "via software or hardware limits"."""
+    """7.1: C1 is called for limits "via software or hardware limits"."""
     motor = wired(bench)
     run(bench, motor, "F=32" + COUNTING)
     send(bench, motor, "SLN=-5000 SLP=100 SLE A=65536 V=65536 P=1000 G", 0)
@@ -157,7 +157,7 @@ def test_a_position_error_calls_c1_or_ends_the_program(bench, motor, functions):
 
 
 def test_overheat_calls_c1(bench, motor):
-    """7.1: Bh."""
+    """7.1: Bh (overheat) calls C1."""
     run(bench, motor, "F=32" + COUNTING)
     send(bench, motor, "THD=100 TH=10", 0)
     advance(bench, 200)
@@ -166,7 +166,7 @@ def test_overheat_calls_c1(bench, motor):
 
 
 def test_a_jammed_motor_overheats_and_calls_c1(bench):
-    """7.1, Bh: "this is also RMS over-current"; full torque on a shaft that cannot turn."""
+    """7.1, Bh: "this is also RMS over-current"; here full torque on a shaft that cannot turn."""
     motor = ready(bench, shaft={"motor": "frame23"})
     run(bench, motor, "F=32\nMT\nT=1023" + COUNTING)
     motor.axes["shaft"].jam(True)
@@ -177,7 +177,7 @@ def test_a_jammed_motor_overheats_and_calls_c1(bench):
 
 
 def test_a_fault_in_c1_calls_c1_again_when_it_has_returned(bench):
-    """1.2: "a new occurrence": a limit opens while C1 handles a position error; no call is lost or nested."""
+    """1.2: "a new occurrence": if a limit opens while C1 handles a position error, C1 is called again afterwards."""
     motor = wired(bench)
     program = "F=32\nE=20\nA=65536\nV=65536\nMV\nG\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nWAIT=60\nj=j+1\nRETURNF\n"
     run(bench, motor, program)
@@ -191,7 +191,7 @@ def test_a_fault_in_c1_calls_c1_again_when_it_has_returned(bench):
 
 
 def test_c1_is_called_when_the_main_program_has_ended(bench):
-    """RULINGS 17: the main program of 4.3 has ended before the fault, and does not continue when C1 returns."""
+    """RULINGS 17: after the main program of 4.3 has ended, a fault calls C1; the main program does not continue."""
     motor = wired(bench)
     load(bench, motor, "F=32\na=1\nEND\na=2\nC1\ni=i+1\nRETURNF\na=3\n")
     send(bench, motor, "RUN", 0.05)

@@ -1,4 +1,4 @@
-"""Compilation of the sampled functions: conditions, the cache, and older versions in the cache."""
+"""Compilation of the sampled functions: its conditions, and its cache, also with older versions in it."""
 
 import logging
 import os
@@ -16,7 +16,7 @@ needs_numba = pytest.mark.skipif(not jit.available(), reason="Numba is not insta
 
 @pytest.fixture
 def afresh(monkeypatch):
-    """Forget the setting before and after the test."""
+    """Reset the setting before and after the test."""
     forget()
     yield monkeypatch
     forget()
@@ -47,7 +47,7 @@ def test_without_numba_it_is_slow_and_programs_can_say_so(afresh, caplog):
         assert not jit.available()
     assert jit.note().startswith('SmartMotors run in plain Python, many times slower: pip install "numba')
     assert jit.note().endswith(', or in a clone pip install ".[fast]"')
-    assert not caplog.records  # a record would repeat the note
+    assert not caplog.records  # the note is not logged a second time
 
 
 def test_on_without_numba_is_an_error(afresh):

@@ -1,4 +1,4 @@
-"""Properties of any run of the kernel: acceleration and speed within their limits, moves that end at their targets."""
+"""Properties of any run of the kernel: acceleration and speed stay within limits, and moves end at their targets."""
 
 import itertools
 
@@ -24,7 +24,7 @@ MOST = 400
 
 
 def moving(mode, velocity, **values):
-    """Return the kernel of an ideal motor in the middle of a move, at position 0."""
+    """Return the kernel of an ideal motor during a move, at position 0."""
     motor = ReferenceMotor(Program("END"), values={"OBSERVE_INDEX": 0}, error_limit=2**31)
     motor.runner.state = "stopped"
     motor.trajectory = Trajectory(mode, 0, velocity, **values)
@@ -50,7 +50,7 @@ def check_rate(places, rate):
 @settings(max_examples=60, deadline=None)
 @given(velocity=SPEEDS, top=st.integers(1, 2**24), rate=RATES, target=TARGETS)
 def test_a_position_move_keeps_to_a_and_v_in_every_sample(velocity, top, rate, target):
-    """4 of the base language: at most A from sample to sample, at most V once reached, and a stop at P."""
+    """4 of the base language: speed changes by at most A per sample, stays within V once below it, and is 0 at P."""
     kernel = moving("position", velocity, target=target, top=top, rate=rate)
     places = course(kernel)
     check_rate(places, rate)
@@ -72,7 +72,7 @@ def test_a_move_from_rest_never_turns_round(top, rate, target):
 @settings(max_examples=40, deadline=None)
 @given(velocity=SPEEDS, top=SPEEDS, rate=RATES)
 def test_a_velocity_move_goes_straight_to_its_velocity(velocity, top, rate):
-    """MV: a ramp of A per sample, from sign to sign through zero."""
+    """MV: the velocity changes by A per sample until it is V; from one sign to the other it passes through zero."""
     places = course(moving("velocity", velocity, top=top, rate=rate), 60)
     for n, (_, now) in enumerate(places):
         way = 1 if top >= velocity else -1
@@ -94,7 +94,7 @@ def test_x_comes_to_a_stop_at_a(velocity, rate):
 @THOROUGH
 @given(random=CHANCE)
 def test_expressions_have_the_value_of_the_reference_or_none(random):
-    """7 of the base language: Bd for what does not fit and for a division by zero, Bu for an index."""
+    """7 of the base language: overflow and division by zero set Bd, an invalid index sets Bu; both give no value."""
     lines = [f"{random.choice('pq')}={inventing.expression(random, 4, fetches=True)}" for _ in range(30)]
     all_of_them = Beside(random, "\n".join(lines))
     while all_of_them.motor.runner.state == "running":
@@ -126,7 +126,7 @@ def test_both_give_up_where_they_should(text, flag):
 
 @pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 def test_the_stack_fits_the_longest_expression():
-    """Numba does not check array bounds, so the parser limits the length."""
+    """The parser limits the length of an expression so that the stack suffices; Numba does not check array bounds."""
     from axistwin.controllers.smartmotor.language.expressions import Malformed, Reader
 
     deep = "a+(" * 20 + "a" + ")" * 20

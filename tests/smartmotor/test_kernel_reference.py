@@ -1,6 +1,6 @@
 """The kernel against a reference, bit by bit: random motors and programs, in plain Python and compiled.
 
-Both kernels are compared with one run of the reference, which is as slow as both kernels together.
+One run of the reference serves both kernels, because it takes as long as both of them together.
 """
 
 from dataclasses import replace
@@ -27,13 +27,13 @@ THOROUGH = settings(
     max_examples=40,
     deadline=None,
     suppress_health_check=list(HealthCheck),
-    phases=[Phase.explicit, Phase.reuse, Phase.generate],  # to shrink such a failure takes minutes and helps little
+    phases=[Phase.explicit, Phase.reuse, Phase.generate],  # shrinking such a failure takes minutes and helps little
 )
 PARAMETERS = ["A", "V", "P", "MFMUL", "MFDIV", "BASE", "SIZE", "KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG", "ADDR"]
 
 
 def invented(random, text="END"):
-    """Return a random motor and its wiring."""
+    """Return a random motor, with random wiring."""
     data = random.choice([None, *SERVO_MOTORS.values()])
     if data:
         inductance = random.choice([0.0, 0.0, 7e-4])
@@ -129,7 +129,7 @@ def a_move_starts(random, motor):
     )
     samples = random.randint(2, 100)
     near = motor.trajectory.place + random.choice([1, -1]) * (rate * samples**2 // 4 + random.choice([0, 65536]))
-    near //= 65536  # a relative move may go through 2^31
+    near //= 65536  # a relative move may pass 2^31
     target = random.choice([near, near, near, random.randint(-(2**31), 2**31 - 1)])
     if random.random() < 0.3:
         motor.trajectory.velocity = random.randint(-(2**22), 2**22)
@@ -141,7 +141,7 @@ def a_move_starts(random, motor):
 
 def the_master_turns(random, motor):
     samples = random.randint(1, 300)
-    quarter = Fraction(motor.cam.now.base, 4 * motor.cam.now.factor)  # of a cam's cycle in one sample: just too fast
+    quarter = Fraction(motor.cam.now.base, 4 * motor.cam.now.factor)  # of a cycle; too fast for one sample
     rate = random.choice([Fraction(random.randint(0, 50_000), random.randint(1, 999)), quarter, quarter * 4 // 5])
     way, part = random.choice([1, -1]), random.randrange(7)
     ahead = Fraction(part, 7)
@@ -215,7 +215,7 @@ HAPPENINGS = [
 
 
 class Beside:
-    """The reference, and kernels on the same motor: in plain Python and, with Numba, compiled."""
+    """The reference, and kernels on the same motor, in plain Python and, with Numba, compiled."""
 
     def __init__(self, random, text):
         self.random, self.motor = random, invented(random, text)
@@ -239,7 +239,7 @@ class Beside:
             kernel.take(self.motor, what)
 
     def _react(self, why):
-        """Handle the events as Python does, in part; return True if the state has changed."""
+        """Handle some of the events that Python handles; return True if the state has changed."""
         motor, runner = self.motor, self.motor.runner
         leaves = "host" in motor.trajectory.mode and "exit" in why
         if "value" in why:

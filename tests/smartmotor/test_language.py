@@ -59,7 +59,7 @@ def test_a_command_is_recognised(text, code, operands):
     statement = read(text)
     assert statement.problem is None
     assert statement.command.code == code
-    given = (getattr(part, "name", part) for part in statement.operands)  # VST and VLD: the first variable
+    given = (getattr(part, "name", part) for part in statement.operands)  # VST and VLD store the first variable
     assert [part.constant if isinstance(part, Expression) else part for part in given] == operands
 
 
@@ -117,7 +117,7 @@ def test_what_is_wrong_is_told_with_its_place(text, expected):
 
 
 def test_a_host_may_not_send_what_belongs_to_a_program():
-    """Block commands are valid only inside a program (8 of the base language)."""
+    """8 of the base language: block commands are valid inside a program only, not from a host."""
     inside = [entry for entry in COMMANDS if Accept.HOST not in entry.accepted and Accept.REMOVED not in entry.accepted]
     assert [str(entry.code) for entry in inside] == [
         "Cn", "IF", "ELSEIF", "ELSE", "ENDIF", "WHILE", "LOOP", "SWITCH", "CASE", "DEFAULT", "BREAK", "ENDS", "RUN?",
@@ -167,7 +167,7 @@ def test_any_command_with_anything_behind_it_is_read(code, behind):
 
 
 def test_an_unknown_name_before_an_equal_sign_is_blamed_for_its_name():
-    """`=5` and `KP=` are parts of an assignment with blanks; `FOO=` is no assignment."""
+    """`=5` and `KP=` are parts of an assignment with blanks; in `FOO=` the message is about the name FOO."""
     assert read("FOO=").problem.rule.code == "SM101"
     assert read("KP=").problem.rule.code == "SM112"
     assert read("=5").problem.rule.code == "SM104"

@@ -1,4 +1,4 @@
-"""Hardware limits, and moving off a limit: section 3 and the acknowledgement of RULINGS 15."""
+"""Section 3: hardware limits, and moving off a limit after its acknowledgement (RULINGS 15)."""
 
 import pytest
 from hypothesis import given, settings
@@ -27,7 +27,7 @@ def wired(bench: Bench, **options) -> Controller:
 
 
 def run_into(bench: Bench, motor: Controller, pin: str) -> int:
-    """Move at one count per sample towards the switch on this pin, which opens; return the final position."""
+    """Move towards the switch on this pin at one count per sample until it opens; return the final position."""
     send(bench, motor, f"A={UNIT} V={PINS[pin][2] * UNIT} MV G", 0.01)
     motor.pins[pin].release()
     advance(bench, 2)
@@ -42,7 +42,7 @@ def motor(bench: Bench) -> Controller:
 @pytest.mark.parametrize("pin", "CD")
 @pytest.mark.parametrize("level", ["open", True, 5.0, 2.0])
 def test_loss_of_ground_is_a_limit_fault(bench, motor, pin, level):
-    """3.1: "active high asserted … Loss of ground potential results in limit fault", also at rest."""
+    """3.1: "active high asserted … Loss of ground potential results in limit fault", also of a motor at rest."""
     if level == "open":
         motor.pins[pin].release()
     else:
@@ -57,7 +57,7 @@ def test_loss_of_ground_is_a_limit_fault(bench, motor, pin, level):
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_limit_switches_the_servo_off_and_brakes(bench, motor, pin):
-    """3.2: "Turn off servo amplifier", "Apply dynamic brake, MTB", "engage static brake"; nothing moves any more."""
+    """3.2: "Turn off servo amplifier", "Apply dynamic brake, MTB", "engage static brake"; then the shaft is at rest."""
     latched, now, *_ = PINS[pin]
     assert not send(bench, motor, f"A={UNIT} V={PINS[pin][2] * UNIT} MV G", 0.01)
     assert not motor.pins["brake"].level
@@ -70,7 +70,7 @@ def test_a_limit_switches_the_servo_off_and_brakes(bench, motor, pin):
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_limit_pin_that_is_an_input_is_no_limit(bench, motor, pin):
-    """3.1 note 3: "assign right limit to be used as standard user-input port"."""
+    """3.1 note 3: "assign right limit to be used as standard user-input port": such a pin is not a limit."""
     send(bench, motor, PINS[pin][4])
     run_into(bench, motor, pin)
     assert status_word(bench, motor) == BT
@@ -78,7 +78,7 @@ def test_a_limit_pin_that_is_an_input_is_no_limit(bench, motor, pin):
 
 
 def test_ucp_and_udm_make_them_limits_again(bench):
-    """Reference 12: UCP, UDM; nothing is wired, so the next sample sets the fault again."""
+    """Reference 12: UCP and UDM make open pins limits again, so the next sample sets the faults again."""
     motor = ready(bench)
     send(bench, motor, "UCP")
     assert status_word(bench, motor) == BO + BR + BP
@@ -91,7 +91,7 @@ def test_ucp_and_udm_make_them_limits_again(bench):
     "command", ["G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "P=@P-100 G", "P=@P+100 G", "MV V=-V G"]
 )
 def test_commands_are_inhibited_before_the_flag_is_cleared(bench, motor, pin, command):
-    """3.2 note 1, also when the switch has closed again: "The fault has to be cleared before"."""
+    """3.2 note 1: "The fault has to be cleared before", even if the switch has closed again."""
     stood = run_into(bench, motor, pin)
     motor.pins[pin].drive(0.0)
     send(bench, motor, "T=500 MP")
@@ -158,7 +158,7 @@ def test_every_kind_of_move_is_judged_by_its_direction(bench, motor, pin, move):
 @pytest.mark.parametrize("pin", "CD")
 @pytest.mark.parametrize("before", ["MT", "T=-1*{s}*500 MT"])
 def test_reversed_torque_is_a_new_fault(bench, motor, pin, before):
-    """RULINGS 15: a move towards the limit is not accepted, and needs a new acknowledgement."""
+    """RULINGS 15: torque that is reversed towards the limit is a new fault, which needs a new acknowledgement."""
     latched, now, sign, own, _ = PINS[pin]
     run_into(bench, motor, pin)
     send(bench, motor, f"{own} " + before.format(s=sign), 0.01)
@@ -168,7 +168,7 @@ def test_reversed_torque_is_a_new_fault(bench, motor, pin, before):
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_reversed_master_is_a_new_fault(bench, motor, pin):
-    """The same while following: away is followed, back is a new fault after a few counts."""
+    """RULINGS 15, while following: motion away is allowed; if the master reverses, a few counts are a new fault."""
     latched, now, sign, own, _ = PINS[pin]
     stood = run_into(bench, motor, pin)
     send(bench, motor, f"{own} MF4")
@@ -184,7 +184,7 @@ def test_a_reversed_master_is_a_new_fault(bench, motor, pin):
 @pytest.mark.parametrize("pin", "CD")
 @pytest.mark.parametrize("limit", ["hard", "soft"])
 def test_a_reversed_trajectory_stops_at_the_limit(bench, motor, pin, limit):
-    """From 10 counts per sample away to 10 towards; meanwhile the switch opens, or SLE enables an exceeded limit."""
+    """The motion reverses from 10 counts per sample; meanwhile the switch opens, or SLE enables an exceeded limit."""
     latched, now, sign, *_ = PINS[pin]
     shaft = motor.axes["shaft"]
     send(bench, motor, f"A=6553 V={-10 * sign * UNIT} MV G", 0.1)
@@ -203,7 +203,7 @@ def test_a_reversed_trajectory_stops_at_the_limit(bench, motor, pin, limit):
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_limit_is_directional(bench, motor, pin):
-    """1.1, 3.1: "directional only": a switch that opens behind the motion is flagged, and the move continues."""
+    """1.1, 3.1: "directional only": at the end that the motor leaves, an open switch is flagged; the move continues."""
     latched, now, sign, *_ = PINS[pin]
     send(bench, motor, f"A={UNIT} V={UNIT} P={-200 * sign} MP G", 0.01)
     motor.pins[pin].release()
@@ -214,7 +214,7 @@ def test_a_limit_is_directional(bench, motor, pin):
 
 @pytest.mark.parametrize("pin", "CD")
 def test_the_other_flag_is_no_acknowledgement(bench, motor, pin):
-    """Zl does not acknowledge the right limit, nor Ze, Zh, Zs."""
+    """Zl does not acknowledge the right limit (that of Zr); nor do Ze, Zh and Zs."""
     stood = run_into(bench, motor, pin)
     other = "Zl" if pin == "C" else "Zr"
     for wrong in (other, "Ze", "Zh", "Zs", "Zw"):
@@ -237,7 +237,7 @@ def test_with_both_limits_only_wiring_or_input_roles_help(bench, motor):
 
 
 def test_limits_at_the_ends_of_the_travel(bench):
-    """Axis option limits=(minus, plus): a switch opens beyond; moves to both and away from them."""
+    """Axis option limits=(minus, plus): a switch opens beyond each end; moves to both ends and back work."""
     motor = bare(bench, shaft={"limits": (-100, 100)})
     send(bench, motor, f"A={UNIT} V={UNIT} MV G", 0.1)
     shaft = motor.axes["shaft"]
@@ -253,7 +253,7 @@ def test_limits_at_the_ends_of_the_travel(bench):
 
 
 def test_the_program_runs_on(bench, motor):
-    """3.2 item 4: "Program execution continues to run"; RULINGS 8."""
+    """3.2 item 4, RULINGS 8: at a limit, "Program execution continues to run"."""
     load(bench, motor, "WHILE 1\na=a+1\nLOOP\n")
     send(bench, motor, "RUN", 0.01)
     run_into(bench, motor, "C")
@@ -266,7 +266,7 @@ def test_the_program_runs_on(bench, motor):
 @settings(deadline=None, max_examples=50)
 @given(st.lists(st.sampled_from(ACTS), max_size=20), st.sampled_from([UNIT, 6553, 655]), st.sampled_from([0, 1]))
 def test_after_any_commands_the_shaft_never_moves_into_an_open_switch(acts, rate, f):
-    """A safety property: after the time for a stop (V/A samples, F=1) no motion towards an open switch."""
+    """Safety: V/A samples (the time of a stop with F=1) after any command, no motion goes towards an open switch."""
     bench = Bench()
     motor = wired(bench)
     send(bench, motor, f"A={rate} V={UNIT} F={f} MV")
@@ -292,7 +292,7 @@ def test_after_any_commands_the_shaft_never_moves_into_an_open_switch(acts, rate
 
 @pytest.mark.parametrize("pin", "CD")
 def test_an_acknowledged_move_that_returns_is_stopped_at_its_reversal(bench, motor, pin):
-    """RULINGS 15: A is lowered during the move, the shaft overshoots, and the return leads to the open switch."""
+    """RULINGS 15: with a lower A the shaft overshoots its target; the return towards the open switch is stopped."""
     latched, now, sign, own, _ = PINS[pin]
     shaft = motor.axes["shaft"]
     motor.pins[pin].release()
@@ -311,7 +311,7 @@ def test_an_acknowledged_move_that_returns_is_stopped_at_its_reversal(bench, mot
 
 @pytest.mark.parametrize("stop", ["OFF", "MTB"])
 def test_what_always_stops_the_motor(bench, motor, stop):
-    """3.2 note 1 inhibits G, MT, MF1, MF4, MS, S and X; OFF and MTB are allowed."""
+    """3.2 note 1 inhibits G, MT, MF1, MF4, MS, S and X in a fault; OFF and MTB are allowed."""
     send(bench, motor, f"A={UNIT} V=-{UNIT} MV G", 0.01)
     motor.pins["C"].release()
     advance(bench, 2)

@@ -19,7 +19,7 @@ def listing(motor: Controller):
 
 
 def running(motor: Controller) -> int | None:
-    """Return the running line, from 1."""
+    """Return the number of the running line; the first line is 1."""
     index = listing(motor).running
     return None if index is None else index + 1
 
@@ -33,7 +33,7 @@ def motor_with(bench: Bench, program: str, **options: object) -> Controller:
 
 
 def watched(bench: Bench, motor: Controller) -> list[tuple[int, int]]:
-    """Return a list that receives, for each line that begins, the samples from now and the line number."""
+    """Return a list that receives, for each line that begins, the time in samples from now and the line number."""
     found: list[tuple[int, int]] = []
     zero_ns = bench.now
 
@@ -68,7 +68,7 @@ def test_a_motor_that_was_never_programmed_has_an_empty_program(bench):
 
 
 def test_the_lines_are_those_that_were_loaded_without_comments_and_blank_ones(bench):
-    """3 and 15: comments and needless blanks are not stored, and the stored lines are counted."""
+    """3 and 15: comments and needless blanks are not stored; line numbers count stored lines."""
     motor = motor_with(bench, "' a table\r\nA=100   V=200 ' slowly\r\n\r\n  C5\r\na=a+1\rGOTO5\n")
     assert listing(motor).lines == ("A=100 V=200", "C5", "a=a+1", "GOTO5")
 
@@ -79,7 +79,7 @@ def test_a_program_in_one_line_has_a_line_for_each_statement(bench):
 
 
 def test_lines_that_take_no_time_are_marked(bench):
-    """Labels, ENDIF, ENDS and DEFAULT; a CASE, ELSE, LOOP or BREAK that is reached takes a sample."""
+    """Labels, ENDIF, ENDS and DEFAULT take no sample; a CASE, ELSE, LOOP or BREAK that is reached takes one."""
     text = "C1\nIF a\nELSE\nENDIF\nSWITCH a\nCASE 1\nBREAK\nDEFAULT\nENDS\nWHILE 0\nLOOP\nC2 END\n"
     motor = motor_with(bench, text)
     lines = listing(motor).lines
@@ -94,7 +94,7 @@ def test_a_locked_program_is_listed_and_marked(bench):
 
 
 def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
-    """15: the incomplete program does not run, flag Bk; a power cycle changes nothing."""
+    """15: an incomplete program does not run and sets Bk, also after a power cycle."""
     motor = motor_with(bench, "a=1\nEND\n")
     assert send(bench, motor, b"LOAD ") == b"\x06"
     assert listing(motor).lines == ()
@@ -107,7 +107,7 @@ def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
 
 
 def test_a_damaged_program_is_shown_and_never_runs(bench, motor):
-    """15: a character lost on the line of an image with its length; RCKS reports F."""
+    """15: if an image that states its length loses a character on the line, RCKS reports F, and it never runs."""
     image = b"$4000000100000009000000" + b"0000a=1\nEND\n"
     send(bench, motor, b"LOAD ")
     for at in range(0, len(image), 8):
@@ -142,7 +142,7 @@ def test_a_broken_memory_on_disk(tmp_path):
 
 
 def test_a_statement_begins_in_each_sample(bench):
-    """Ruling 14: one a sample, the first in the sample after RUN; LOOP takes one, and the test of WHILE; C5 none."""
+    """Ruling 14: the first statement is executed in the sample after RUN; LOOP and WHILE take a sample, C5 none."""
     motor = motor_with(bench, "a=0\nWHILE a<2\na=a+1\nGOSUB5\nLOOP\nEND\nC5\nb=b+1\nRETURN\n")
     found = started(bench, motor, 20)
     assert [line for _, line in found] == [1, 2, 3, 4, 8, 9, 5, 2, 3, 4, 8, 9, 5, 2, 6]
@@ -152,13 +152,13 @@ def test_a_statement_begins_in_each_sample(bench):
 
 
 def test_two_statements_a_sample(bench):
-    """Option statements_per_sample."""
+    """With option statements_per_sample=2, two statements are executed in each sample."""
     motor = motor_with(bench, "a=1\nb=2\nc=3\nd=4\ne=5\n", statements_per_sample=2)
     assert started(bench, motor, 10) == [(1, 1), (1, 2), (2, 3), (2, 4), (3, 5)]
 
 
 def test_a_line_begins_once_for_all_its_statements(bench):
-    """A line begins when it is entered from another line, also in its middle, or at a jump back within it."""
+    """A line begins when it is entered from another line, even in its middle, or when it jumps back within itself."""
     motor = motor_with(bench, "a=1 GOSUB5 b=2\nc=3 END\nC5 d=4 RETURN\n")
     assert started(bench, motor, 20) == [(1, 1), (3, 3), (5, 1), (6, 2)]
 
@@ -170,7 +170,7 @@ def test_a_loop_in_one_line_begins_it_again(bench):
 
 
 def test_wait_runs_as_long_as_it_waits(bench):
-    """WAIT=40 in sample 2: the next statement is executed in sample 42."""
+    """WAIT=40 is executed in sample 2, so the next statement is executed in sample 42."""
     motor = motor_with(bench, "a=1\nWAIT=40\nb=1\nEND\n")
     found = started(bench, motor, 3)
     for _ in range(38):
@@ -183,7 +183,7 @@ def test_wait_runs_as_long_as_it_waits(bench):
 
 
 def test_twait_runs_as_long_as_the_motor_moves(bench):
-    """One count per sample (A and V 65536), the first in the sample of G, because statements come first: 30 counts.
+    """The move takes 30 samples, at one count per sample (A and V 65536), and begins in the sample of G.
 
     Bt becomes 0 in the sample that commands the target; the next sample executes the statement after TWAIT.
     """
@@ -197,7 +197,7 @@ def test_twait_runs_as_long_as_the_motor_moves(bench):
 
 
 def test_a_report_holds_the_program_in_its_line(bench):
-    """A report that waits for the transmitter, 100 characters at 9600 baud, is still running."""
+    """While its 100 characters wait for the transmitter at 9600 baud, the line of a report is the running line."""
     motor = motor_with(bench, f'a=1\nPRINT("{"x" * 100}")\nPRINT("y")\nEND\n')
     found = started(bench, motor, 0)
     motor.serial.instant = False
@@ -209,7 +209,7 @@ def test_a_report_holds_the_program_in_its_line(bench):
 
 
 def test_a_pause_holds_the_program_until_a_character_comes(bench):
-    """8: `!`."""
+    """Base 8: `!` holds the program in its line until the host sends a character."""
     motor = motor_with(bench, "a=1\n!\nb=1\nEND\n")
     started(bench, motor, 100)
     assert running(motor) == 2
@@ -218,7 +218,7 @@ def test_a_pause_holds_the_program_until_a_character_comes(bench):
 
 
 def test_run_question_mark_ends_what_power_up_has_started(bench):
-    """4.3: RUN? ends the program until RUN starts it from the top."""
+    """4.3: RUN? ends a program that power-up has started; RUN then starts it from the top."""
     motor = motor_with(bench, "a=a+1\nRUN?\nb=1\nEND\n")
     motor.power_cycle()
     found = watched(bench, motor)
@@ -230,7 +230,7 @@ def test_run_question_mark_ends_what_power_up_has_started(bench):
 
 
 def test_the_first_statement_is_the_next_one_until_it_begins(bench):
-    """Between RUN and the next sample the line is the first one."""
+    """Between RUN and the next sample the running line is the first line."""
     motor = motor_with(bench, "a=1\nb=1\nEND\n")
     send(bench, motor, "RUN", 0.01)
     advance(bench, 1)
@@ -241,7 +241,7 @@ def test_the_first_statement_is_the_next_one_until_it_begins(bench):
 
 
 def test_host_calls_run_their_lines_only(bench):
-    """8: a GOSUB without a running program ends at its RETURN."""
+    """Base 8: if no program is running, a GOSUB from the host ends at its RETURN."""
     motor = motor_with(bench, "a=1\nEND\nC5\nb=1\nRETURN\n")
     assert started(bench, motor, 10, "GOSUB5") == [(1, 4), (2, 5)]
     assert running(motor) is None
@@ -269,7 +269,7 @@ def test_c1_and_c2_run_their_bodies(bench):
 
 
 def test_c2_cuts_a_wait_short(bench):
-    """F=64: WAIT is "the only motor instruction that will be truncated"; then the next statement follows."""
+    """F=64: WAIT is "the only motor instruction that will be truncated" by C2; the statement after it follows."""
     motor = wired(bench)
     load(bench, motor, "UGI F=64\nWAIT=4000\nc=1\nEND\nC2\nb=1\nRETURNI\n")
     advance(bench, 1)
@@ -293,7 +293,7 @@ def test_what_ends_the_program_ends_its_line(bench, how):
 
 
 def test_another_program_is_loaded_over_one_that_runs(bench):
-    """15: LOAD ends it; the subscriber receives the lines of the new one."""
+    """15: LOAD ends the running program; the subscriber then receives the lines of the new program."""
     motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
     found = started(bench, motor, 10)
     assert running(motor) is not None
@@ -324,7 +324,7 @@ def test_an_invalid_statement_begins_too(bench):
 
 
 def test_the_line_is_right_at_any_time_of_a_block_computed_ahead(bench):
-    """Without a subscriber: 13 lines, one with a WAIT; the expected times are those of a motor with a subscriber."""
+    """Read at any time, without a subscriber, the running line is the one that a subscriber receives."""
     text = "a=0\nWHILE a<40\na=a+1\nIF a==20\nWAIT=25\nELSE\nb=b+a\nENDIF\nLOOP\nEND\n"
     motor = motor_with(bench, text)
     twin = Bench()
@@ -358,7 +358,7 @@ SAID = [b"RUN ", b"RUN ", b"GOSUB1 ", b"a=1 ", b"P=P+50 G ", b"Ra RP ", b"END ",
 
 
 def session(seed: int, *, watch: bool) -> list[object]:
-    """Run an invented program, disturbed by a host and switches; return everything read meanwhile."""
+    """Run a random program, disturbed by a host and switches; return everything read meanwhile."""
     bench, random = Bench(), Random(seed)
     options = {"statements_per_sample": random.choice([1, 1, 3]), "debounce_samples": 1}
     motor = wired(bench, **options)
@@ -388,12 +388,12 @@ def session(seed: int, *, watch: bool) -> list[object]:
 
 @pytest.mark.parametrize("seed", range(60))
 def test_subscribers_make_no_difference(seed):
-    """Subscriptions may begin and end at any time; the processor's final state is the same."""
+    """Subscribers that come and go at any time do not change the processor's final state."""
     assert session(seed, watch=True) == session(seed, watch=False)
 
 
 def test_a_subscriber_may_unsubscribe_in_its_callback(bench):
-    """The program then continues as without a subscriber."""
+    """If the subscriber unsubscribes during its own call, the program continues as without a subscriber."""
     motor = motor_with(bench, "a=0\nWHILE a<9\na=a+1\nGOSUB5\nLOOP\nEND\nC5\nb=b+1\nRETURN\n")
     found = []
 
@@ -417,7 +417,7 @@ def test_a_second_watcher_sees_the_same(bench):
 
 @pytest.mark.parametrize("line", range(1, 11))
 def test_one_followed_line_is_reported_as_among_all_lines(bench, line):
-    """Lines 3, 5 and 8 have several statements, 7 takes no time."""
+    """The times of one line are the same, whether one line or all lines are followed."""
     text = "a=0\nWHILE a<4\na=a+1 GOSUB5 c=c+1\nLOOP\nd=0 WHILE d<3 d=d+1 LOOP\nEND\nC5\nb=b+1 RETURN\nc=9\nd=9\n"
     motor = motor_with(bench, text)
     every, one = watched(bench, motor), []
@@ -446,7 +446,7 @@ def test_the_next_program_is_watched_at_the_line_of_that_number(bench):
 
 
 def test_without_subscribers_nothing_is_announced(bench):
-    """After the last unsubscribe the code in the memory has no announcements."""
+    """After the last subscriber has gone, the code in the memory contains no announcements."""
     motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
     plain = list(motor._device._motor.core.code)
     unsubscribe = motor.subscribe_lines(lambda *_: None)
@@ -476,7 +476,7 @@ def test_a_trace_of_everything_is_the_same_byte_for_byte(tmp_path):
 
 
 def test_the_line_is_followed_in_its_samples(bench):
-    """The line number is followed with other numbers; 0 after the program's end, and without power."""
+    """A trace has the number of the running line; it is 0 after the end of the program and without power."""
     motor = motor_with(bench, "a=1\nC5\nWAIT=3\na=a+1\nIF a<3\nGOTO5\nENDIF\nEND\n")
     changes = []
     zero = bench.now // SAMPLE_NS

@@ -31,7 +31,7 @@ def at_work() -> Bench:
 
 
 def told(bench: Bench) -> dict[str, list[tuple[int, int]]]:
-    """Return the changes of each register that a follower receives: times and new values."""
+    """Return the changes that a follower of the registers receives: for each register, times and new values."""
     names, found = tuple(numbers()), {}
 
     def follower(times, which, values):
@@ -64,7 +64,7 @@ def test_what_is_told_is_what_one_finds_after_each_sample():
 
 
 def test_a_sample_without_statements_changes_no_number_that_is_not_compared():
-    """Only functions of the interpreter store a variable or a buffered parameter."""
+    """Only the interpreter stores variables and buffered parameters, which are compared only after statements."""
     stored = set()
     for function in jit._sampled.values():
         if not function.__module__.endswith((".interpreter", ".log")):
@@ -76,7 +76,7 @@ def test_a_sample_without_statements_changes_no_number_that_is_not_compared():
 
 
 def stores(function) -> set[tuple[str, str]]:
-    """Return the array of each store, and the name of the index."""
+    """Return, for each store in a function, the array and the name of the index."""
     found = set()
     for node in ast.walk(ast.parse(inspect.getsource(function))):
         if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):

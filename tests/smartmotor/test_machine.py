@@ -26,7 +26,7 @@ def driven(motor, pwm, load=None, drive=state.DRIVE_ON):
 @pytest.mark.parametrize("pwm", [1023, -1023, 300])
 @pytest.mark.parametrize("frame", FRAMES)
 def test_no_load_speed(frame, pwm):
-    """Kt·(U - Ke·ω)/R = Tc + b·ω, so ω = (Kt·U/R - Tc) / (b + Kt·Ke/R)."""
+    """At the no-load speed Kt·(U - Ke·ω)/R = Tc + b·ω, so ω = (Kt·U/R - Tc) / (b + Kt·Ke/R)."""
     motor = SERVO_MOTORS[frame]
     k, ohm = motor.torque_constant_nm_per_a, motor.winding_resistance_ohm
     volts = motor.supply_voltage_v * abs(pwm) / 1023
@@ -38,7 +38,7 @@ def test_no_load_speed(frame, pwm):
 
 
 def test_energy_is_the_integral_of_voltage_times_current():
-    """At constant speed U·I per second; at a locked shaft R·I²; the same in one step (`rest`) as sample by sample."""
+    """Energy per second is U·I at constant speed, R·I² at a locked shaft; `rest` gives the same in one step."""
     rig = driven(FRAME23, 600)
     rig.seconds(0.5)
     before, elapsed = rig.i[state.ENERGY], rig.seconds(0.1)
@@ -58,18 +58,18 @@ def test_energy_is_the_integral_of_voltage_times_current():
 
 
 def test_stall_current():
-    """A jammed shaft: U/R, limited to the amplifier's peak, which is an over-current."""
+    """The current of a jammed shaft is U/R; above the amplifier's peak it is limited, and an over-current."""
     rig = driven(FRAME17, 100)
     machine.set_jam(rig.f, True)
     rig.seconds(0.1)
     assert (rig.i[state.CURRENT], rig.i[state.BA]) == (int(100 * 24 * 100 / 1023 / 2.5), 0)
-    rig.i[state.PWM] = -1023  # 9.6 A
+    rig.i[state.PWM] = -1023  # full PWM would be 9.6 A
     rig.seconds(0.1)
     assert (rig.i[state.CURRENT], rig.i[state.BA], rig.i[state.SHAFT]) == (600, 1, 0)
 
 
 def test_acceleration_at_peak_current():
-    """(Kt·I - Tc)/J; frame 34 with a load four times its rotor, far from its top speed."""
+    """The acceleration is (Kt·I - Tc)/J, for a frame 34 far below its top speed with a load of four rotors."""
     load = ServoLoad(inertia_kg_m2=4 * FRAME34.rotor_inertia_kg_m2)
     rig = driven(FRAME34, 1023, load)
     elapsed = rig.seconds(0.02)
@@ -79,7 +79,7 @@ def test_acceleration_at_peak_current():
 
 
 def test_back_emf_at_speed():
-    """Full PWM at half of the no-load speed: half of the stall current, here within the peak."""
+    """At half of the no-load speed, full PWM gives half of the stall current, which is within the peak."""
     motor = replace(FRAME17, peak_current_a=20.0)
     rig = driven(motor, 1023, ServoLoad(inertia_kg_m2=1.0))
     rig.f[machine.SPEED] = 0.5 * 24 / 0.036 * SAMPLE_S * motor.counts_per_radian
@@ -88,7 +88,7 @@ def test_back_emf_at_speed():
 
 
 def test_shorted_windings_brake_with_the_mechanical_time_constant():
-    """ω = ω₀·exp(-t/τ), τ = J / (Kt·Ke/R + b), without friction."""
+    """Without friction, ω = ω₀·exp(-t/τ), where τ = J / (Kt·Ke/R + b)."""
     motor = replace(FRAME23, coulomb_friction_nm=0.0)
     load = ServoLoad(inertia_kg_m2=2e-3)
     tau = (2e-3 + 1.6e-5) / (0.075**2 / 0.7 + 1e-5)
@@ -112,7 +112,7 @@ def test_open_windings_coast_by_friction_alone():
 
 
 def test_friction_holds_the_shaft_exactly_at_rest():
-    """12 mN·m and 8 more of the load: a torque of 0.0199 N·m never moves the shaft, 0.0201 N·m does."""
+    """Friction is 12 mN·m of the motor and 8 mN·m of the load: 0.0199 N·m never moves the shaft, 0.0201 N·m does."""
     load = ServoLoad(coulomb_friction_nm=0.008)
     rig = driven(FRAME23, 0, load, state.DRIVE_OPEN)
     machine.set_torque(rig.f, -0.0199)
@@ -124,7 +124,7 @@ def test_friction_holds_the_shaft_exactly_at_rest():
 
 
 def test_a_weight_drops_when_the_brake_is_released():
-    """½·(T - Tc)/J·t², here 0.1 N·m and 2·10⁻³ kg·m²; the brake holds up to 1 N·m."""
+    """The shaft turns by ½·(T - Tc)/J·t², with T = 0.1 N·m and J = 2·10⁻³ kg·m²; the brake holds up to 1 N·m."""
     load = ServoLoad(inertia_kg_m2=2e-3 - 1.6e-5, gravity_torque_nm=-0.1)
     rig = driven(replace(FRAME23, viscous_friction_nm_s=1e-12), 0, load, state.DRIVE_OPEN)
     rig.i[state.BRAKE] = 1
@@ -162,7 +162,7 @@ def test_a_push_displaces_it_and_nothing_brings_it_back_with_the_drive_off():
 
 
 def test_the_shaft_counts_downwards_below_the_first_count():
-    """-0.4 counts are count -1: an encoder's counts lie between its edges."""
+    """A shaft at -0.4 counts reads -1, because positions are rounded down to the count."""
     rig = driven(FRAME23, 0, drive=state.DRIVE_OPEN)
     rig.f[machine.SPEED] = -0.4 - rig.f[machine.COULOMB]
     rig.turn(1)
@@ -170,7 +170,7 @@ def test_the_shaft_counts_downwards_below_the_first_count():
 
 
 def test_heat_goes_from_the_winding_to_the_housing_to_the_air():
-    """1.98 A in 2.5 Ω: 9.8 W.  After 100 s the winding is 14.7 K above the housing, which approaches 39.2 K."""
+    """1.98 A in 2.5 Ω are 9.8 W: after 100 s the winding is 14.7 K above the housing, which rises towards 39.2 K."""
     rig = driven(FRAME17, 212)
     machine.set_jam(rig.f, True)
     elapsed = rig.seconds(60)

@@ -1,4 +1,4 @@
-"""An external encoder on another servo: the follower reads the leader's block ahead, as sample by sample."""
+"""An external encoder on another servo: reading the leader's block ahead gives the same as reading each sample."""
 
 from fractions import Fraction
 from random import Random
@@ -17,7 +17,7 @@ DOES = ("jam", "push", "slip", "restart")
 
 
 def chain(ratio, shaft):
-    """Return three motors, each switched on at an odd time; the second and third follow the motor before."""
+    """Return three motors, switched on at odd times; the second follows the first, the third follows the second."""
     bench = Bench()
     motors = []
     for n in range(3):
@@ -33,7 +33,7 @@ def chain(ratio, shaft):
 
 
 def do(motor, what, random):
-    """Write a command, or turn the machine by hand."""
+    """Perform one random act: write a command, or turn the machine by hand."""
     if isinstance(what, bytes):
         motor.serial.write(what % random.randrange(1000, 400_000) if b"%" in what else what)
     elif what == "jam":
@@ -45,7 +45,7 @@ def do(motor, what, random):
 
 
 def session(seed):
-    """Return all positions that changed, and the answers, of a random session."""
+    """Return the answers and all changes of positions of a random session."""
     random = Random(seed)
     bench, motors = chain(Fraction(random.choice((1, 2, -3)), random.choice((1, 2))), SHAFT if seed % 2 else {})
     samples, seen, last = [], [], {}
@@ -77,7 +77,7 @@ def test_reading_ahead_is_the_same_as_reading_before_each_sample(seed, monkeypat
 
 
 def test_a_follower_computes_blocks_as_long_as_its_leader(monkeypatch):
-    """The number of readings is that of blocks, not that of samples."""
+    """The follower reads its leader once per block, not once per sample."""
     bench, (leader, follower, _) = chain(Fraction(1), {})
     leader.serial.write(b"A=100 MV V=300000 G ")
     follower.serial.write(b"MF4 ")
@@ -95,7 +95,7 @@ def test_a_follower_computes_blocks_as_long_as_its_leader(monkeypatch):
 
 
 def test_a_leader_without_power_is_read_before_each_sample():
-    """A push by hand moves a shaft at rest; the follower counts it."""
+    """The follower counts a push by hand on a leader without power, which can come before any sample."""
     bench, (leader, follower, _) = chain(Fraction(2), {})
     follower.serial.write(b"MF4 ")
     leader.power(False)

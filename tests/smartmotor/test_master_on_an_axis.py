@@ -12,7 +12,7 @@ RATIOS = (Fraction(1), Fraction(5), Fraction(-7, 3))
 
 
 def line(ratio: Fraction, **axis):
-    """Return an IF1 and a SmartMotor that follows its X axis one to one, both ready."""
+    """Return a bench, an IF1, and a SmartMotor that follows the IF1's X axis with this ratio, both ready."""
     bench = Bench()
     feeder, knife = bench.add("if1", X=axis), bench.add("smartmotor", line="instant")
     bench.run(1.5)
@@ -28,7 +28,7 @@ def line(ratio: Fraction, **axis):
 
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_each_sample_sees_the_axis_as_it_is_then(ratio):
-    """In every sample the shaft of an ideal motor in MF4 is at the whole part of ratio times position."""
+    """In every sample the shaft of an ideal motor in MF4 is at ratio × position of the axis, rounded down."""
     bench, feeder, knife = line(ratio)
     feeder.serial.write(b"X400@3000$\r")
     for _ in range(3000):
@@ -38,7 +38,7 @@ def test_each_sample_sees_the_axis_as_it_is_then(ratio):
 
 
 def test_the_division_of_the_run_makes_no_difference():
-    """In one piece, in small pieces, and with reports between them."""
+    """The result is the same in one piece, in small pieces, and with reports between the pieces."""
 
     def positions(piece_s, ask):
         bench, feeder, knife = line(Fraction(5))
@@ -72,7 +72,7 @@ def test_an_axis_that_is_stopped_by_hand_is_followed_no_further():
 
 
 def test_an_axis_that_loses_steps_is_followed_too():
-    """Too weak a motor loses whole teeth; the external encoder counts the shaft, not the pulses."""
+    """A motor that is too weak loses whole teeth; the external encoder counts the shaft, not the pulses."""
     bench, feeder, knife = line(Fraction(2), motor={"torque": [[0, 0.1], [5000, 0.01]]}, load={"torque": 0.05})
     feeder.serial.write(b"X2000@6000$\r")
     bench.run(3)
@@ -81,7 +81,7 @@ def test_an_axis_that_loses_steps_is_followed_too():
 
 
 def test_a_circle_of_masters_is_an_error():
-    """In a circle no axis would move first."""
+    """A circle of followers is refused, because in a circle no axis could move first."""
     bench = Bench()
     first, second, third = (bench.add("smartmotor") for _ in range(3))
     with pytest.raises(UsageError, match="that is its motor's own: expected another axis"):
@@ -92,4 +92,4 @@ def test_a_circle_of_masters_is_an_error():
         first.master.follow(third.axes["shaft"])
     assert first.master.followed is None
     second.master.stop()
-    first.master.follow(third.axes["shaft"])  # now the chain ends here
+    first.master.follow(third.axes["shaft"])  # now the chain ends at the second motor

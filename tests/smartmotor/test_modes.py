@@ -15,7 +15,7 @@ SLOW = "A=65536 V=10*65536 "
 
 
 def cruise(bench, motor, mode):
-    """Return a motor at 10 counts per sample and 255 counts after 30 samples: 55 counts in the first 10."""
+    """Start a mode at 10 counts per sample; return the motor after 30 samples, 55 + 20·10 = 255 counts."""
     send(bench, motor, SLOW + mode + " G", 0)
     assert positions(bench, motor, 30)[-1] == 255
 
@@ -40,7 +40,7 @@ def test_rmode_reports_the_mode_in_force(bench, motor, words, letter):
 
 
 def test_off_with_the_dynamic_brake_disabled_is_o(bench, motor):
-    """5: OFF: O; 5.2: after BRKRLS and OFF the mode torque brake stays inactive."""
+    """5: RMODE reports O after OFF; 5.2: after BRKRLS and OFF the mode torque brake stays inactive."""
     assert send(bench, motor, "MV G BRKRLS OFF RMODE RBo", 0) == b"O\r1\r"
 
 
@@ -48,12 +48,12 @@ def test_off_with_the_dynamic_brake_disabled_is_o(bench, motor):
     "word", ["MF3", "MF8", "MS1", "MC3", "MC1", "MF", "MFRATIO", "MD50", "MP=1", "PID3", "PID=2", "PID0"]
 )
 def test_modes_that_do_not_exist(bench, motor, word):
-    """3, 1.3: a syntax error without further effect."""
+    """3, 1.3: the word is a syntax error and has no other effect."""
     assert send(bench, motor, word + " RBs RMODE RBo", 0) == b"1\rB\r1\r"
 
 
 def test_the_default_mode_is_position(bench, motor):
-    """16: `A= V= P= G` without MP."""
+    """16: `A= V= P= G` without MP is a position move."""
     assert send(bench, motor, FAST + "P=500 G RMODE", 0) == b"P\r"
     assert positions(bench, motor, 12)[-1] == 500
 
@@ -70,7 +70,7 @@ def test_the_default_mode_is_position(bench, motor):
     ],
 )  # fmt: skip
 def test_the_one_assigned_last_decides(bench, motor, words, letter, first, second):
-    """4: whichever of P= and D= was assigned last decides what MP and G do; G repeated repeats a step."""
+    """4: MP and G use P or D, whichever was assigned last; another G repeats a relative step."""
     assert send(bench, motor, FAST + words + " G RMODE", 0) == letter.encode() + b"\r"
     assert positions(bench, motor, 30)[-1] == first
     assert send(bench, motor, "G RMODE", 0) == letter.encode() + b"\r"
@@ -78,7 +78,7 @@ def test_the_one_assigned_last_decides(bench, motor, words, letter, first, secon
 
 
 def test_a_relative_step_starts_from_the_commanded_position(bench, motor):
-    """4: "Relative target at G = current trajectory position + D": G during a move adds to the position then."""
+    """4: "Relative target at G = current trajectory position + D": during a move, from the position at that time."""
     cruise(bench, motor, "MP D=500")
     send(bench, motor, "G", 0)
     assert positions(bench, motor, 120)[-1] == 755
@@ -92,7 +92,7 @@ def test_p_assigned_without_g_changes_nothing(bench, motor):
 
 
 def test_a_motor_turned_by_hand_while_off_starts_from_where_it_is(bench, motor):
-    """4: EPICS enables with `a=@P P=a G`, and the shaft does not move."""
+    """4: after OFF and a turn by hand, the host enables with `a=@P P=a G` (as EPICS does): the shaft does not move."""
     motor.axes["shaft"].encoder.displace(5000)
     advance(bench, 2)
     assert send(bench, motor, "RP MP a=@P P=a " + SLOW + "G", 0) == b"5000\r"
@@ -101,14 +101,14 @@ def test_a_motor_turned_by_hand_while_off_starts_from_where_it_is(bench, motor):
 
 
 def test_a_target_across_the_whole_range(bench, motor):
-    """4: positions are signed, 32 bits."""
+    """4: positions are signed 32 bit numbers, so a move from -2^31 to 2^31 - 1 is possible."""
     send(bench, motor, "O=-2147483648 A=2147483647 V=2147483647 P=2147483647 G", 0)
     assert bench.run_until(lambda: motor.axes["shaft"].position == 2**32 - 1, 60)
     assert send(bench, motor, "RP", 0) == b"2147483647\r"
 
 
 def test_velocity_mode_crosses_the_wrap(bench, motor):
-    """4: "crossing ±2^31 sets Bw"; MV may."""
+    """4: MV may pass the end of the range: "crossing ±2^31 sets Bw"."""
     send(bench, motor, "O=2147483640 A=65536 V=65536 MV G", 0)
     positions(bench, motor, 7)
     assert send(bench, motor, "RP RBw", 0) == b"2147483647\r0\r"
@@ -121,7 +121,7 @@ def test_velocity_mode_crosses_the_wrap(bench, motor):
 
 
 def test_from_position_to_velocity_mode(bench, motor):
-    """4: the mode changes at G, keeping position and velocity: 10, then 9, 8, 7 … counts per sample to -2."""
+    """4: at G the mode changes, position and velocity do not: 10, 9, 8, 7 … counts per sample down to -2."""
     cruise(bench, motor, "MP P=10000")
     send(bench, motor, "MV V=-2*65536", 0)
     assert positions(bench, motor, 1) == [265]
@@ -131,7 +131,7 @@ def test_from_position_to_velocity_mode(bench, motor):
 
 
 def test_from_velocity_to_position_mode_with_a_passed_target(bench, motor):
-    """4: decelerate to zero at A and return: 45 counts further, at 300, then back to 255."""
+    """4: at G the motor decelerates at A, 45 counts, stops at 300, and returns to the target 255."""
     cruise(bench, motor, "MV")
     send(bench, motor, "MP P=255 G", 0)
     found = positions(bench, motor, 60)
@@ -141,7 +141,7 @@ def test_from_velocity_to_position_mode_with_a_passed_target(bench, motor):
 
 
 def test_from_torque_to_velocity_mode(bench, motor):
-    """Torque acts at once and without G; MV takes over at G."""
+    """MT acts at once, without G; a later MV takes effect at G."""
     send(bench, motor, "MT A=65536 V=2*65536", 0)
     assert send(bench, motor, "RMODE RBt MV RMODE G RMODE", 0) == b"T\r0\rT\rV\r"
     assert positions(bench, motor, 4)[-1] - motor.axes["shaft"].commanded == 0
@@ -161,7 +161,7 @@ def test_from_torque_to_velocity_mode(bench, motor):
     ],
 )
 def test_stopping(bench, motor, mode, word, after, report):
-    """4: S at once and the servo holds; X at A (the newest); OFF and MTB drop the servo (5.2)."""
+    """4, 5.2: S stops at once and the servo holds; X stops at the newest A; OFF and MTB switch the servo off."""
     cruise(bench, motor, mode)
     send(bench, motor, word, 0)
     assert positions(bench, motor, 4) == after
@@ -180,7 +180,7 @@ def test_stopping_a_motor_at_rest(bench, motor):
 
 
 def test_x_and_then_g_resumes(bench, motor):
-    """X decelerates; MV G during the deceleration accelerates again."""
+    """X decelerates; MV and G during the deceleration accelerate again."""
     cruise(bench, motor, "MV")
     send(bench, motor, "X", 0)
     assert positions(bench, motor, 3) == [264, 272, 279]
@@ -197,7 +197,7 @@ def test_s_at_the_very_end_of_a_move(bench, motor):
 
 
 def test_o_while_moving_shifts_the_numbers_only(bench, motor):
-    """4: actual and commanded position together; the physical target of a move in progress stays."""
+    """4: O= shifts actual and commanded position together, so a move in progress ends at the same physical place."""
     cruise(bench, motor, "MP P=1000")
     assert send(bench, motor, "O=0 RP RPE RV", 0) == b"0\r0\r655360\r"
     assert positions(bench, motor, 1) == [265]
@@ -206,7 +206,7 @@ def test_o_while_moving_shifts_the_numbers_only(bench, motor):
 
 
 def test_off_keeps_track_of_the_position(bench, motor):
-    """4: OFF: Bo=1, Bt=0, position tracking continues."""
+    """4: after OFF, Bo is 1, Bt is 0, and the position is still counted."""
     send(bench, motor, FAST + "P=100 G", 0)
     positions(bench, motor, 10)
     send(bench, motor, "OFF", 0)
@@ -219,7 +219,7 @@ def test_off_keeps_track_of_the_position(bench, motor):
 
 
 def test_the_slowest_move(bench, motor):
-    """A=1 V=1: a count in 65536 samples."""
+    """With A=1 and V=1 the motor moves one count in 65536 samples."""
     send(bench, motor, "A=1 V=1 P=1 G", 0)
     advance(bench, 65_535)
     assert motor.axes["shaft"].position == 0
@@ -233,7 +233,7 @@ def test_the_slowest_move(bench, motor):
 
 
 def test_pin_g_is_a_hardware_g(bench, motor):
-    """4: UG, its default function: a high to low edge is G; low to high is nothing."""
+    """4, UG, the default role of pin G: a falling edge acts as G; a rising edge has no effect."""
     send(bench, motor, FAST + "P=10", 0)
     motor.pins["G"].drive(False)
     advance(bench, 20)
@@ -259,7 +259,7 @@ def test_as_an_input_pin_g_starts_nothing(bench, motor):
 
 @pytest.mark.parametrize("n", [1, 2, 4, 8])
 def test_pid_runs_the_trajectory_every_nth_sample(bench, motor, n):
-    """1: "V, A and WAIT scale with it": 10 steps of 55 counts in all take 10n samples."""
+    """1: "V, A and WAIT scale with it": with PIDn, 10 steps of the trajectory take 10n samples (55 counts)."""
     send(bench, motor, f"PID{n} " + SLOW + "MV G", 0)
     found = positions(bench, motor, 20 * n)
     changes = [at for at, (before, after) in enumerate(pairwise(found)) if before != after]
@@ -271,7 +271,7 @@ def test_pid_runs_the_trajectory_every_nth_sample(bench, motor, n):
 
 @pytest.mark.parametrize("n", [1, 2, 4, 8])
 def test_wait_is_in_samples_of_the_servo(bench, motor, n):
-    """1: WAIT scales with PIDn, CLK counts base samples: 1000 of them, and a statement."""
+    """1: WAIT scales with PIDn, but CLK counts base samples: 1000 samples and one statement."""
     load(bench, motor, "CLK=0\nWAIT=1000\na=CLK\nEND\n")
     send(bench, motor, f"PID{n} RUN", 0)
     advance(bench, 9000)
@@ -288,7 +288,7 @@ def test_clk_counts_base_samples_and_is_writable(bench, motor):
 
 
 def test_clk_is_zero_at_power_up(bench):
-    """16: and 4069 samples are a second."""
+    """16: CLK is 0 at power-up; it counts 4069 samples per second."""
     motor = bench.add("smartmotor", line="instant")
     bench.clock.run_to(5000 * SAMPLE_NS)
     assert value(bench, motor, "CLK") in (4999, 5000)
@@ -306,7 +306,7 @@ A=65536 A=0 A=1 V=0 V=-65536 V=655360 P=0 P=500 D=-30 D=0 O=5 T=100 T=-1023 BASE
 @settings(deadline=None, max_examples=50)
 @given(words=st.lists(st.sampled_from(WORDS.split()), max_size=20))
 def test_any_order_of_commands_leaves_the_motor_operable(words):
-    """The result is the same in one piece and in many; the motor answers afterwards."""
+    """After any commands the motor answers, and the result is the same in one piece and in many."""
     assert told(words, pieces=1) == told(words, pieces=5)
 
 
@@ -361,7 +361,7 @@ def test_s_and_x_may_leave_the_buffered_mode_as_it_is(bench, stop, mode, letter)
 
 
 def test_with_same_a_jog_resumes(bench):
-    """Option `stop_buffers="same"`: 10 counts per sample, down to 7 in three samples, and up again."""
+    """Option `stop_buffers="same"`: from 10 counts per sample X decelerates to 7, and G accelerates to 10 again."""
     motor = ready(bench, stop_buffers="same")
     advance(bench)
     cruise(bench, motor, "MV")
@@ -389,7 +389,7 @@ def test_s_cancels_host_mode_that_has_not_begun(bench, motor):
     ("rate", "shaft"), [(1, {}), (2, {}), (4, {}), (8, {}), (1, {"motor": "frame23"}), (2, {"motor": "frame23"})]
 )
 def test_velocity_is_that_of_the_motion_with_any_pid(bench, rate, shaft):
-    """Base 1: V is per servo sample.  16 counts in each of n samples of 245.76 µs; never 0 in between."""
+    """Base 1: V is per servo sample, of n base samples: 16 counts in each, and the velocity is never 0 between."""
     motor = ready(bench, shaft=shaft)
     send(bench, motor, f"PID{rate} A=65536 V=16*65536 MV G", 0)
     advance(bench, 2000)
@@ -400,7 +400,7 @@ def test_velocity_is_that_of_the_motion_with_any_pid(bench, rate, shaft):
 
 
 def test_velocity_ignores_a_push(bench, motor):
-    """A displacement between two samples is not a velocity."""
+    """A displacement of the shaft between two samples is not counted as velocity."""
     send(bench, motor, "PID4 A=65536*4 V=4*65536 MV G", 0)
     advance(bench, 30)
     motor.axes["shaft"].encoder.displace(1000)
@@ -411,17 +411,17 @@ def test_velocity_ignores_a_push(bench, motor):
 
 
 def test_a_brake_actuator_changes_from_torque_to_position_and_adds_distances(bench):
-    """A published driver: MT, then `MP D=0 G`; `D=n RW G` twenty times a second, D relative to the trajectory."""
+    """A published driver sends MT, then `MP D=0 G`, then `D=n RW G` 20 times a second: D adds to the trajectory."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "A=2000 V=2000000 MT T=60", 0)
     bench.run(0.2)
     send(bench, motor, "MP D=0 G", 0)
     bench.run(0.5)
-    begin = value(bench, motor, "@P+@PE")  # commanded position
+    begin = value(bench, motor, "@P+@PE")  # the commanded position
     assert send(bench, motor, "RBe RBo RMODE", 0) == b"0\r0\rR\r"
     for number in range(1, 21):
         word = int(send(bench, motor, "D=100 RW G", 0))
-        assert word & 1 == 0  # the last move has ended, 50 ms ago
+        assert word & 1 == 0  # the last move has ended: the commands come every 50 ms
         bench.run(0.05)
         assert value(bench, motor, "@P+@PE") == begin + 100 * number
     answers = send(bench, motor, "PRINT(UIA,#13,UJA,#13,UEA,#13)", 0).split()
@@ -430,7 +430,7 @@ def test_a_brake_actuator_changes_from_torque_to_position_and_adds_distances(ben
 
 
 def test_a_displaced_shaft_comes_back_to_where_the_servo_holds_it(bench, motor):
-    """13: the servo holds the position: an ideal motor corrects a push within E in one sample."""
+    """13: the servo holds the position: an ideal motor corrects a displacement within E in one sample."""
     send(bench, motor, "MP A=65536 V=655360 P=500 G", 1.0)
     motor.axes["shaft"].encoder.displace(100)
     bench.run(0.001)

@@ -1,4 +1,4 @@
-"""The options of a SmartMotor: both ends of each range are accepted, other values are refused by name."""
+"""The options of a SmartMotor: both ends of each range are accepted; for other values the error names the option."""
 
 import pytest
 

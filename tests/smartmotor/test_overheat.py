@@ -1,4 +1,4 @@
-"""The fault Bh: a controller too hot (TH, THD), or a current too large for too long; sections 2, 4 and 5.2."""
+"""The fault Bh: a controller that is too hot (TH, THD), or a current too large for too long; 2, 4 and 5.2."""
 
 from functools import partial
 from itertools import pairwise
@@ -21,7 +21,7 @@ def temperature(bench: Bench, motor: Controller) -> int:
 
 
 def heat(bench: Bench, motor: Controller, celsius: float = 71) -> None:
-    """Set the air around an ideal motor, which takes its temperature, for more than THD=12000 samples (2.95 s)."""
+    """Heat an ideal motor, which has the temperature of the air, for more than THD=12000 samples (2.95 s)."""
     motor.ambient = celsius
     bench.run(3.1)
 
@@ -49,7 +49,7 @@ def test_it_must_last_for_thd_samples(bench, motor):
 
 @pytest.mark.parametrize("thd", [1, 10, 1000])
 def test_another_thd(bench, motor, thd):
-    """The fault comes within two samples of THD."""
+    """The fault comes within two samples after THD samples."""
     motor.ambient = 75
     send(bench, motor, f"THD={thd}", 0)
     begin = bench.now // SAMPLE_NS
@@ -61,7 +61,7 @@ def test_another_thd(bench, motor, thd):
 
 
 def test_the_sequence_of_an_overheat(bench, motor):
-    """4.1: amplifier off, MTB, static brake; moves, RUN and LOAD are refused."""
+    """4.1: the amplifier goes off, MTB and the static brake act; moves, RUN and LOAD are refused."""
     load(bench, motor, "WHILE 1\na=a+1\nLOOP\n")
     send(bench, motor, f"{MOVE} RUN", 0.1)
     heat(bench, motor)
@@ -79,7 +79,7 @@ def test_the_sequence_of_an_overheat(bench, motor):
 
 @pytest.mark.parametrize(("f", "calls", "counts_on"), [(0, 0, False), (1, 0, False), (32, 1, True), (33, 1, True)])
 def test_the_program_ends_or_goes_to_c1(bench, motor, f, calls, counts_on):
-    """4.1 item 4 of the motor protection fault."""
+    """4.1 item 4, motor protection fault: without F=32 the program ends, with F=32 it goes to C1."""
     load(bench, motor, f"F={f}\nWHILE 1\na=a+1\nLOOP\nC1\nc=c+1\nRETURNF\n")
     send(bench, motor, f"{MOVE} RUN", 0.1)
     heat(bench, motor)
@@ -106,7 +106,7 @@ def test_f_1_decelerates(bench, motor):
 
 @pytest.mark.parametrize("clear", ["Zh", "ZS"])
 def test_it_is_cleared_when_it_has_cooled_by_5_degrees(bench, motor, clear):
-    """Reference 10: "Motion refused until cooled 5 °C below TH": 66 is too warm; the flag does not clear by itself."""
+    """Reference 10: "Motion refused until cooled 5 °C below TH": 66 °C is too warm; only a Z clears the flag."""
     heat(bench, motor)
     send(bench, motor, "P=50 A=65536 V=65536 MP")
     for celsius in (71, 70, 66):
@@ -146,9 +146,9 @@ def test_a_winding_warms_slowly(bench):
 
 
 def test_too_much_current_for_too_long(bench):
-    """Table 4.1: "RMS current exceeded limit": a jammed motor that pushes, while its controller is still cool.
+    """Table 4.1: "RMS current exceeded limit": a jammed motor pushes, while its controller is still cool.
 
-    E allows a position error of 32000.  Zh is refused until the current is low; then the motor moves again.
+    E=32000 prevents a position error.  Zh is refused until the current is low; then the motor moves again.
     """
     motor = ready(bench, shaft={"motor": "frame23"})
     motor.axes["shaft"].jam(True)
@@ -168,7 +168,7 @@ def test_too_much_current_for_too_long(bench):
 
 
 def test_a_held_load_within_the_rated_torque_never_trips(bench):
-    """An hour at a tenth of a newton metre."""
+    """A motor that holds 0.1 N·m, less than its rated torque, has no fault in an hour."""
     motor = ready(bench, shaft={"motor": "frame23"})
     send(bench, motor, "P=0 A=200 V=20000 G")
     motor.axes["shaft"].load(0.1)

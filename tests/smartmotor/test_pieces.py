@@ -1,4 +1,4 @@
-"""Division of a run into pieces, reads in between, and compilation change nothing."""
+"""A run gives the same results in any pieces, with reads in between, and compiled."""
 
 import json
 import os
@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 
 @cache
 def day(model="frame23"):
-    """Return the day without reads."""
+    """Return the record of the whole run in one piece, without reads."""
     return Day(model).live(whole)
 
 

@@ -1,4 +1,4 @@
-"""The numbers of the manual's examples: expected and obtained values go into the fidelity report."""
+"""The numbers of the manual's examples; the fidelity report lists expected and obtained values."""
 
 from itertools import pairwise
 
@@ -13,7 +13,7 @@ FIGURE = {0: 0, 1000: 250, 2000: 500, 3000: 250, 4000: 0, 5000: 500, 6000: 1000,
 
 @pytest.mark.parametrize(("f", "name"), [(128, "Figure 9.1"), (16, "Figure 9.2")])
 def test_two_cycles_of_the_figures(bench, motor, printed, f, name):
-    """Figures 9.1 and 9.2: the example with BASE 8000 and D 2000: "Two cycles shown"."""
+    """Figures 9.1 and 9.2, "Two cycles shown": the examples have BASE 8000 and D 2000."""
     load(bench, motor, EXAMPLE.format(f=f"F={f}") + "END\n")
     send(bench, motor, "RUN", 0)
     bench.run(0.05)
@@ -34,7 +34,7 @@ def test_the_first_entry_from_3000(bench, motor, printed, f, goes_to):
 
 
 def test_strobed_records(bench, motor, printed):
-    """10.1: "time delta 0x01 00", then "reduce time delta to 0x40": the positions at the times of the comments."""
+    """10.1: "time delta 0x01 00", then "reduce time delta to 0x40": the positions at the times in the comments."""
     pairs = points((0, 0), (0x1000, 0x100)) + position(0x2000) + position(0x3000) + points((0x3400, 0x340))
     start_host_mode(bench, motor, "O=0 ", pairs + position(0x3800) + position(0x3C00) + position(0x4000))
     found = positions(bench, motor, 0x400)
@@ -44,7 +44,7 @@ def test_strobed_records(bench, motor, printed):
 
 
 def test_constant_speed_after_host_mode(bench, motor, printed):
-    """10.2: "RMODE returns V", "RV returns 262144"; "maintaining constant velocity each Sample": 4 counts."""
+    """10.2: "RMODE returns V", "RV returns 262144"; "maintaining constant velocity each Sample" of 4 counts."""
     start_host_mode(bench, motor, "O=0 MV V=4*65536 A=100 ", points((0, 0), (0x400, 0x100)) + clock(0x100))
     found = positions(bench, motor, 600)
     printed("10.2 Orderly exit", "RMODE", "V", ask(bench, motor, "RMODE"))

@@ -34,7 +34,7 @@ RETURN
 
 
 def broken(text):
-    """Return texts and messages of the statements that set Bs."""
+    """Return text and message of each statement that sets Bs."""
     program = Program.compile(text)
     return [(s.text, s.problem.message) for s in program.statements if s.problem is not None]
 
@@ -59,7 +59,7 @@ def test_its_fault_routine():
 
 
 def test_rules_between_parts_of_a_program_set_bs_when_they_are_reached():
-    """Lines of dashes and stars, as in the sample, have no effect before they are reached; then they set Bs."""
+    """The lines of dashes and stars in the manual's sample set Bs when they are reached, and not before."""
     assert [text for text, _ in broken(FAULT_HANDLING)] == ["-----", "*****", "*****"]
     assert Processor("***** a=1").run().performed == ["*****"]
 

@@ -21,7 +21,7 @@ IMAGE = b"$40000006D8" + b"00001D" + b"0000000000" + b"a=1\n$W0019LE a<5\na=a+1\
 
 
 def test_each_block_of_8_is_acknowledged_but_not_the_rest(bench, motor):
-    """15: LOAD, 06, 8 bytes, 06 …, and FF FF."""
+    """15: the motor sends 06 after LOAD and after each complete block of 8 bytes; FF FF ends the program."""
     assert send(bench, motor, b"LOAD ") == ACKNOWLEDGE
     assert send(bench, motor, b"a=1 b=2 ") == ACKNOWLEDGE
     assert send(bench, motor, b"c=3 EN") == b""
@@ -36,18 +36,18 @@ def test_a_program_of_whole_blocks_ends_without_another_answer(bench, motor):
 
 
 def test_an_ff_that_ends_a_block_may_be_the_end(bench, motor):
-    """The 06 is delayed by 50 ms, and omitted after a second FF."""
+    """If FF is the last byte of a block, the motor sends 06 after 50 ms, or none if a second FF follows."""
     send(bench, motor, b"LOAD ")
     assert send(bench, motor, b"a=1\nEND\xff", 0.04) == b""
     assert send(bench, motor, b"\xff", 1) == b""
     send(bench, motor, b"LOAD ")
     assert send(bench, motor, b"a=1\nEND\xff", 0.1) == ACKNOWLEDGE
     assert send(bench, motor, b"a note" + END) == b""
-    assert ask(bench, motor, "RCKS") == "000000 0001BA P"  # 61+3D+31+0A, E1
+    assert ask(bench, motor, "RCKS") == "000000 0001BA P"  # the sum of 61+3D+31+0A, and E1 for END
 
 
 def test_a_block_may_have_32_bytes(bench):
-    """Option load_block, as in later firmware."""
+    """Option load_block=32: blocks of 32 bytes, as in later firmware."""
     motor = ready(bench, load_block=32)
     load(bench, motor, COUNTING, block=32)
 
@@ -79,7 +79,7 @@ def test_program_bytes_are_neither_commands_nor_addresses(bench, motor):
 
 
 def test_the_echo_goes_on_during_a_download(bench, motor):
-    """2: every received byte is echoed."""
+    """2: during a download too, every received byte is echoed."""
     assert send(bench, motor, b"ECHO LOAD ") == b"LOAD " + ACKNOWLEDGE
     assert send(bench, motor, b"a=1 END\n" + END) == b"a=1 END\n" + ACKNOWLEDGE + END
 
@@ -88,7 +88,7 @@ def test_the_echo_goes_on_during_a_download(bench, motor):
 
 
 def test_a_motor_in_fault_takes_no_program(bench):
-    """2.0 item 6: no 06 comes, and Bs is set.  With nothing wired the motor is in fault at power-up (2.0 item 1)."""
+    """2.0 items 1 and 6: with nothing wired the motor is in fault at power-up; LOAD then sets Bs and sends no 06."""
     motor = bare(bench)
     assert send(bench, motor, "LOAD") == b""
     assert send(bench, motor, "RBs RBr RBl") == b"1\r1\r1\r"
@@ -119,7 +119,7 @@ def test_a_silent_host_leaves_an_invalid_program(bench, motor):
 
 
 def test_one_ff_and_silence_end_a_download_too(bench, motor):
-    """Some hosts of class 4 motors append a single FF."""
+    """Some hosts of class 4 motors send a single FF; followed by silence it ends the download."""
     send(bench, motor, b"LOAD ")
     send(bench, motor, b"a=1\n\xff", 5.1)
     assert send(bench, motor, "RBk RUN", 0.1) == b"0\r"
@@ -138,7 +138,7 @@ def test_a_power_cut_leaves_a_broken_program(bench, motor):
 
 
 def test_a_program_that_is_too_long_is_broken(bench):
-    """Option program_bytes; excess characters are ignored, and the program is invalid."""
+    """Characters beyond option program_bytes are ignored, and the program is invalid."""
     motor = ready(bench, program_bytes=256)
     load(bench, motor, "a=1\n" * 64)
     send(bench, motor, b"LOAD ")
@@ -166,7 +166,7 @@ def test_a_line_error_breaks_the_download(bench):
 
 
 def test_eight_bytes_come_for_each_acknowledge(bench, motor):
-    """15: UPLOAD, 8 bytes, 06, 8 bytes …, FF."""
+    """15: UPLOAD sends 8 bytes after each 06 from the host, and FF at the end."""
     load(bench, motor, "a=12345\nEND\n")
     assert send(bench, motor, b"UPLOAD ") == b"a=12345\n"
     assert send(bench, motor, ACKNOWLEDGE) == b"END\n\xff"
@@ -192,7 +192,7 @@ def test_the_echo_applies_to_an_upload(bench, motor):
 
 
 def test_a_locked_program_is_not_uploaded(bench, motor):
-    """LOCKP holds until another program is loaded."""
+    """LOCKP prevents UPLOAD until another program is loaded."""
     load(bench, motor, COUNTING)
     assert send(bench, motor, "LOCKP UPLOAD UP RBs") == b"1\r"
     motor.power_cycle()
@@ -209,9 +209,9 @@ def test_a_locked_program_is_not_uploaded(bench, motor):
 @pytest.mark.parametrize(
     ("program", "sums"),
     [
-        ("END", "000000 0000E1 P"),  # the known figure
+        ("END", "000000 0000E1 P"),  # the sum in the manual's example
         ("  END 'nothing\r\n", "000000 0000E1 P"),
-        ("a=1\nC5\nEND", "000004 00023C P"),  # C5 is at 4; 61+3D+31+0A 43+35+0A, E1
+        ("a=1\nC5\nEND", "000004 00023C P"),  # C5 is at 4; the sum of 61+3D+31+0A, 43+35+0A, and E1
     ],
 )
 def test_rcks(bench, motor, program, sums):
@@ -227,7 +227,7 @@ def test_a_new_motor_has_an_empty_program(bench, motor):
 
 
 def test_the_program_starts_by_itself_after_200_ms(bench, motor):
-    """2: if no traffic arrives in the first 200 ms."""
+    """2: the stored program starts if nothing is received in the first 200 ms."""
     load(bench, motor, 'PRINT("up",#13)\nEND\n')
     motor.power_cycle()
     bench.run(0.199)
@@ -247,7 +247,7 @@ def test_any_character_in_the_first_200_ms_prevents_it(bench, motor, traffic):
 
 
 def test_run_question_mark_waits_for_run(bench, motor):
-    """8: RUN? ends a program that was started by power-up, and is skipped after RUN."""
+    """8: RUN? ends a program that power-up has started; a program started by RUN skips it."""
     load(bench, motor, 'PRINT("a")\nRUN?\nPRINT("b")\nEND\n')
     motor.power_cycle()
     bench.run(1)
@@ -275,7 +275,7 @@ def test_the_program_is_kept_in_the_state_directory(bench, tmp_path):
 
 
 def test_between_load_and_its_end_the_kept_program_is_not_valid(bench, tmp_path):
-    """After a power cut at any time the stored program is valid, or marked as invalid."""
+    """After a power cut at any time of a download, the stored program is either valid or marked as invalid."""
     motor = ready(bench, state=tmp_path)
     load(bench, motor, COUNTING)
     for part in (b"LOAD ", b"a=1\n", b"END\n", b"\xff"):
@@ -307,7 +307,7 @@ LONG = "".join(f"a=a+{number}\n" for number in range(3600))
 
 
 def _most_in_one_step(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> int:
-    """Return the largest number of statements read in one step of the clock."""
+    """Return the largest number of statements executed in one step of the clock."""
     count, most, quiet_ns = 0, 0, bench.now + S
 
     def counted(text: str) -> Statement:

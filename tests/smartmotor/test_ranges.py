@@ -1,4 +1,4 @@
-"""The ranges of parameters and the sources of commands, from the base language and the 4.76 manual."""
+"""The ranges of parameters, and who may send each command (base language and 4.76 manual)."""
 
 import pytest
 
@@ -50,7 +50,7 @@ REMOVED = {"ES400", "ES1000", "KGON", "KGOFF", "LIMH", "LIML", "LIMN", "MFRATIO"
 
 @pytest.mark.parametrize("command", list(product("smartmotor").commands), ids=lambda command: str(command.code))
 def test_the_sources_of_a_command(command):
-    """Base 8: blocks, labels and waits belong to programs; base 15: downloads to hosts; 1.3: some are removed."""
+    """Base 8: blocks, labels and waits are for programs only; base 15: downloads for hosts only; 1.3: removed."""
     if command.code in HOST_ONLY:
         wanted = Accept.HOST
     elif command.code in PROGRAM_ONLY:

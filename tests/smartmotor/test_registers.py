@@ -1,4 +1,4 @@
-"""Followers of registers, each with its own registers, independent of other followers."""
+"""Followers of registers: each follower has its own registers, and others do not affect it."""
 
 from itertools import groupby
 
@@ -31,7 +31,7 @@ class Follower:
             self.told[self.names[number]].append((time_ns, value))
 
     def course(self):
-        """Return the values without repetitions."""
+        """Return the values in their order, without repetitions."""
         return {
             name: [next(same) for _, same in groupby(told, key=lambda one: one[1])] for name, told in self.told.items()
         }
@@ -95,7 +95,7 @@ def test_who_comes_later_or_stays_longer_is_told_all_of_his_own(names, others, s
 
 
 def after(since_ns, courses):
-    """Return the value of each number after all events of a time, and its later changes."""
+    """Return the value of each register after all events at a time, and its later changes."""
     return {
         name: (
             [value for at_ns, value in course if at_ns <= since_ns][-1],

@@ -8,7 +8,7 @@ from .talking import ask, load, send
 @pytest.mark.parametrize(
     ("command", "answer"),
     [
-        # 16: power-on defaults; 10: worked values after UCI UDI ZS
+        # 16: power-on defaults; 10: flags after UCI UDI ZS
         ("RP", "0"), ("RPE", "0"), ("RV", "0"), ("RA", "0"), ("RD", "0"), ("RE", "1000"), ("RT", "0"), ("RI", "0"),
         ("RW", "128"), ("RS", "128"), ("RPW", "0,128"), ("RMODE", "B"), ("RSP", "24576/476"), ("RCTR", "0"),
         ("RU", "127"), ("RUA", "1"), ("RUG", "1"), ("RUAA", "1023"), ("RUGA", "1023"),
@@ -22,7 +22,7 @@ from .talking import ask, load, send
     ],
 )  # fmt: skip
 def test_reports_after_power_up(bench, motor, command, answer):
-    """9: text and CR, nothing else; no leading blank, no padding."""
+    """9: a report is its text and CR, without leading blanks or padding."""
     assert send(bench, motor, command) == answer.encode() + b"\r"
     assert ask(bench, motor, "RBs") == "0"
 
@@ -43,7 +43,7 @@ def test_a_report_tells_the_buffered_value(bench, motor, assignment, report, ans
 
 
 def test_clk_counts_samples(bench, motor):
-    """1: 245,760 ns each."""
+    """1: CLK counts samples of 245,760 ns each."""
     send(bench, motor, "CLK=0", 0)
     bench.run(1000 * 245_760e-9)
     assert send(bench, motor, "RCLK", 0) == b"1000\r"
@@ -62,7 +62,7 @@ def test_ri_clears_bi(bench, motor):
 
 
 def test_an_index_outside_the_array_is_not_reported(bench, motor):
-    """8.2: Bu."""
+    """8.2: a report of such an element returns nothing and sets Bu."""
     assert send(bench, motor, "Rab[204] Raw[102] Ral[51] Rab[-1] RBu RBs") == b"1\r0\r"
 
 
@@ -72,7 +72,7 @@ def test_what_is_no_report_sets_bs(bench, motor, command):
 
 
 def test_print_adds_nothing(bench, motor):
-    """9: texts, decimal values, one byte for #n; no CR."""
+    """9: PRINT sends texts, decimal values and one byte for #n, and no CR of its own."""
     assert send(bench, motor, 'a=-5 PRINT("a=",a,"  ",a*a,#13,#10,#0,#255)') == b"a=-5  25\r\n\0\xff"
 
 

@@ -18,14 +18,14 @@ CONVERSATIONS: dict[str, list[tuple[str | bytes, bytes]]] = {
     "empty commands mean nothing": [(b" \r\n\0\r\r  RBs\r\n", b"0\r")],
     # 2: quotes protect spaces.
     "quotes keep the space in a command": [('PRINT("a b  c",#13)', b"a b  c\r")],
-    # 3: ignored, Bs.
+    # 3: an unknown command is ignored and sets Bs.
     "an unknown command sets bs and nothing is returned": [("HELLO", b""), ("RBs", b"1\r")],
-    # 1.1: `aw[0] 0 100 500 700.`: consecutive elements; the list ends with its period.
+    # 1.1: `aw[0] 0 100 500 700.` sets consecutive elements; the period ends the list.
     "a list of array values comes as words": [
         ("aw[0] 0 100 -500 700. Raw[1] Raw[2] Raw[3] RBs", b"100\r-500\r700\r0\r")
     ],
     "a list is cut short by a word that is too long": [(f"aw[0] 1 {'2' * 65} 3. RBc RBs Raw[0]", b"1\r1\r0\r")],
-    # 2: address bytes and terminators included.
+    # 2: the echo includes address bytes and terminators.
     "echo sends every byte back before the answer": [
         (b"ECHO ", b""),
         (b"\x80RP\r\n", b"\x80RP\r0\r\n"),
@@ -42,24 +42,24 @@ CONVERSATIONS: dict[str, list[tuple[str | bytes, bytes]]] = {
     ],
     # 2: a daisy chain needs this echo.
     "echo includes the commands of others": [(b"SADDR1 ECHO \x82RP ", b"\x82RP ")],
-    # 2: the echo continues.
+    # 2: a sleeping motor still echoes.
     "sleep executes only wake": [
         ("SLEEP a=1 Ra HELLO WAKE Ra RBs", b"0\r0\r"),
         (b"ECHO SLEEP Ra WAKE ", b"SLEEP Ra WAKE "),
     ],
-    # 10.1: 0xFA, four bytes, CR.
+    # 10.1: a record is 0xFA, four bytes, CR.
     "the bytes of a record are neither addresses nor terminators": [
         (b"SADDR1 \x81MD \xfa\x82\x0d\x20\x83\r\xfb\x00\x00\x0d\x00\r", b""),
         (b"RADDR RBs ", b"1\r0\r"),
     ],
     "getchr of nothing is 0": [("a=5 a=GETCHR Ra a=GETCHR1 Ra RBs", b"0\r0\r0\r")],
-    # `FE 00 00 53 20`: 53h 20h would be the command S.
+    # the data of `FE 00 00 53 20` contain 53h 20h, the command S.
     "the data of a direct binary command are not commands": [
         (b"A=65536 V=65536 MV G ", b""),
         (b"\xfe\x00\x00\x53\x20z=P Rz RBt RMODE ", b"%d\r1\rV\r" % 0x5320),
     ],
     "a sleeping motor takes no direct binary command": [(b"P=7 SLEEP \xfe\x00\x00\x00\x64WAKE z=P Rz ", b"7\r")],
-    # An incomplete command is dropped, as by an address: Bs.
+    # as with an address, the incomplete command is dropped and sets Bs.
     "a direct binary command drops an incomplete command": [(b"a=1\xfe\x00\x00\x00\x64Ra z=P Rz RBs ", b"0\r100\r1\r")],
 }
 """Lines of the host and the motor's answers."""
@@ -114,7 +114,7 @@ def test_a_list_with_too_many_values_sets_a_flag_and_does_no_harm(bench, motor):
 
 
 def test_a_command_has_64_characters_at_most(bench, motor):
-    """2: a longer command is dropped up to its terminator, flag Bc; later commands are executed."""
+    """2: a longer command is dropped up to its terminator and sets Bc; later commands are executed."""
     longest = 'PRINT("' + "x" * 55 + '")'
     assert len(longest) == 64
     assert send(bench, motor, longest) == b"x" * 55
@@ -141,7 +141,7 @@ def test_an_address_byte_ends_what_had_been_begun(bench, motor):
 
 
 def test_a_chain_is_addressed_from_power_up(bench):
-    """2: SADDR1 for all, then motor by motor: ECHO, SLEEP, and at the end WAKE for all."""
+    """2: a host sends SADDR1 to all, ECHO and SLEEP to each motor in turn, and at the end WAKE to all."""
     motors = [bench.add("smartmotor", line="instant") for _ in range(3)]
     chain = bench.chain(*motors)
     bench.run(0.3)
@@ -169,7 +169,7 @@ def other_format(bench: Bench, **differences: object) -> Controller:
 
 
 def test_a_framing_error_sets_bf_and_spoils_the_command(bench):
-    """10 of the base language: Bf.  The host sends 8 data bits with the parity bit where the stop bit is expected."""
+    """Base 10: Bf.  The host sends 8 data bits and a parity bit, which the motor reads as the stop bit."""
     motor = other_format(bench, parity="S")
     send(bench, motor, "a=1", 0.1)
     motor.serial.host.parity = "N"
@@ -202,7 +202,7 @@ def test_one_damaged_character_spoils_one_command(bench):
     assert send(bench, motor, "b=5 b=b+1 Rb", 0.1) == b"1\r"
 
 
-# Host mode records and what is binary
+# Host mode records and direct binary commands
 
 
 def test_a_record_for_others_is_passed_over_as_a_whole(bench, motor):
@@ -210,13 +210,13 @@ def test_a_record_for_others_is_passed_over_as_a_whole(bench, motor):
 
 
 def test_a_record_without_its_cr_is_dropped(bench, motor):
-    """Bs; the dropped record extends to the next terminator, record or address."""
+    """A record without its CR sets Bs; it is dropped up to the next terminator, record or address."""
     assert send(bench, motor, b"MD \xfa\x00\x00\x00\x00XX a=1 Ra RBs Zs ") == b"1\r1\r"
     assert send(bench, motor, b"\xfa\x00\x00\x00\x00\xfa\x00\x00\x00\x00\rRBs ") == b"1\r"
 
 
 def test_host_mode_reports_its_status(bench, motor):
-    """11: 0xF9 or Q: status byte, free places, clock.  128: the motor is off."""
+    """11: 0xF9 or Q returns a status byte, the number of free places, and the clock.  128: the motor is off."""
     assert send(bench, motor, b"MD \xf9") == bytes([128, 32, 0, 0, 0, 0])
     records = b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\r\xfa\x00\x00\x04\x00\r\xfb\x00\x00\x01\x00\r"
     assert send(bench, motor, records + b"Q ") == bytes([128, 30, 0, 0, 0, 0])
@@ -226,7 +226,7 @@ def test_host_mode_reports_its_status(bench, motor):
 
 
 def arrivals_ms(bench: Bench, motor: Controller, text: str) -> list[float]:
-    """Return the arrival times of the answer's characters from the first character sent."""
+    """Return the time of each character of the answer, in ms from the first character sent."""
     began, times = bench.now, list[float]()
     stop = motor.serial.subscribe_received(lambda byte, errors: times.append(round((bench.now - began) / 1e6, 3)))
     send(bench, motor, text, 0.1)
@@ -235,7 +235,7 @@ def arrivals_ms(bench: Bench, motor: Controller, text: str) -> list[float]:
 
 
 def test_baud_takes_effect_at_once(bench):
-    """2: BAUDn.  At 38400 baud a character takes 0.2604 ms; three come in, two go out."""
+    """2, BAUDn: at 38400 baud a character takes 0.2604 ms; three are received and two sent."""
     motor = clear(bench, bench.add("smartmotor"))
     assert send(bench, motor, "BAUD38400", 0.1) == b""
     motor.serial.host.baudrate = 38400
@@ -247,13 +247,13 @@ def test_baud_takes_effect_at_once(bench):
 
 
 def test_a_reply_begins_when_the_terminator_has_been_received(bench):
-    """A character of 10 bits takes 1.0417 ms at 9600 baud; three come in, two go out."""
+    """A character of 10 bits takes 1.0417 ms at 9600 baud; three are received and two sent."""
     motor = clear(bench, bench.add("smartmotor"))
     assert arrivals_ms(bench, motor, "RP") == [4.167, 5.208]
 
 
 def test_a_reply_waits_while_another_one_is_being_sent(bench):
-    """2: the second report is requested while the first one is being sent; no character is lost."""
+    """2: a report requested while another one is being sent follows it; no character is lost."""
     motor = clear(bench, bench.add("smartmotor"))
     assert send(bench, motor, "RSP RP RP", 0.1) == b"24576/476\r0\r0\r"
 
@@ -293,7 +293,7 @@ def test_channel_1_is_closed_at_first(bench, motor):
 
 
 def test_an_answer_goes_to_the_channel_that_asked(bench, motor):
-    """6.2: "to the active channel"."""
+    """6.2: an answer is sent "to the active channel"."""
     port = motor.rs485
     send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
     assert send(bench, port, "RP RUA") == b"0\r1\r"
@@ -303,7 +303,7 @@ def test_an_answer_goes_to_the_channel_that_asked(bench, motor):
 
 
 def test_data_mode_keeps_sixteen_bytes(bench, motor):
-    """2: LEN1 and GETCHR1; the seventeenth byte sets Bc."""
+    """2: LEN1 counts and GETCHR1 reads the bytes of channel 1; a seventeenth byte sets Bc."""
     port = motor.rs485
     send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)")
     port.write(bytes(range(0x80, 0x90)))
@@ -321,7 +321,7 @@ def test_a_channel_sleeps_by_itself(bench, motor):
 
 
 def test_rs4_takes_pin_g_as_its_direction_line(bench):
-    """5.1: RS4 or OCHN(RS4,0,…) changes the function of pin G; it is high while the motor transmits."""
+    """5.1: RS4 or OCHN(RS4,0,…) makes pin G the direction line, which is high while the motor transmits."""
     motor = clear(bench, bench.add("smartmotor"))
     levels: list[tuple[float, bool]] = []
     send(bench, motor, "RS4", 0.1)
@@ -338,7 +338,7 @@ def test_rs4_takes_pin_g_as_its_direction_line(bench):
 
 
 def test_a_program_waits_when_more_than_16_characters_are_to_be_sent(bench):
-    """26 characters take 27.08 ms; the first is being sent, 25 wait, so the program continues after the last one."""
+    """26 characters take 27.08 ms; more than 16 of them wait, so the program continues only after the last one."""
     motor = clear(bench, bench.add("smartmotor"))
     load_slowly(bench, motor, 'UAO UA=0\nPRINT("abcdefghijklmnopqrstuvwxyz")\nUA=1\nEND\n')
     motor.serial.write(b"RUN ")
@@ -357,7 +357,7 @@ def load_slowly(bench: Bench, motor: Controller, program: str) -> None:
 
 
 def test_silent_keeps_the_program_quiet_and_talk_ends_it(bench, motor):
-    """2: SILENT; reports that a host requests are still answered."""
+    """2: SILENT suppresses a program's output until TALK; reports that a host requests are still answered."""
     load(bench, motor, 'PRINT("x")\nRa\nEND\n')
     assert send(bench, motor, "SILENT RUN Ra", 0.1) == b"0\r"
     assert send(bench, motor, "TALK RUN", 0.1) == b"x0\r"
@@ -371,7 +371,7 @@ def test_silent_keeps_the_program_quiet_and_talk_ends_it(bench, motor):
     [b"\x80", b"\xfa", b"\r", b" ", b'"', b"aw[0] ", b"1 ", b"2.", b"LOAD ", b"\xff\xff", b"MD G ", b"RW ", b"ECHO "]
 )), max_size=20).map(b"".join))  # fmt: skip
 def test_any_bytes_are_handled_and_pieces_make_no_difference(data):
-    """Fed whole or byte by byte, the answers are the same."""
+    """Received whole or byte by byte, any bytes give the same answers."""
     heard = []
     for size in (len(data) or 1, 1):
         bench = Bench()
@@ -390,39 +390,39 @@ def test_any_bytes_are_handled_and_pieces_make_no_difference(data):
 @pytest.mark.parametrize(
     ("record", "report", "value"),
     [
-        (b"\xfe\x00\x00\x00\x64", b"z=P", 100),  # the vendor's examples
+        (b"\xfe\x00\x00\x00\x64", b"z=P", 100),  # the manufacturer's examples
         (b"\xfe\xff\xff\xff\xfe", b"z=P", -2),
         (b"\xfd\x00\x00\x27\x10", b"z=V", 10000),
         (b"\xfd\xff\xff\xd8\xf0", b"z=V", -10000),
         (b"\xfc\x00\x00\x00\x08", b"z=A", 8),
         (b"\xfc\x7f\xff\xff\xff", b"z=A", 2**31 - 1),
-        (b"\xfe\x80\x81\x0d\x20", b"z=P", 0x80810D20 - 2**32),  # neither addresses nor terminators
+        (b"\xfe\x80\x81\x0d\x20", b"z=P", 0x80810D20 - 2**32),  # data bytes are neither addresses nor terminators
     ],
 )
 def test_a_direct_binary_command_sets_a_parameter(bench, motor, record, report, value, after):
-    """The Class 4 language: a byte and a 32-bit number, the scheme of 10.1; a CR after it is an empty command."""
+    """The Class 4 language: a code byte and a 32-bit number, as in 10.1; a CR after it is an empty command."""
     assert send(bench, motor, record + after + report + b" Rz RBs ") == b"%d\r0\r" % value
 
 
 def test_a_direct_binary_command_makes_the_next_move_absolute(bench, motor):
-    """As P= does."""
+    """A direct binary command for P makes the next move absolute, as P= does."""
     send(bench, motor, b"A=65536*8 V=65536*8 D=5 \xfe\x00\x00\x00\x64G ", 0.1)
     assert send(bench, motor, b"RP RMODE ") == b"100\rP\r"
 
 
 def test_a_direct_binary_command_for_others_is_ignored_as_a_whole(bench, motor):
-    """A motor that is not addressed ignores addresses, terminators and letters in the data."""
+    """A motor that is not addressed ignores addresses, terminators and letters in the data of such a command."""
     send(bench, motor, b"SADDR1 P=7 V=65536 A=65536 MV G ")
     assert send(bench, motor, b"\x82\xfe\x81\x20\x53\x20RP \x81z=P Rz RBt RBs ") == b"7\r1\r0\r"
 
 
 def test_a_negative_acceleration_sets_bs_and_changes_nothing(bench, motor):
-    """Base 4: A is not below 0."""
+    """Base 4: A cannot be negative."""
     assert send(bench, motor, b"A=5 \xfc\xff\xff\xff\xffRA RBs ") == b"5\r1\r"
 
 
 def test_a_damaged_direct_binary_command_changes_nothing(bench):
-    """A parity error in the third byte, flag Bb; the five bytes still belong to the command."""
+    """A parity error in the third byte sets Bb; all five bytes still belong to the command."""
     motor = clear(bench, bench.add("smartmotor"))
     send(bench, motor, "P=7 OCHN(RS2,0,E,9600,1,8,C)", 0.1)
     motor.serial.host.parity = "E"
@@ -445,7 +445,7 @@ def open_with(bench, motor, timeout):
     ("", 10.0, b"12\r0\r"),
 ])  # fmt: skip
 def test_a_command_must_end_within_the_time_out_of_ochn(bench, motor, timeout, pause_s, answer):
-    """Later guides: milliseconds "between issuing a command and detecting a delimiter"; then it is dropped, Bs."""
+    """Later guides: milliseconds "between issuing a command and detecting a delimiter"; else it is dropped, Bs."""
     open_with(bench, motor, timeout)
     send(bench, motor, b"a=", pause_s)
     assert send(bench, motor, b"12 ") == b""
@@ -454,7 +454,7 @@ def test_a_command_must_end_within_the_time_out_of_ochn(bench, motor, timeout, p
 
 
 def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor):
-    """A space does not start the time-out, and each command has its own."""
+    """A space does not start the time-out, and each command has its own time-out."""
     open_with(bench, motor, ",100")
     for part in (b"a=1 ", b"b=2 ", b" ", b"c", b"=3 "):
         send(bench, motor, part, 0.06)
@@ -465,7 +465,7 @@ def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor)
 
 
 def test_the_time_out_of_ochn_is_relevant_in_command_mode_only(bench, motor):
-    """Later guides: command mode only; in data mode no characters are dropped."""
+    """Later guides: the time-out is for command mode; in data mode no characters are dropped."""
     send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D,100)")
     motor.rs485.write(b"ab")
     bench.run(0.5)
@@ -482,7 +482,7 @@ def test_a_time_out_that_ends_without_power_does_nothing(bench, motor):
 
 
 def test_the_first_motors_program_addresses_the_chain(bench):
-    """Later guides: `PRINT(#128,"SADDR2",#13)`, then #130 ECHO and SLEEP; its output goes to the next motor."""
+    """Later guides: the program prints `PRINT(#128,"SADDR2",#13)` etc. to the next motor, to which its output goes."""
     motors = [bench.add("smartmotor", line="instant") for _ in range(2)]
     program = 'SADDR1 ECHO PRINT(#128,"SADDR2",#13) WAIT=400 PRINT(#130,"ECHO",#13) WAIT=400 END '
     clear(bench, motors[0])
@@ -499,7 +499,7 @@ def test_the_first_motors_program_addresses_the_chain(bench):
 
 
 def test_an_expired_command_is_a_scan_error(bench, motor):
-    """OCHN's last parameter; RCHN: "4 scan/syntax".  An incomplete command is dropped, Bs; Zs clears both."""
+    """RCHN: the time-out is reported as "4 scan/syntax"; the incomplete command is dropped, Bs; Zs clears both."""
     send(bench, motor, "OCHN(RS2,0,N,9600,1,8,C,100) ZS", 0)
     assert send(bench, motor, "RBs RCHN", 0) == b"0\r0\r"
     send(bench, motor, "a=", 0)
@@ -509,7 +509,7 @@ def test_an_expired_command_is_a_scan_error(bench, motor):
 
 
 def test_both_channels_count_their_characters(bench, motor):
-    """Base 2: LEN and LEN1 are the characters that wait on channel 0 and on channel 1, in data mode."""
+    """Base 2: in data mode LEN counts the unread characters of channel 0, and LEN1 those of channel 1."""
     send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)", 0)
     motor.rs485.write(b"xyz")
     bench.run(0.1)

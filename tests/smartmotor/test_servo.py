@@ -1,4 +1,4 @@
-"""Servo law, protection and rest of a SmartMotor (base language, chapter 13; manual, chapter 4)."""
+"""Servo law, protection and motors at rest (base language, chapter 13; manual, chapter 4)."""
 
 from dataclasses import replace
 from math import exp, log
@@ -18,7 +18,7 @@ QUICK = replace(FRAME17, winding_time_constant_s=1.0, housing_time_constant_s=20
 
 
 def tuned(**tuning):
-    """Return a rig with this tuning only, the drive on, and a jammed shaft."""
+    """Return a rig with only this tuning, with its drive on and its shaft jammed."""
     rig = Rig(FRAME23)
     names = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"
     tune(rig.i, [tuning.get(name, 1 if name == "ks" else 0) for name in names])
@@ -40,35 +40,35 @@ def pwm_of(rig, *errors):
 
 
 def test_kp_is_in_sixteenths_of_a_pwm_unit_per_count():
-    """42 × 100 / 16 = 262.5, rounded upwards; 42 × 1000 / 16 is beyond full PWM."""
+    """KP × error / 16: 42 × 100 / 16 = 262.5 is rounded upwards; 42 × 1000 / 16 is limited to full PWM."""
     assert pwm_of(tuned(kp=42), 0, 100, -100, 1, 1000, -1000) == [0, 263, -262, 3, 1023, -1023]
 
 
 def test_ki_adds_the_error_up_within_kl():
-    """28 × 10 / 2048 = 0.1367 PWM units per sample: 1, then 2 after 11 samples; KL = 1 is 4 units."""
+    """KI × error / 2048: 28 × 10 / 2048 = 0.1367 per sample gives 1, and 2 after 11 samples; KL=1 limits to 4."""
     pwm = pwm_of(tuned(ki=28, kl=1), *[10] * 100)
     assert (pwm[2], pwm[3], pwm[10], pwm[-1]) == (0, 1, 2, 4)
     assert pwm_of(tuned(ki=28), *[10] * 100)[-1] == 0
 
 
 def test_kd_takes_the_difference_of_two_errors():
-    """550 × 2 / 16 = 68.75."""
+    """KD × difference / 16: 550 × 2 / 16 = 68.75."""
     assert pwm_of(tuned(kd=550), 0, 2, 4, 4) == [0, 69, 69, 0]
 
 
 def test_ks_is_the_number_of_samples_between_the_two_errors():
-    """With KS = 3 the differences are those of samples 0, 3, 6 and 9, constant in between: 550 × 3 / 16 = 103.125."""
+    """With KS = 3, differences are taken in samples 0, 3, 6, 9 and held between: 550 × 3 / 16 = 103.125."""
     assert pwm_of(tuned(kd=550, ks=3), 0, 1, 2, 3, 4, 5, 6, 6, 6, 6) == [0, 0, 0, 103, 103, 103, 103, 103, 103, 0]
 
 
 def test_kg_is_a_constant():
-    """-100 / 16 = -6.25, 160 / 16 = 10."""
+    """KG / 16: -100 / 16 = -6.25, and 160 / 16 = 10."""
     assert pwm_of(tuned(kg=-100), 0) == [-6]
     assert pwm_of(tuned(kg=160), 0) == [10]
 
 
 def test_kv_and_ka_look_ahead():
-    """2.5 counts/sample × 400 / 16 = 62.5; 0.25 counts/sample² × 8000 / 16 = 125."""
+    """Velocity × KV / 16 = 2.5 × 400 / 16 = 62.5; acceleration × KA / 16 = 0.25 × 8000 / 16 = 125."""
     rig = tuned(kv=400)
     rig.i[state.VELOCITY] = 5 * 65536 // 2
     assert pwm_of(rig, 0, 0) == [63, 63]
@@ -102,7 +102,7 @@ def test_pid4_speaks_in_every_fourth_sample():
 
 
 def test_the_error_has_32_bits():
-    """A position beyond 2³¹ - 1 continues at -2³¹, for the shaft as for the trajectory."""
+    """After 2³¹ - 1 a position continues at -2³¹, that of the shaft and that of the trajectory alike."""
     rig = tuned(kp=16)
     rig.i[state.SHAFT] = 2**31 - 1
     rig.i[state.COMMANDED] = -(2**31) << 16
@@ -132,7 +132,7 @@ def test_the_integral_can_be_cleared():
 @pytest.mark.parametrize("inertia", [0, 1, 5])
 @pytest.mark.parametrize("frame", FRAMES)
 def test_a_trapezoid_settles_and_the_error_stays_small(frame, inertia, gravity):
-    """Ten revolutions at 30 rev/s and 300 rev/s², a load of 0 to 5 rotors, a weight of 0.3 times the rated torque."""
+    """Ten revolutions at 30 rev/s and 300 rev/s²; the load is 0 to 5 rotors, and a weight of 0.3 × rated torque."""
     motor = SERVO_MOTORS[frame]
     weight = -gravity * motor.torque_constant_nm_per_a * motor.continuous_current_a
     rig = Rig(motor, ServoLoad(inertia_kg_m2=inertia * motor.rotor_inertia_kg_m2, gravity_torque_nm=weight))
@@ -161,7 +161,7 @@ def test_a_step_settles(frame, inertia):
 
 
 def test_rms_current_beyond_the_rated_one_for_thd_samples_is_too_much():
-    """4 A with 2 A rated: the mean square over 1 s reaches 4 A² after ln(4/3) s, and trips 12,000 samples later."""
+    """4 A where 2 A are rated: the mean square over 1 s reaches 2² after ln(4/3) s; 12,000 samples later it trips."""
     rig = Rig(FRAME17)
     machine.set_jam(rig.f, True)
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 427  # 24 V × 427/1023 / 2.5 Ω = 4.007 A
@@ -170,9 +170,9 @@ def test_rms_current_beyond_the_rated_one_for_thd_samples_is_too_much():
 
 
 def test_a_hot_motor_is_not_ready_before_it_is_5_degrees_below_th():
-    """From 25 °C in air of 50: 1.98 A are 9.8 W, in the end 39.2 K over it.  More than 70 °C is 71; ready again at 65.
+    """1.98 A are 9.8 W, in the end 39.2 K above air of 50 °C.  TH=70 is exceeded at 71 °C; at 65 °C it is ready.
 
-    The housing has 5 J/K, the winding 0.67 J/K.
+    The housing has 5 J/K, the winding 0.67 J/K, both at 25 °C at first.
     """
     rig = Rig(QUICK)
     machine.set_ambient(rig.i, rig.f, 50.0)
@@ -189,7 +189,7 @@ def test_a_hot_motor_is_not_ready_before_it_is_5_degrees_below_th():
 
 
 def test_the_rated_current_at_25_degrees_never_is_too_much():
-    """10 W through 4 K/W: 65 °C, even when jammed for days."""
+    """10 W through 4 K/W give 65 °C, below TH even if the motor is jammed for days."""
     rig = Rig(FRAME17)
     machine.set_jam(rig.f, True)
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 212
@@ -208,7 +208,7 @@ def test_the_rated_current_at_25_degrees_never_is_too_much():
 
 @pytest.mark.parametrize("samples", [1, 255, 256, 257, 5000])
 def test_a_holding_motor_can_rest(samples):
-    """After a move, with a weight: the result is the same as sample by sample."""
+    """One step of rest gives the same result as all its samples, for a motor that holds a weight after a move."""
     rigs = []
     for _ in range(2):
         rig = Rig(FRAME23, ServoLoad(gravity_torque_nm=-0.1))
@@ -224,7 +224,7 @@ def test_a_holding_motor_can_rest(samples):
 
 
 def test_rest_takes_no_time_in_a_steady_state():
-    """A motor cools down: the final temperatures are exactly those of a calculation sample by sample."""
+    """One step while the motor cools down gives exactly the temperatures of a calculation sample by sample."""
     cold = Rig(replace(QUICK, winding_time_constant_s=0.05, housing_time_constant_s=1.0))
     cold.i[state.DRIVE] = state.DRIVE_SHORTED
     machine.set_ambient(cold.i, cold.f, -20.0)
@@ -239,7 +239,7 @@ def test_rest_takes_no_time_in_a_steady_state():
 
 
 def test_an_overheated_motor_can_rest_while_it_cools():
-    """It can rest after the fault has been reported and the winding is below TH."""
+    """The motor can rest once the fault has been reported and the winding is below TH."""
     rigs = []
     for _ in range(2):
         rig = Rig(replace(QUICK, winding_time_constant_s=0.5))
@@ -266,7 +266,7 @@ def test_an_overheated_motor_can_rest_while_it_cools():
      (state.OVERLOAD, 1), (state.HOT, 1), (state.PWM, 700), (state.INTEGRAL, 5000), (state.TH, 20)],
 )  # fmt: skip
 def test_no_rest_while_something_changes(slot, value):
-    """The drive holds the weight; without the drive the weight falls."""
+    """A motor that holds a weight cannot rest if something changes, e.g. if its drive is switched off."""
     rig = Rig(FRAME23, ServoLoad(gravity_torque_nm=-0.1))
     rig.trapezoid(3000, 30, 300)
     assert rig.resting
@@ -363,7 +363,7 @@ def test_without_inductance_the_current_is_there_at_once():
 
 @pytest.mark.parametrize("samples", [1, 2, 5, 20])
 def test_current_rises_with_the_time_constant_of_the_windings(samples):
-    """2.5 mH at 2.5 Ω: 1 ms.  I(t) = U/R · (1 - exp(-t/1 ms)) with a held shaft; shorted, it falls so."""
+    """L/R = 2.5 mH / 2.5 Ω = 1 ms.  With a held shaft I(t) = U/R · (1 - exp(-t/1 ms)); shorted, I falls likewise."""
     rig = Rig(inductive())
     machine.set_jam(rig.f, True)
     settled = 24 * 427 / 1023 / 2.5
@@ -403,7 +403,7 @@ def test_inductance_is_no_way_round_the_limit_of_the_amplifier():
 
 
 def highest(rig, counts):
-    """Step the trajectory by some counts; return the shaft's highest and final position."""
+    """Step the commanded position by some counts; return the shaft's highest and final position."""
     rig.i[state.COMMANDED], most = counts << 16, 0
     for _ in range(3000):
         rig.sample()
@@ -419,14 +419,14 @@ def highest(rig, counts):
     ],
 )  # fmt: skip
 def test_inductance_matters_where_damping_is_small(kd, millihenry, fine):
-    """A step of 200 counts, frame 23: within 2 counts of an integration in steps of 1.2 µs."""
+    """A step of 200 counts of a frame 23 is within 2 counts of an integration in steps of 1.2 µs."""
     most, end = highest(Rig(replace(FRAME23, kd=kd, winding_inductance_h=millihenry / 1000)), 200)
     assert abs(most - fine) <= 2
     assert end == 200
 
 
 def test_a_motor_with_inductance_comes_to_rest():
-    """At its target, and with shorted windings, the current becomes constant, and rest is exact."""
+    """At the target, and with shorted windings, the current becomes constant; then one step of rest is exact."""
     rig = Rig(replace(FRAME23, winding_inductance_h=7e-4))
     highest(rig, 200)
     assert rig.resting

@@ -20,7 +20,7 @@ def moving(origin="", **options):
 @settings(deadline=None, max_examples=12)
 @given(looks=st.lists(st.integers(1, 150), min_size=1, max_size=8), origin=st.sampled_from(["", "O=123 ", "F=2 "]))
 def test_the_setpoint_is_that_published_in_each_sample(looks, origin):
-    """Reading the setpoint does not change the motion."""
+    """The setpoint read at any time is that of the last sample; reading it does not change the motion."""
     bench, motor = moving(origin)
     axis, published = motor.axes["shaft"], {}
 
@@ -51,7 +51,7 @@ def test_it_less_the_position_is_the_following_error():
     motor.axes["shaft"].jam()
     bench.run(0.002)
     assert axis.setpoint - axis.position > error
-    assert abs(int(ask(bench, motor, "RPE ")) - (axis.setpoint - axis.position)) < 60  # a few samples later
+    assert abs(int(ask(bench, motor, "RPE ")) - (axis.setpoint - axis.position)) < 60  # read a little later
 
 
 def test_with_the_servo_off_it_is_where_the_shaft_is():

@@ -15,7 +15,7 @@ def test_soft_limits_are_disabled_and_zero_at_power_up(bench, motor):
 @pytest.mark.parametrize(("sign", "name"), [(1, "SLP"), (-1, "SLN")])
 @pytest.mark.parametrize(("value", "reached"), [(21, 21), (22, 28), (28, 28), (300, 301), (1, 1), (2, 3)])
 def test_a_soft_limit_trips_at_or_beyond_its_value(bench, motor, sign, name, value, reached):
-    """RULINGS 13.  A=1, V=7: 1 3 6 10 15 21 28 35 …: the motor stops at the first of these at or beyond the value."""
+    """RULINGS 13.  With A=1, V=7 positions are 1 3 6 10 15 21 28 35 …: the first at or beyond the value trips."""
     latched, now = (BR, BP) if sign > 0 else (BL, BM)
     send(bench, motor, f"SLP=10000 SLN=-10000 {name}={sign * value} SLE A={UNIT} V={sign * 7 * UNIT} MV G", 0.05)
     assert status_word(bench, motor) == BO + latched + now
@@ -25,7 +25,7 @@ def test_a_soft_limit_trips_at_or_beyond_its_value(bench, motor, sign, name, val
 
 
 def test_a_target_just_short_of_the_soft_limit_is_reached(bench, motor):
-    """299 is not at or beyond 300; 300 is."""
+    """RULINGS 13: with a limit of 300, the target 299 is reached without a fault."""
     send(bench, motor, f"SLP=300 SLN=-300 SLE A={UNIT} V={UNIT} P=299 G", 0.1)
     assert (status_word(bench, motor), ask(bench, motor, "RP")) == (0, "299")
     send(bench, motor, "P=-299 G", 0.2)
@@ -35,7 +35,7 @@ def test_a_target_just_short_of_the_soft_limit_is_reached(bench, motor):
 
 
 def test_moving_off_a_soft_limit(bench, motor):
-    """3.2 note 2: while the shaft is beyond the limit the flag is set again; inside, the flag can be cleared."""
+    """3.2 note 2: while the shaft is beyond the limit the flag is set again; within the limit it can be cleared."""
     send(bench, motor, f"SLP=100 SLN=-100 SLE A={UNIT} V={UNIT} P=150 G", 0.1)
     assert (status_word(bench, motor), ask(bench, motor, "RP")) == (BO + BR + BP, "100")
     send(bench, motor, "P=50 G", 0.1)
@@ -72,7 +72,7 @@ def test_o_moves_the_measured_position_and_not_the_values(bench, motor):
 
 
 def test_sle_with_both_values_zero_at_position_zero_trips_both(bench, motor):
-    """RULINGS 13: a position equal to the value is at the limit; SLD ends both conditions, ZS clears the flags."""
+    """RULINGS 13: a position equal to the value is at the limit; after SLD, ZS clears the flags."""
     send(bench, motor, "SLE")
     assert status_word(bench, motor) == BO + BR + BL + BP + BM
     send(bench, motor, "SLD")

@@ -1,4 +1,4 @@
-"""The status word W and its byte S: what sets and what clears each bit (table 4.1, section 1.2, reference 10)."""
+"""The status word W and its low byte S: what sets and clears each bit (table 4.1, section 1.2, reference 10)."""
 
 import pytest
 from hypothesis import assume, given, settings
@@ -31,7 +31,7 @@ def bits(bench: Bench, motor: Controller) -> str:
 
 @pytest.mark.parametrize("read", ["RW", "RS", "RBr", "RPW", "a=W", "a=S", "PRINT(W,#13)"])
 def test_reading_clears_nothing(bench, read):
-    """RULINGS 10."""
+    """RULINGS 10: a report of the status clears no bit."""
     motor = bare(bench)
     send(bench, motor, "UCI UDI A5 a=1/0 aw[200]=0")
     for _ in range(3):
@@ -40,7 +40,7 @@ def test_reading_clears_nothing(bench, read):
 
 
 def test_values_and_reports_agree(bench, motor):
-    """x=W, x=S and the B letters in expressions."""
+    """x=W, x=S and the B letters have the same values in expressions as in reports."""
     send(bench, motor, "a=1/0 b=W c=S d=Bd e=Bo f=Bt")
     assert send(bench, motor, "Rb Rc Rd Re Rf") == b"2176\r128\r1\r1\r0\r"
     assert ask(bench, motor, "PRINT(Bd+Bo+Bs,#13)") == "2"
@@ -48,14 +48,14 @@ def test_values_and_reports_agree(bench, motor):
 
 @pytest.mark.parametrize("letter", "trliwehoxpmdusakbcf")
 def test_a_status_bit_cannot_be_assigned(bench, motor, letter):
-    """Status bits are read only: a syntax error without effect."""
+    """Status bits are read only: an assignment is a syntax error and has no other effect."""
     before = bits(bench, motor)
     send(bench, motor, f"B{letter}=1")
     assert bits(bench, motor) == before + "s"
 
 
 def test_bt_and_bo_are_real_time(bench, motor):
-    """Bt 1, Bo 128: 100 counts at one per sample; no Z clears them."""
+    """Bt (1) and Bo (128) follow a move of 100 counts at one per sample; no Z command clears them."""
     assert bits(bench, motor) == "o"
     send(bench, motor, f"A={UNIT} V={UNIT} P=100 G", 0.001)
     assert bits(bench, motor) == "t"
@@ -71,7 +71,7 @@ def test_bt_and_bo_are_real_time(bench, motor):
 
 @pytest.mark.parametrize("command", OVERFLOWS)
 def test_bd_is_a_math_overflow(bench, motor, command):
-    """Reference 7: "the assignment is abandoned (old value kept) and Bd is set"; Zd, ZS."""
+    """Reference 7: "the assignment is abandoned (old value kept) and Bd is set"; Zd and ZS clear Bd."""
     send(bench, motor, f"a=77 {command}")
     assert bits(bench, motor) == "od"
     assert ask(bench, motor, "Ra") in ("77", "2147483647")
@@ -83,7 +83,7 @@ def test_bd_is_a_math_overflow(bench, motor, command):
 
 @pytest.mark.parametrize("command", ARRAY_ERRORS)
 def test_bu_is_an_array_index_error(bench, motor, command):
-    """Reference 6: "Index out of range → command ignored, Bu=1"; Zu, ZS."""
+    """Reference 6: "Index out of range → command ignored, Bu=1"; Zu and ZS clear Bu."""
     assert send(bench, motor, command) == b""
     assert bits(bench, motor) == "ou"
     send(bench, motor, "Zs Zd Ze Zw Za")
@@ -94,7 +94,7 @@ def test_bu_is_an_array_index_error(bench, motor, command):
 
 @pytest.mark.parametrize("command", MISTAKES)
 def test_bs_is_a_syntax_error(bench, motor, command):
-    """Reference 3: "An unknown or malformed command is ignored and sets Bs; nothing is returned"; Zs, ZS."""
+    """Reference 3: "An unknown or malformed command is ignored and sets Bs; nothing is returned"; Zs, ZS clear it."""
     assert send(bench, motor, command) == b""
     assert bits(bench, motor) == "os"
     send(bench, motor, "Zd Zu Ze Zw Za")
@@ -105,7 +105,7 @@ def test_bs_is_a_syntax_error(bench, motor, command):
 
 @pytest.mark.parametrize(("start", "speed"), [(2**31 - 5, UNIT), (-(2**31) + 5, -UNIT)])
 def test_bw_is_a_wrap_of_the_position(bench, motor, start, speed):
-    """Reference 4: "crossing ±2^31 sets Bw"; 20 samples at one count per sample; Zw, ZS."""
+    """Reference 4: "crossing ±2^31 sets Bw", here within 20 samples at one count each; Zw and ZS clear Bw."""
     send(bench, motor, f"A={UNIT} O={start} V={speed} MV", 0)
     assert bits(bench, motor) == "o"
     send(bench, motor, "G", 0.01)
@@ -119,7 +119,7 @@ def test_bw_is_a_wrap_of_the_position(bench, motor, start, speed):
 
 
 def test_bi_is_cleared_by_ri_and_by_i(bench):
-    """Reference 10: an index captured; "cleared by RI or by using I"; then the next index is captured."""
+    """Reference 10: Bi means a captured index, "cleared by RI or by using I"; then the next index is captured."""
     motor = ready(bench, index_at=300)
     send(bench, motor, f"A={UNIT} V={UNIT} P=400 G", 0.2)
     assert bits(bench, motor) == "i"
@@ -133,7 +133,7 @@ def test_bi_is_cleared_by_ri_and_by_i(bench):
 
 
 def test_bx_is_the_index_as_it_is(bench):
-    """Real time: 1 on the mark, 0 next to it."""
+    """Bx is real-time: 1 on the index mark, 0 next to it."""
     motor = ready(bench, index_at=300)
     for target, level in ((299, ""), (300, "x"), (301, "")):
         send(bench, motor, f"A={UNIT} V={10 * UNIT} P={target} G", 0.1)
@@ -149,7 +149,7 @@ def test_the_pin_index_and_bx_agree(bench):
 
 
 def test_ba_is_an_over_current_that_occurred(bench):
-    """A frame 23 that drives against a jam needs the amplifier's full current; Za, ZS."""
+    """Ba: driving against a jam, a frame 23 needs the amplifier's full current; Za and ZS clear Ba."""
     motor = ready(bench, shaft={"motor": "frame23"})
     motor.axes["shaft"].jam(True)
     send(bench, motor, "E=32000 A=1000 V=400000 P=2000 G", 0.5)
@@ -163,7 +163,7 @@ def test_ba_is_an_over_current_that_occurred(bench):
 
 
 def test_bk_is_a_broken_download(bench, motor):
-    """Reference 10 and 15: "Bk=1 after a broken download; program then does not auto-run"; no Z clears it."""
+    """Reference 10, 15: "Bk=1 after a broken download; program then does not auto-run"; no Z command clears Bk."""
     assert send(bench, motor, b"LOAD ") == b"\x06"
     send(bench, motor, b"a=5\nb=6\n")
     motor.power_cycle()
@@ -183,7 +183,7 @@ def test_bk_is_a_broken_download(bench, motor):
 
 
 def test_zs_clears_all_latched_bits_at_once(bench, motor):
-    """3.1: "Reset all system state flags"."""
+    """3.1, ZS: "Reset all system state flags"."""
     send(bench, motor, f"A={UNIT} V={UNIT} O=2147483645 MV G", 0.01)
     send(bench, motor, "S a=1/0 aw[200]=1 QQ UCP UDM", 0.01)
     assert bits(bench, motor) == "rlwopmdus"
@@ -195,7 +195,7 @@ def test_zs_clears_all_latched_bits_at_once(bench, motor):
 
 @pytest.mark.parametrize("command", ["Zr", "Zl", "Ze", "Zh", "Zs", "Zd", "Zu", "Zw", "Za", "Zb", "Zc", "Zf", "ZS"])
 def test_a_z_is_silent_and_harmless(bench, motor, command):
-    """Reference 17: "they must be silent and idempotent"."""
+    """Reference 17: "they must be silent and idempotent": Z commands return nothing and may be repeated."""
     send(bench, motor, f"A={UNIT} V={UNIT} P=5000 G", 0.01)
     assert send(bench, motor, f"{command} {command} {command}") == b""
     assert bits(bench, motor) == "t"
@@ -203,7 +203,7 @@ def test_a_z_is_silent_and_harmless(bench, motor, command):
 
 @pytest.mark.parametrize("command", ["Zt", "Zo", "Zx", "Zp", "Zm", "ZI", "Zz"])
 def test_real_time_bits_have_no_z(bench, motor, command):
-    """There is no such command; RULINGS 11: ZI is a typing error for Zl."""
+    """A Z command for a real-time bit is a syntax error; RULINGS 11: the manual's ZI is a typing error for Zl."""
     send(bench, motor, command)
     assert bits(bench, motor) == "os"
 
@@ -211,9 +211,9 @@ def test_real_time_bits_have_no_z(bench, motor, command):
 @settings(deadline=None, max_examples=40)
 @given(st.lists(st.binary(max_size=30).map(lambda data: bytes(b & 0x7F for b in data)), max_size=8))
 def test_after_any_bytes_the_motor_answers(chunks):
-    """No exception, no endless loop, no lost command; the same bytes one by one give the same result."""
+    """No exception, endless loop or lost command; the same bytes one by one give the same result."""
     sent = b"".join(chunks)
-    assume(b"SLEEP" not in sent and b"LOAD" not in sent)  # after these the motor answers nothing
+    assume(b"SLEEP" not in sent and b"LOAD" not in sent)  # after SLEEP or LOAD the motor does not answer
     ends = []
     for whole in (True, False):
         bench = Bench()

@@ -16,7 +16,7 @@ def dip(bench, left, duration=None):
 
 @pytest.mark.parametrize(("left", "volts"), [(0.9, "432"), (0.5, "240"), (0.376, "180")])
 def test_a_dip_that_leaves_18_v_resets_nothing(bench, left, volts):
-    """48 V times 0.376 are 18.05 V; UJA is in 0.1 V."""
+    """A dip to 0.376 × 48 V = 18.05 V resets nothing; UJA reads it in 0.1 V."""
     motor = ready(bench, shaft=FRAME23)
     send(bench, motor, "a=7 A=100 V=65536 MV G")
     dip(bench, left, 0.01)
@@ -26,7 +26,7 @@ def test_a_dip_that_leaves_18_v_resets_nothing(bench, left, volts):
 
 
 def test_a_deeper_dip_resets_the_processor(bench):
-    """48 V times 0.37 are 17.76 V: no answers during the dip, then the state of power-up (2.0): MTB, variables 0."""
+    """A dip to 0.37 × 48 V = 17.76 V: no answers during the dip, then the state of power-up (2.0), variables 0."""
     motor = ready(bench, shaft=FRAME23)
     send(bench, motor, "a=7 A=1000 V=200000 MV G", 0.3)
     assert motor.axes["shaft"].moving
@@ -39,7 +39,7 @@ def test_a_deeper_dip_resets_the_processor(bench):
 
 
 def test_the_shaft_coasts_while_the_processor_is_in_reset(bench):
-    """The windings are open; the position begins at 0 wherever the shaft is."""
+    """The windings are open, so the shaft coasts; after the reset the position is 0 wherever the shaft is."""
     motor = ready(bench, shaft=FRAME23)
     send(bench, motor, "A=1000 V=200000 MV G", 0.3)
     before = motor.axes["shaft"].position
@@ -52,7 +52,7 @@ def test_the_shaft_coasts_while_the_processor_is_in_reset(bench):
 
 
 def test_the_stored_program_starts_again_after_a_dip(bench):
-    """As at power-up: 200 ms after the supply has come back."""
+    """As at power-up, the program starts 200 ms after the supply has come back."""
     motor = ready(bench, shaft=FRAME23)
     load(bench, motor, 'PRINT("up",#13) END')
     dip(bench, 0.2, 0.05)

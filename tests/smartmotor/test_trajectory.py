@@ -10,10 +10,10 @@ from .talking import advance, ask, positions, send
 
 
 def test_a_trapezoid_of_whole_counts(bench, motor):
-    """V is in 1/65536 count per sample, A in 1/65536 count per sample².
+    """V is in 1/65536 count per sample, A in 1/65536 count per sample²; the move takes 109 samples.
 
-    A of 1 count/sample² to 10 counts/sample: 1+2+…+10 = 55 counts in 10 samples; the same back, of which the first
-    sample is the last at full speed; between them 890 counts in 89 samples.  109 samples in all.
+    A of 1 count/sample² to 10 counts/sample takes 1+2+…+10 = 55 counts in 10 samples, and so does the stop, whose first
+    sample is the last at full speed; 890 counts in 89 samples are between them.
     """
     assert send(bench, motor, b"A=65536 V=10*65536 P=1000 G RBt ", 0) == b"1\r"
     path = positions(bench, motor, 112)
@@ -23,7 +23,7 @@ def test_a_trapezoid_of_whole_counts(bench, motor):
 
 
 def test_a_triangle(bench, motor):
-    """Too short a distance to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples."""
+    """The distance is too short to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples."""
     send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
     assert positions(bench, motor, 9) == [1, 3, 6, 10, 14, 17, 19, 20, 20]
 
@@ -38,13 +38,13 @@ def test_bt_falls_in_the_sample_in_which_the_commanded_trajectory_ends(bench, mo
 
 
 def test_a_fraction_of_a_count_per_sample(bench, motor):
-    """A=1/4 count per sample², V=1/2: 1/4, 3/4, 1 1/4 … and counts are whole: the position is rounded down."""
+    """With A=1/4 and V=1/2 the positions are 1/4, 3/4, 1 1/4 …, which are rounded down to whole counts."""
     send(bench, motor, b"A=16384 V=32768 MV G ", 0)
     assert positions(bench, motor, 8) == [0, 0, 1, 1, 2, 2, 3, 3]
 
 
 def test_a_relative_move_is_repeated_by_g(bench, motor):
-    """D=100 G, and G again: another 100."""
+    """D=100 and G move by 100; another G moves by another 100."""
     send(bench, motor, b"A=65536 V=65536*50 D=100 G ", 0)
     positions(bench, motor, 40)
     assert motor.axes["shaft"].position == 100
@@ -54,9 +54,9 @@ def test_a_relative_move_is_repeated_by_g(bench, motor):
 
 
 def test_a_target_in_the_other_direction(bench, motor):
-    """At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then comes back.
+    """At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then it returns.
 
-    Back: 1, 2, 3 counts; 4 are left.  The largest steps that end there are 7/3, 4/3 and 1/3: 21 2/3, 20 1/3, 20.
+    It returns by 1, 2, 3 counts; 4 are left.  The largest steps that end there are 7/3, 4/3, 1/3: 21 2/3, 20 1/3, 20.
     """
     send(bench, motor, b"A=65536 V=5*65536 P=1000 G ", 0)
     path = positions(bench, motor, 6)
@@ -76,7 +76,7 @@ def test_v_lowered_on_the_fly_takes_effect_at_g(bench, motor):
 
 
 def test_a_change_of_sign_passes_through_zero_at_a(bench, motor):
-    """MV from 2 to -2 counts per sample with A=1: 1, 0, -1, -2."""
+    """MV from 2 to -2 counts per sample with A=1 passes through 1, 0 and -1."""
     send(bench, motor, b"A=65536 V=2*65536 MV G ", 0)
     assert positions(bench, motor, 3) == [1, 3, 5]
     send(bench, motor, b"V=-2*65536 G ", 0)
@@ -84,7 +84,7 @@ def test_a_change_of_sign_passes_through_zero_at_a(bench, motor):
 
 
 def test_x_decelerates_with_the_newest_a(bench, motor):
-    """X from 6 counts per sample with A=2: 4, 2, 0; then the servo holds."""
+    """X from 6 counts per sample with A=2 decelerates by 4, 2, 0; then the servo holds."""
     send(bench, motor, b"A=65536 V=6*65536 MV G ", 0)
     positions(bench, motor, 6)
     send(bench, motor, b"A=2*65536 X ", 0)
@@ -93,7 +93,7 @@ def test_x_decelerates_with_the_newest_a(bench, motor):
 
 
 def test_s_stops_at_once(bench, motor):
-    """S: the trajectory's velocity is 0 from the next sample on."""
+    """After S the trajectory's velocity is 0 from the next sample on."""
     send(bench, motor, b"A=65536 V=6*65536 MV G ", 0)
     path = positions(bench, motor, 6)
     send(bench, motor, b"S ", 0)
@@ -103,14 +103,14 @@ def test_s_stops_at_once(bench, motor):
 
 @pytest.mark.parametrize("words", [b"V=1000 P=100 G ", b"A=1000 P=100 G ", b"P=0 A=100 V=100 G "])
 def test_g_without_a_way_to_move_turns_the_servo_on_and_holds(bench, motor, words):
-    """A=0 or V=0: no travel; Bo falls, and no trajectory remains in progress."""
+    """With A=0 or V=0, G does not move: Bo becomes 0, and no trajectory is in progress."""
     send(bench, motor, words, 0)
     positions(bench, motor, 20)
     assert send(bench, motor, b"RBo RBt RP ", 0) == b"0\r0\r0\r"
 
 
 def test_o_changes_the_numbers_and_nothing_else(bench, motor):
-    """O= while moving: the shaft's motion stays the same."""
+    """O= during a move changes the reported positions; the shaft's motion stays the same."""
     send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
     path = positions(bench, motor, 4)
     send(bench, motor, b"O=1000 ", 0)
@@ -125,7 +125,7 @@ RATES = st.integers(1, 300_000)
 
 @given(speed=SPEEDS, rate=RATES)
 def test_stopping_distance_is_the_sum_of_the_samples(speed, rate):
-    """Compared with a sum over all samples."""
+    """The stopping distance of a formula equals the sum over all samples."""
     count = -(-speed // rate)
     if count > 5000:
         rate = speed // 1000 + 1
@@ -137,7 +137,7 @@ def test_stopping_distance_is_the_sum_of_the_samples(speed, rate):
 
 @given(distance=st.integers(1, 1 << 48), rate=st.integers(1, (1 << 31) - 1))
 def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
-    """Its stopping distance fits, and that of the next larger speed does not."""
+    """The stopping distance of this speed fits into `distance`; that of the next larger speed does not."""
     speed = max_stoppable_speed(distance, rate)
     assert stopping_distance(speed, rate) <= distance < stopping_distance(speed + 1, rate)
 
@@ -150,7 +150,7 @@ def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
     speed=st.integers(-(10**6), 10**6),
 )
 def test_every_sample_respects_a_and_v_and_the_last_lands_exactly(target, top, rate, speed):
-    """From any velocity: it changes by at most A per sample, stays within V once below it, and is 0 at the target."""
+    """The velocity changes by at most A per sample, stays within V once below it, and is 0 at the target."""
     position, velocity, target = 0, speed, target << 16
     for _ in range(10_000):
         before, velocity = velocity, next_velocity(velocity, target - position, top, rate)
@@ -167,9 +167,9 @@ HIGHEST = 2**31 - 1
 
 @pytest.mark.parametrize(("sign", "origin"), [(1, HIGHEST - 7), (-1, -HIGHEST + 6)])
 def test_a_relative_move_goes_through_the_end_of_the_scale_the_short_way(bench, motor, sign, origin):
-    """Base 4: D is relative; positions are modulo 2^32.  1+2+3+4+4+3+2+1 = 20 counts, twice, from 2^31 - 8.
+    """Base 4: D is relative and positions are modulo 2^32, so 1+2+3+4+4+3+2+1 = 20 counts may pass 2^31.
 
-    From 2147483640 it is 20 counts to 2147483660, which is -2147483636; Bw rises.
+    From 2147483640, 20 counts lead to 2147483660, which reads -2147483636; Bw is set.
     """
     send(bench, motor, b"A=65536 V=5*65536 O=%d D=%d " % (origin, 20 * sign), 0)
     zero = motor.axes["shaft"].position
@@ -183,7 +183,7 @@ def test_a_relative_move_goes_through_the_end_of_the_scale_the_short_way(bench, 
 
 
 def test_a_move_that_cannot_stop_before_the_end_of_the_scale_comes_back(bench, motor):
-    """At 4 counts/sample, 3 counts before 2^31: the motor stops at least 10 counts further, and returns."""
+    """At 4 counts/sample, 3 counts before 2^31, the motor stops at least 10 counts further, and returns."""
     send(bench, motor, b"A=65536 V=4*65536 MV O=2147483600 G ", 0)
     while int(send(bench, motor, b"RP ", 0)) not in range(2147483640, 2147483648):
         positions(bench, motor, 1)
@@ -194,7 +194,7 @@ def test_a_move_that_cannot_stop_before_the_end_of_the_scale_comes_back(bench, m
 
 
 def test_an_absolute_move_never_goes_through_the_end_of_the_scale(bench, motor):
-    """Base 4: moves of MP do not cross the wrap: from -2000000000 to 2000000000 the direction is positive."""
+    """Base 4: MP does not pass ±2^31, so a move from -2000000000 to 2000000000 goes in positive direction."""
     send(bench, motor, b"A=65536 V=4*65536 O=-2000000000 P=2000000000 G ", 0)
     zero = motor.axes["shaft"].position
     positions(bench, motor, 20)
@@ -202,7 +202,7 @@ def test_an_absolute_move_never_goes_through_the_end_of_the_scale(bench, motor):
 
 
 def test_the_direction_of_an_absolute_move_decides_at_a_limit(bench, motor):
-    """3.1: "directional": with the positive limit acknowledged the move from -2^31 up to 2^31 - 1 is refused."""
+    """3.1: limits are "directional": with the positive limit acknowledged, the move up to 2^31 - 1 is refused."""
     send(bench, motor, b"A=65536 V=4*65536 O=-2147483648 P=2147483647 UCP ", 0)
     positions(bench, motor, 2)
     assert send(bench, motor, b"Zr G RBt ", 0) == b"0\r"
@@ -219,7 +219,7 @@ FASTER = 4 * 65536
 )
 @pytest.mark.parametrize(("functions", "way"), [(0, 1), (2, -1)])
 def test_torque_turns_the_shaft_by_a_32nd_of_it_in_a_sample(bench, motor, torque, counts, functions, way):
-    """5 of the base language, MT: T at once; a motor without a data sheet: T/32 counts per sample, towards 0; F=2."""
+    """Base 5, MT: T acts at once; without a data sheet the shaft turns T/32 counts per sample, or -T/32 with F=2."""
     send(bench, motor, f"F={functions} MT T={torque}")
     advance(bench)
     before = motor.axes["shaft"].position
@@ -229,7 +229,7 @@ def test_torque_turns_the_shaft_by_a_32nd_of_it_in_a_sample(bench, motor, torque
 
 @pytest.mark.parametrize("words", ["MV A=0 V=0 G", "MP A=0 P=0 G", "A=0 X"])
 def test_with_a_zero_a_moving_motor_keeps_its_velocity_until_s(bench, motor, words):
-    """4 of the base language: A is the change of velocity in a sample; S stops whatever A is."""
+    """4 of the base language: A=0 means no change of velocity; S stops the motor whatever A is."""
     send(bench, motor, f"MV A={FASTER} V={FASTER} G", 0.01)
     send(bench, motor, words)
     advance(bench)

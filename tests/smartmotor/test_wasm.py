@@ -44,7 +44,7 @@ JSON.parse(calls).forEach(({ before, after, number, result }, n) => {
 
 @pytest.fixture(scope="module")
 def node():
-    """Return the path of node: of the system, or the one that playwright contains."""
+    """Return the path of node, either the system's or that inside playwright."""
     path = shutil.which("node")
     if path is None and (found := find_spec("playwright")) and found.origin:
         path = str(Path(found.origin).parent / "driver" / "node")
@@ -58,7 +58,7 @@ def in_text(arrays):
 
 
 def recorded(function, calls):
-    """Return the function with a record of each call: the arrays before and after it, the number and the result."""
+    """Return a function that records each of its calls: the arrays before and after, the number, and the result."""
 
     def run(*arguments):
         *arrays, number = arguments
@@ -71,7 +71,7 @@ def recorded(function, calls):
 
 
 def differences(node, folder, function, functions, calls):
-    """Repeat recorded calls in node, and return its report."""
+    """Repeat recorded calls in node, and return the differences that it prints."""
     (folder / "module.wasm").write_bytes(compiled(function, functions))
     (folder / "calls.json").write_text(json.dumps(calls))
     command = [node, "-e", NODE, folder / "module.wasm", folder / "calls.json"]
@@ -173,7 +173,7 @@ def test_every_operation_of_the_subset_is_that_of_python(node, tmp_path):
 
 
 def not_sampled(out: Ints, n: int) -> int:
-    """Call a function that is not marked."""
+    """Call a function that is not marked as sampled."""
     return quotient(n, 2)
 
 

@@ -65,7 +65,7 @@ class AvrBoard:
         addresses = json.dumps(list(self._names))
         command = ["node", str(script), os.environ["AXISTWIN_AVR8JS"], mcu, str(image), addresses]
         self._node = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self._steps = steps  # direction pin of each step pin
+        self._steps = steps  # the direction pin of each step pin
         self._to, self._from, self._pins = b"", [], {}
         self.now, self.start_s = 0, None
         self.levels, self.since, self.pulses = {}, {}, {pin: [] for pin in steps}

@@ -16,7 +16,7 @@ OUTPUTS = (Switched("table.output1", safe=True),)
 
 
 class HalTwin:
-    """`pins`: those of the component; `counts`: edges of each step generator; `alive`: False stops axistwin."""
+    """`pins`: those of the component; `counts`: edges of each step generator; `alive` is False after axistwin stops."""
 
     def __init__(self, model="if1", axes=AXES, inputs=INPUTS, outputs=OUTPUTS, closed=True, **options):
         self.now, self.alive, self.events = 10.0, True, []
@@ -34,7 +34,7 @@ class HalTwin:
             self.driver.begin(self.now)
 
     def turn(self):
-        """One period of the component, and then of the step generators."""
+        """Run one period of the component, and then of the step generators."""
         while self.board.commands:
             self.motion.command(self.board.commands.popleft(), self.now)
         self.motion.turn(self.now)

@@ -17,7 +17,7 @@ BLOCK = 5
 
 
 class Metal:
-    """A Board and a simulated board that advance together.  `lines`: the journal; `wire`: may change bytes."""
+    """A Board and a simulated board that advance together; `lines` is the journal, `wire` may change bytes."""
 
     def __init__(self, small=None, wire=lambda data: data, horizon_s=0.1, axes=(X, Y), **wiring):
         self.small, self.wire, self.lines, self.now, self.alive = small or SmallBoard(), wire, [], 10.0, True
@@ -47,11 +47,11 @@ class Metal:
         return self
 
     def move(self, axis, direction, times, seconds=None):
-        """Queue pulses in blocks when their times have come, as the driver does."""
+        """Queue pulses in blocks when they are due, as the driver does."""
         return self.move_all({axis: (direction, times)}, seconds)
 
     def move_all(self, trains, seconds=None):
-        """Queue the pulses of several axes: direction and times, by axis."""
+        """Queue the pulses of several axes, given as (direction, times) for each axis."""
         sent = {axis: int(np.searchsorted(times, self.now)) for axis, (_, times) in trains.items()}
 
         def each(now):
@@ -68,7 +68,7 @@ class Metal:
         return self.now + np.arange(1, pulses + 1) / rate
 
     def errors_us(self, pin, times):
-        """Return the errors of the pulses, in µs, with a constant offset removed."""
+        """Return the time errors of the pulses in µs, without their constant offset."""
         made = np.array([self.small.time_s(tick) for tick, _ in self.small.pulses[pin]][-len(times) :])
         late = (made - (times + self.board.horizon_s)) * 1e6
         return late - np.median(late)

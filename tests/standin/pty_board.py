@@ -23,7 +23,7 @@ def main(link, pulses):
     tty.setraw(slave)
     os.symlink(os.ttyname(slave), link)
     with suppress(OSError, AttributeError):  # not permitted
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(20))  # a board has a processor of its own
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(20))  # a real board has a processor of its own
     board, begun, ended = SmallBoard(), time.monotonic(), []
     heard = begun  # time of the latest bytes
     board.levels |= {8: 1, 9: 1}
@@ -32,7 +32,7 @@ def main(link, pulses):
         ready, _, _ = select.select([master], [], [], 0.001)
         data = os.read(master, 4096) if ready else b""
         heard = time.monotonic() if data else heard
-        board.run_to(time.monotonic() - begun)  # the clock is never older than the bytes
+        board.run_to(time.monotonic() - begun)  # the clock must not be older than the bytes
         board.receive(data)
         if out := board.transmitted():
             os.write(master, out)

@@ -55,7 +55,7 @@ class SmallBoard:
         self.hz, self.start, self.ticks = 16e6 * (1 + drift), start, start
         self.moves = moves
         self.levels = dict.fromkeys(range(32), 0)
-        self.pulses = {}  # for each step pin: (tick, direction) of each pulse
+        self.pulses = {}  # a list of (tick, direction) of the pulses of each step pin
         self.positions = {}
         self._reader, self._expected, self.out = frames.Reader(), 0, bytearray()
         self._later, self._order = [], count()

@@ -157,7 +157,7 @@ def test_without_commands_the_board_stops_the_motors_and_switches_the_drives_off
     metal = Metal(horizon_s=0.5).start()
     small, times = metal.small, metal.even(8000, 4000)
     metal.run(0.1)
-    assert small.levels[4] == 0  # inverted: enabled
+    assert small.levels[4] == 0  # low is enabled: the output is inverted
 
     def die(now):
         metal.alive = metal.alive and now < times[0] + 1.0

@@ -86,7 +86,7 @@ def test_after_a_limit_the_controller_has_the_position_of_the_board(if1):
     assert if1.say(b"N\r") == b"%d\r" % made
     assert if1.say(b"K\r") == b"64\r"
     assert if1.lines == [f"table.limit_plus stopped the motion: table.X at {made}, table.Y at 0, table.Z at 0"]
-    if1.say(b"X-30 $ \r", 1.0)  # away from the switch
+    if1.say(b"X-30 $ \r", 1.0)  # a move away from the switch
     assert if1.controller.axes["X"].position == made - 30
 
 
@@ -188,7 +188,7 @@ def send(twin, *values, seconds):
 
 @pytest.fixture
 def homing():
-    """An 1811 with a home switch that the real motor closes between 500 and 700 pulses."""
+    """Return an 1811 with a home switch that the real motor closes between 500 and 700 pulses."""
     axis, home = AxisPins("table.motor", X.step, X.direction, X.enable), InputPin("table.home", BoardPin("P9"))
     limit = InputPin("table.cw_limit", BoardPin("P8", inverted=True), stops=+1, stops_at=True)
     twin = Twin("1811", (axis,), (home, limit), ())
@@ -209,7 +209,7 @@ def homing():
 
 
 def test_homing_finds_the_switch_again_after_a_stop(homing):
-    """The delay of the switch, a horizon and 20 ms, is the same each time, and so is the home position."""
+    """The switch is detected a horizon and 20 ms late each time, so the home position is the same each time."""
     send(homing, 0x39, 0, seconds=12.0)
     found = net(homing)
     assert 690 < found < 740
@@ -245,7 +245,7 @@ def test_an_1811_drives_a_legacy_drive():
 
 @pytest.fixture
 def smartmotor():
-    """A SmartMotor whose encoder counts are the pulses of a drive with a step input."""
+    """Return a SmartMotor whose encoder counts are the pulses of a drive with a step input."""
     limits = (
         InputPin("table.C", BoardPin("P8", inverted=True), stops=+1, stops_at=True),
         InputPin("table.D", BoardPin("P9", inverted=True), stops=-1, stops_at=True),

@@ -40,7 +40,7 @@ def test_the_motors_make_the_pulses_of_the_controller(if1):
         assert len(steps) == len(virtual)
         assert if1.at(f"table.{name}") == sum(direction for _, direction in steps) == axis.position
         late = np.array([at for at, _ in steps]) - virtual
-        assert np.ptp(late) < SLOW_S / 2 + 0.002, name  # two servo periods, and half the way to a slow pulse
+        assert np.ptp(late) < SLOW_S / 2 + 0.002, name  # two servo periods, and half the interval of slow pulses
     assert if1.pins["table.X.velocity-cmd"] == 0
     assert not if1.lines
 
@@ -81,7 +81,7 @@ def test_motors_stop_when_axistwin_is_late(if1):
     if1.say(b"X2000 @ 1000 $ \r", 0.7)
     if1.alive, before = False, if1.at()
     if1.run(0.3)
-    assert before < if1.at() < before + 100  # at most the horizon
+    assert before < if1.at() < before + 100  # less than the pulses of one horizon
     assert not if1.pins["table.X.enable"]
     assert if1.lines == ["stopped: hal: late by 1 ms, with a horizon of 100 ms"]
     if1.alive = True
@@ -214,7 +214,7 @@ def hal(tmp_path):
     if any(not name.startswith("halcmd") for name in running.split()):
         pytest.skip("HAL is in use: a machine has only one")
     if prefix:
-        home = Path(tempfile.mkdtemp(prefix="axistwin-hal-"))  # the user cannot read pytest's folders
+        home = Path(tempfile.mkdtemp(prefix="axistwin-hal-"))  # the user `nobody` cannot read pytest's folders
         shutil.chown(home, "nobody")
         prefix += ["env", f"HOME={home}"]
     senders = []

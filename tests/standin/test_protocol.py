@@ -122,7 +122,7 @@ def test_commands_arrive_once_and_in_order(expected, chance):
     channel, board, now = Channel(), Echo(expected), 0.0
     channel.send(b"hello")
     wanted = [bytes([n % 251, n // 251]) * 9 for n in range(300)]
-    for _ in range(100):  # agree on the number of the first block
+    for _ in range(100):  # both ends agree on the number of the first block
         now += 0.001
         list(channel.receive(board.receive(channel.due(now)), now))
     assert channel.idle

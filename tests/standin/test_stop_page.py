@@ -38,7 +38,7 @@ def post(page):
 def test_the_page_shows_the_state_and_stops(page):
     kind, text = read(page)
     assert kind == "text/html; charset=utf-8"
-    assert '<form method="post" action="/stop">' in text  # works without JavaScript
+    assert '<form method="post" action="/stop">' in text  # the form works without JavaScript
     assert json.loads(read(page, "state")[1]) == page.values
     assert page.stops == []
     assert post(page) == (303, "/")

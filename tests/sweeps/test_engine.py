@@ -130,7 +130,7 @@ def test_an_interrupted_sweep_is_resumed_without_repeated_runs(tmp_path):
     found = study(tmp_path, "0.1..0.6:4").run(tmp_path / "a.parquet", workers=0, progress=lambda n, *_: seen.append(n))
     assert (seen, digest(found), found.num_rows) == ([6, 7, 8], expected, 8)
     assert not (tmp_path / "a.parquet.parts").exists()
-    study(tmp_path, "0.1..0.6:4").run(tmp_path / "a.parquet", workers=0, progress=stop)  # nothing is left to run
+    study(tmp_path, "0.1..0.6:4").run(tmp_path / "a.parquet", workers=0, progress=stop)  # all runs are done already
 
 
 def test_a_conversation_is_part_of_every_run(tmp_path):

@@ -27,7 +27,7 @@ class Rows:
 
 
 def test_a_function_with_known_indices():
-    """y = 2 a + b, with a and b uniform: 4/5 and 1/5 of the variance, without interactions; c has no effect."""
+    """For y = 2 a + b, with a and b uniform, a has 4/5 and b 1/5 of the variance, without interactions; c has none."""
     points = sensitivity.fractions(3, 512, seed=1)
     found = Column(2 * a + b for a, b, _ in points)
     plan = {"design": "saltelli", "runs": 512, "varied": dict.fromkeys("abc"), "measures": {"y": ""}}

@@ -221,7 +221,7 @@ def test_signals_of_a_servo(tmp_path):
 
 
 def test_energy_of_a_move_and_of_axes_without_windings(tmp_path):
-    """A move and back gives heat only; before power-up of the drive there is none."""
+    """A move and back gives heat only; before power-up the drive uses no energy."""
     rows = (
         Sweep(motor(tmp_path))
         .vary("knife.a", [2000, 20_000])

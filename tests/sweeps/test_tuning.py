@@ -1,4 +1,4 @@
-"""Tuning: the worst case counts, claims are kept, and an interrupted study is continued with the same trials."""
+"""Tuning: the worst case is minimised, claims hold, and an interrupted study continues with the same trials."""
 
 import json
 
@@ -20,7 +20,7 @@ class StoppedError(Exception):
 
 
 def tuning(directory):
-    """A limit switch ends the move; a late switch violates the claim."""
+    """Return a study of a move that a limit switch ends; if the switch is late, the claim is violated."""
     made = Tuning(stepper(directory), "mean table.X.position", maximise=True)
     made.change("table.X.limits.1", "100..2500").change("script.0.at", [0.5, 0.75])
     made.vary("table.X.load.torque", "[0.1, 0.3]")

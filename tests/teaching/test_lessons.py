@@ -1,4 +1,4 @@
-"""The lessons: no step is done before its solution, and each step is done after its solution."""
+"""The lessons: each step is open until its solution is typed, and then done."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The pytest plug-in, used by tests of a host that run in a pytest inside this one."""
+"""The pytest plug-in: tests of a host run in a second pytest inside this one."""
 
 import os
 import subprocess
@@ -37,7 +37,7 @@ name = "right"
 
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
-    """Run pytest on a file with these tests; return its exit code and its output."""
+    """Return a function that runs pytest on a file with these tests, and returns its exit code and its output."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     (tmp_path / "cell.toml").write_text(CELL)

@@ -287,7 +287,7 @@ def test_errors_of_a_scene_in_a_dict_have_their_keys(changed, words):
 
 @pytest.fixture
 def resting():
-    """An idle bench at real time with a stopped wall clock, and a function that sets the wall clock forward by 5 s."""
+    """Return an idle bench with a stopped wall clock, and a function that advances the wall clock by 5 s."""
     with axistwin.serve(axistwin.Bench(), speed=1.0) as twin:
         loop, pacer = twin._service.loop._loop, twin._service.server.pacer
         wall_s = loop.time()
@@ -330,7 +330,7 @@ def test_a_host_cannot_advance_time(twin):
 
 
 def test_a_sleep_of_a_host_takes_virtual_time(twin, host):
-    """A move of 4000 pulses at 2000/s with ramps is not over after 0.2 s; after 5 s it is."""
+    """A move of 4000 pulses at 2000/s, with ramps, is in progress after a sleep of 0.2 s, and has ended after 5 s."""
 
     def drive():
         time.sleep(1.5)

@@ -126,7 +126,7 @@ def test_sigrok_gets_levels_and_numbers_with_full_names_only(tmp_path, traces):
 def test_a_save_file_opens_the_waves_with_groups_and_analog_lanes(tmp_path):
     traced(tmp_path / "a.vcd", ("if1.output1", "if1.host_says", "if1.X.pulses"))
     *head, zoom = (tmp_path / "a.gtkw").read_text().splitlines()[:4]
-    assert re.match(r"\*-22\.\d{6} -1 ", zoom)  # 1000 pixels of 2 ** 22.7 ns: the whole run
+    assert re.match(r"\*-22\.\d{6} -1 ", zoom)  # the zoom for the whole run in 1000 pixels of 2 ** 22.7 ns
     assert [*head, *(tmp_path / "a.gtkw").read_text().splitlines()[4:]] == [
         "[*] axistwin writes this file again with each trace; a file saved by GTKWave is kept",
         '[dumpfile] "a.vcd"',
@@ -295,7 +295,7 @@ def test_the_size_of_the_pieces_does_not_change_a_file(tmp_path, monkeypatch, ki
 
 
 def test_a_burst_after_a_long_rest_is_written_in_pieces(tmp_path, monkeypatch):
-    """The number of changes in a piece is limited, but not its time."""
+    """A piece has a limited number of changes, but may span any time."""
     sizes = []
     write = trace_files.CsvSink.write
     monkeypatch.setattr(

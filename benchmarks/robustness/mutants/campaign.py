@@ -199,7 +199,7 @@ def _start(target: Target, mutant: Mutant, seconds: dict[str, float], result: Pa
 
 
 def _outcome(mutant: Mutant, result: Path, seconds: float) -> Outcome:
-    if not result.exists():  # ended by a signal: its test did not end
+    if not result.exists():  # a signal has ended it: its test did not end
         return Outcome(mutant, TIMEOUT, "", seconds)
     by = result.read_text(encoding="utf-8").splitlines()[0]
     return Outcome(mutant, KILLED if by else SURVIVED, by, seconds)

@@ -75,7 +75,7 @@ class Chosen:
             signal.setitimer(signal.ITIMER_VIRTUAL, 0)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note the first test that fails."""
+        """Record the first test that fails."""
         if report.failed and not self.failed:
             self.failed = report.nodeid
 

@@ -45,13 +45,13 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """Name without the line number, which later edits could change."""
+        """Return a name without the line number, because later edits could change the number."""
         again = f" ({self.occurrence})" if self.occurrence > 1 else ""
         return f"{self.file}: {self.function}: {self.before} -> {self.after}{again}"
 
     @property
     def name(self) -> str:
-        """Name for users."""
+        """Return a name for users."""
         return f"{self.file}:{self.line}: {self.key.partition(': ')[2]}"
 
 
@@ -156,7 +156,7 @@ def _variants(place: _Place) -> Iterator[ast.AST]:
     elif isinstance(node, ast.While):
         yield ast.While(ast.Constant(value=False), node.body, node.orelse)
     elif isinstance(node, ast.comprehension) and node.ifs:
-        return  # its condition is changed as a comparison
+        return  # the condition of this statement is changed as a comparison
     elif isinstance(node, ast.stmt):
         yield from _other_statements(node)
     elif isinstance(node, ast.Attribute | ast.Name):

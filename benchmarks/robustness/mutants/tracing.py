@@ -29,7 +29,7 @@ class Traced:
         return sorted(filter(None, self.lines.get(file, {}).get(line, ())), key=self.seconds.__getitem__)
 
     def runs_at_import(self, file: str, line: int) -> bool:
-        """Return whether a line has run outside of every test."""
+        """Return True if a line has run outside of every test."""
         return "" in self.lines.get(file, {}).get(line, ())
 
     @property
@@ -47,7 +47,7 @@ class _Recorder:
         self.failed: list[str] = []
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Omit the skipped tests."""
+        """Leave out the skipped tests."""
         items[:] = [item for item in items if not item.nodeid.startswith(self._skipped)]
 
     @pytest.hookimpl(wrapper=True)

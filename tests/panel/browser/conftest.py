@@ -32,9 +32,9 @@ DESK, PHONE = {"width": 1280, "height": 900}, {"width": 360, "height": 740}
 """Sizes of a page."""
 
 
-@pytest.hookimpl(tryfirst=True)  # before `-m browser` selects
+@pytest.hookimpl(tryfirst=True)  # this must run before `-m browser` selects
 def pytest_collection_modifyitems(items):
-    """Put the tests in a browser last, machine by machine: the first one of a machine starts a program."""
+    """Put the tests in a browser last, grouped by machine: the first test of a machine starts its program."""
     here = Path(__file__).parent
     inside = [item for item in items if item.path.is_relative_to(here)]
     for item in inside:
@@ -98,7 +98,7 @@ class Visit:
         quiet(self.page)
 
     def resize(self, size):
-        """Give the page this size."""
+        """Set the size of the page."""
         if self.page.viewport_size != size:
             self.page.set_viewport_size(size)
 
@@ -115,7 +115,7 @@ class Visit:
 
 
 @pytest.fixture(scope="package")
-def shown(browser):  # without one nothing need be served
+def shown(browser):  # without a browser nothing need be served
     """Return a context manager: `with shown(SCENE) as address:` serves a scene with a panel."""
     return _shown
 
@@ -155,7 +155,7 @@ def driver(machine, visiting):
 
 @pytest.fixture
 def panel(machine, driver):
-    """Return the driver's page on a desk."""
+    """Return the driver's page at the size of a desktop screen."""
     return _panel(machine, driver, DESK)
 
 

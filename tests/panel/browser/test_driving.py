@@ -140,7 +140,7 @@ def test_back_in_time_and_on_from_there(panel):
     slider = panel.time.get_by_role("slider", name="moment, in seconds")
     expect(slider).to_have_attribute("aria-valuenow", "1")
     expect(slider).to_have_attribute("aria-valuemax", f"{round(there, 3):g}")
-    slider.click()  # in the middle, when the slider has its place
+    slider.click()  # a click goes to the middle of the slider, once it has been laid out
     panel.near(there / 2, there / 4)
     panel.go_to(1.0)
     click(panel.button("Live from here"))

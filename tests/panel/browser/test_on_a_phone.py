@@ -89,6 +89,6 @@ def is_reached_by_tab(phone):
         for _ in range(20):
             page.keyboard.press("Tab")
         first, *others = page.evaluate(FOCUSED)
-        if first in others:  # all round the page
+        if first in others:  # all around the page
             break
     assert len({first, *others}) > 40

@@ -110,7 +110,7 @@ def test_off_and_on(panel):
 
 @on("cut-to-length")
 def test_the_running_line_is_in_view_also_when_one_comes_back_to_its_tab(panel):
-    """Line 15 of the knife's program waits for the feeder; about a dozen lines are visible at a time."""
+    """Line 15 of the knife's program waits for the feeder; only a dozen lines are visible, so the view must scroll."""
     panel.begin()
     program = panel.tab("knife", "Program")
     panel.run_until("knife runs 15")

@@ -52,26 +52,26 @@ def quiet(page):
 
 
 def ready(page, *states):
-    """Wait as `quiet`, without a frame if the page is quiet now: before an act."""
+    """Wait as `quiet` does, but without waiting for a frame if the page is quiet now; used before an act."""
     page.evaluate(QUIET, [states or ("quiet", "running"), PATIENCE_MS, False])
 
 
 def click(locator):
-    """Click it on a quiet page, and wait until the page is quiet again."""
+    """Click an element on a quiet page, and wait until the page is quiet again."""
     ready(locator.page)
     locator.click()
     quiet(locator.page)
 
 
 def press(locator, key):
-    """Press a key on it, as `click`."""
+    """Press a key on an element, with the same waits as in `click`."""
     ready(locator.page)
     locator.press(key)
     quiet(locator.page)
 
 
 def strike(page, key):
-    """Press a key on the element with the focus, between two waits as in `click`."""
+    """Press a key on the element that has the focus, with the same waits as in `click`."""
     ready(page)
     page.keyboard.press(key)
     quiet(page)
@@ -160,7 +160,7 @@ class Panel:
         return (within or self.page).get_by_role("textbox", name=name, exact=True)
 
     def say(self, field, text):
-        """Type a text and Enter."""
+        """Type a text and Enter into a field."""
         field.fill(text)
         press(field, "Enter")
 

@@ -189,7 +189,7 @@ def variables(motor):
 
 
 def floats(motor):
-    """Return the slots of `f` that a sample changes, and their values."""
+    """Return the slots of `f` that a sample changes, with their values."""
     if not motor.data:
         return {}
     shaft, heat = motor.machine, motor.machine.temperatures
@@ -260,7 +260,7 @@ class Kernel:
         machine.set_jam(self.f, motor.machine.jammed)
 
     def advance(self, most):
-        """Return the reason as a number, and the positions."""
+        """Advance by up to `most` samples; return the reason to stop as a number, and the positions."""
         first = int(self.i[state.SAMPLE])
         why = self._advance(
             self.i, self.v, self.f, self.stack, self.code, self.ring, self.told,

@@ -47,14 +47,14 @@ class Cam:
         return motor.memory.element("aw", n) * ((parameters or self.now).factor if self.table_factor else 1)
 
     def position(self, motor):
-        """Return the position, linear between the points; the last one in the dwell."""
+        """Return the position: linear between two points, in the dwell the last point."""
         now = self.now
         if self.phase >= now.base:
             self.index = now.size
             return self.entry(motor, now.size)
         along = Fraction(self.phase * now.size, now.base)
         self.index = n = floor(along)
-        closes = not now.word and n + 1 == now.size  # F=0: the last point of the table is the first
+        closes = not now.word and n + 1 == now.size  # F=0: the last point is the next cycle's first
         here, there = self.entry(motor, n), self.entry(motor, 0 if closes else n + 1)
         return here + floor((there - here) * (along - n))
 
@@ -68,7 +68,7 @@ class Cam:
         return self.forwards(motor) if place > 0 else self.backwards(motor, place)
 
     def forwards(self, motor):
-        """Complete a cycle; the next one begins where it ended."""
+        """Complete a cycle; the next cycle begins at the position where this one ended."""
         done, old = self.entry(motor, self.now.size), self.now
         self._take_over()
         return self._begin(motor, old.word, done)
@@ -82,7 +82,7 @@ class Cam:
         return self._begin(motor, old.word, -self.entry(motor, self.now.size))
 
     def _take_over(self):
-        """Take D counts of dwell only with F=16 or F=128 (9.5)."""
+        """Take over the prepared parameters; the dwell is D counts with F=16 or F=128, otherwise 0 (9.5)."""
         if self.pending:
             word = self.prepared.word & (RELATIVE | MODULO)
             dwell = max(self.prepared.dwell, 0) if word else 0
@@ -103,6 +103,6 @@ class Cam:
         return shift
 
     def start(self):
-        """Start the cam at G."""
+        """Start the cam, as G does."""
         self.pending = True
         self._take_over()

@@ -52,7 +52,7 @@ class Runner:
         return getattr(self, "_" + step.what.replace(" ", "_"))(step)
 
     def _value(self, value):
-        """Return the value of an expression, or None if it was abandoned, with its flag set."""
+        """Return the value of an expression, or None if the expression was abandoned and its error flag set."""
         try:
             return value(self.motor)
         except Abandoned as reason:

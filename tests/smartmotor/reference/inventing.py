@@ -114,6 +114,6 @@ def program(random):
     for label in 1, 2, 3:
         lines += [f"C{label}", *block(random, 1), random.choice(["RETURN", "RETURN", "RETURNF", "RETURNI"])]
     if random.randrange(2):
-        places = [n for n, line in enumerate(lines) if not line.startswith("SWITCH")]  # none before CASE
+        places = [n for n, line in enumerate(lines) if not line.startswith("SWITCH")]  # not before a CASE
         lines.insert(random.choice(places) + 1, "C4")
     return "\n".join(lines)

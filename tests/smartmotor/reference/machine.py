@@ -1,7 +1,7 @@
 """Independent reference of a servo motor: `servo.py` and `servo_law.py` must give bit-identical results.
 
-Objects instead of arrays, amperes and torques instead of slots; only the order of the floating point operations is that
-of the original.
+Objects replace arrays, and amperes and torques replace slots; only the order of the floating point operations is the
+same as in the original.
 """
 
 from dataclasses import dataclass, field
@@ -156,7 +156,7 @@ class ReferenceServo:
     pwm: int = 0
 
     def off(self):
-        """Switch the drive off, which clears the memory."""
+        """Switch the drive off and clear the memory of the servo law."""
         self.integral = self.error_before = self.difference = self.pwm = 0
 
     def torque(self, value):
@@ -164,7 +164,7 @@ class ReferenceServo:
         self.pwm = self.direction * max(-self.amps, min(self.amps, value))
 
     def follow(self, sample, error, velocity):
-        """Run the PID in every `rate`th sample."""
+        """Run the PID in every sample whose number is a multiple of `rate`."""
         if sample % self.rate:
             return
         kp, ki, kd, kl, ks, kv, ka, kg = self.tuning

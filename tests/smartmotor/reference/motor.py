@@ -35,7 +35,7 @@ class Index:
     position: int = 0
 
     def look(self, motor):
-        """True if Bx has changed."""
+        """Look for an index mark in this sample; return True if Bx has changed."""
         before, motor.flags["Bx"] = motor.flags["Bx"], int(self.forced or (motor.shaft - self.at) % self.turn == 0)
         if self.armed and not before and (mark := self._passed(motor.shaft)) is not None:
             self.position, self.armed, motor.flags["Bi"] = motor.direction * mark + motor.origin, False, 1
@@ -45,7 +45,7 @@ class Index:
         return motor.flags["Bx"] != before
 
     def _passed(self, shaft):
-        """Return the nearest mark between the shaft's last position, excluded, and its present position."""
+        """Return the nearest mark from the shaft's last position, excluded, to its present position, included."""
         up = (self.shaft - self.at) // self.turn * self.turn + self.turn + self.at
         down = (self.shaft - self.at - 1) // self.turn * self.turn + self.at
         return up if shaft >= up else down if shaft <= down else None
@@ -60,7 +60,7 @@ class GoPin:
     different: int = 0
 
     def poll(self, level):
-        """True if the pin has gone low."""
+        """Sample the level; return True if the pin has gone low."""
         self.different = self.different + 1 if level != self.level else 0
         if self.different < self.debounce or level == self.level:
             return False
@@ -81,7 +81,7 @@ class Limit:
     soft: int = 0
 
     def check(self, motor):
-        """True if the limit is a new fault."""
+        """Update the limit's flags; return True if the limit is a new fault."""
         beyond = self.way * motor.position >= self.way * self.soft
         asserted = (self.has_pin and motor.pins[self.pin]) or (motor.soft_limits and beyond)
         real_time, historical = self.flags
@@ -94,7 +94,7 @@ class Limit:
 
 @dataclass
 class ReferenceMotor:
-    """A motor; `data` and `load` are data sheets, without `data` it is ideal."""
+    """A motor; `data` and `load` are data sheets, and a motor without `data` is ideal."""
 
     program: Program
     data: object = None
@@ -184,7 +184,7 @@ class ReferenceMotor:
         return why | ({"trajectory"} if busy != self.flags["Bt"] else set())
 
     def _move(self):
-        """Run trajectory and servo law in every n-th sample (PIDn)."""
+        """Run trajectory and servo law in every n-th sample, where n is that of the command PIDn."""
         self.master.turn(self)
         if self.sample_number % self.rate:
             return set()

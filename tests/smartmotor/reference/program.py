@@ -18,7 +18,7 @@ class Abandoned(Exception):  # noqa: N818
 
 
 def fits(value):
-    """Return a value of 32 bits, or abandon with Bd."""
+    """Return a value of 32 bits; a larger value abandons the statement with Bd."""
     if not LOW <= value <= HIGH:
         raise Abandoned("Bd")
     return value
@@ -100,7 +100,7 @@ class Memory:
 
 
 class Text:
-    """An expression that is being read."""
+    """The text of an expression, and how far it has been read."""
 
     def __init__(self, text):
         self.tokens = re.findall(r"@P?E?V?|[A-Z][A-Za-z]*\d*|[a-z]+|\d+|!\||[=!<>]=|.", text)
@@ -147,7 +147,7 @@ class Text:
 
 
 def condition(text):
-    """The condition of IF, ELSEIF, WHILE and SWITCH; text that is not an expression has no value and sets Bs."""
+    """Read the condition of IF, ELSEIF, WHILE and SWITCH; an invalid expression has no value and sets Bs."""
     if re.search(r"(?<![=!<>])=(?!=)", text):
         return no_value
     return expression(text)
@@ -189,7 +189,7 @@ class Node:
 
 @dataclass(eq=False)
 class Block:
-    """Consecutive statements after IF, ELSE, WHILE, CASE …; `number` of the statement before them."""
+    """Consecutive statements after IF, ELSE, WHILE, CASE …; `number` counts the statements before this block."""
 
     owner: Node | None
     number: int = 0
@@ -273,7 +273,7 @@ class Program:
     def _open(self, node, rest):
         node.value = condition(rest)
         if node.keyword == "SWITCH":
-            self._block = Block(node)  # no statement may precede the first CASE
+            self._block = Block(node)  # the block before the first CASE, in which no statement is allowed
         else:
             self._part(node, node.value, rest)
 
@@ -313,7 +313,7 @@ class Program:
         return self.begin(row[at]) if at < len(row) else self.over(node.block)
 
     def over(self, block):
-        """Return the step after a block; ENDIF and ENDS take no time, LOOP and the jump past ELSE do."""
+        """Return the step after a block; ENDIF and ENDS take no sample, LOOP and the jump past ELSE take one."""
         owner = block.owner
         if owner is None:
             return Step("end of text", None)

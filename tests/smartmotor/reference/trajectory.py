@@ -8,13 +8,13 @@ COUNT = 65536
 
 
 def braking(speed, rate):
-    """Return the stopping distance from `speed`, which `rate` reduces in each further sample."""
+    """Return the stopping distance from `speed`, if each further sample reduces the speed by `rate`."""
     steps, rest = divmod(speed, rate)
     return steps * (steps + 1) // 2 * rate + (steps + 1) * rest if speed > 0 else 0
 
 
 def fastest(limit, distance, rate):
-    """Return the largest speed up to `limit` that does not overshoot, by bisection."""
+    """Find by bisection the largest speed up to `limit` from which the motor can stop within `distance`."""
     low, high = 0, limit
     while low < high:
         middle = (low + high + 1) // 2
@@ -32,7 +32,7 @@ def nearer(value, wanted, rate):
 
 @dataclass
 class Run:
-    """A run of the external encoder at constant speed: `ahead + done · rate` edges after `base`, at last `counts`."""
+    """An encoder run at constant speed from `base`: `ahead + done · rate` edges, at its end `counts`."""
 
     base: int = 0
     way: int = 1
