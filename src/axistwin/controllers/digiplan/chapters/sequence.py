@@ -2,14 +2,12 @@
 
 from collections.abc import Sequence
 
-from simpy import Interrupt
-
 from axistwin.controllers.digiplan.chapters import interpolation, outputs, run
 from axistwin.controllers.digiplan.chapters.faults import LineFault, MotionFault
 from axistwin.controllers.digiplan.chapters.index import index
 from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import EndOfWork, Step
-from axistwin.sim.clock import Procedure
+from axistwin.sim.clock import Interrupt, Procedure
 from axistwin.units import MS
 
 CYCLE_NS = 1 * MS
