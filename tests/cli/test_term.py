@@ -194,6 +194,10 @@ def test_a_port_that_goes_away_is_told():
             assert program.wait(timeout=PATIENCE_S) == 2
 
 
+EDITING = "\x1b[?2004h"
+"""What the line editor writes when it reads keys again; before, the terminal itself would take a Ctrl-D."""
+
+
 class Person:
     """A user at a terminal, simulated by a pty."""
 
@@ -314,6 +318,7 @@ def test_a_person_at_a_line_editor(person: Callable[..., Person], tmp_path):
     me.see("refused: unknown character 'x'")
     me.type("F\r")
     me.see("8 data fault")
+    me.see(EDITING)
     me.type("\x04")
     assert me.leave() == 0
     assert "+x100" in (tmp_path / "axistwin" / "history-if1").read_text()
