@@ -31,15 +31,10 @@ FLAGS = (
 SIZE = {"width": 1280, "height": 1000}
 SCENE = "\n".join(f'[[controller]]\nmodel = "{model}"\n' for model in ("if1", "1811", "smartmotor"))
 SERVE = "import sys; from axistwin.cli.main import main; main(sys.argv[1:])"
-SHOWN = """() => new Promise(found => {
-    const look = () => requestAnimationFrame(() => {
-        const root = document.documentElement
-        if (root.classList.contains("building") || !document.querySelector(".scope-plot canvas")) look()
-        else requestAnimationFrame(() => found(performance.now()))
-    })
-    look()
-})"""
-"""JavaScript that waits for the complete page, and returns the milliseconds since the request."""
+SHOWN = """() => !document.documentElement.classList.contains("building")
+    && document.querySelector(".scope-plot canvas") && performance.now()"""
+"""JavaScript: the milliseconds since the request if the page is complete."""
+POLL_MS, PATIENCE_MS = 10, 30_000
 
 
 def main() -> None:
@@ -85,7 +80,7 @@ def visits(scene: Path, browser: Browser) -> tuple[float, float, float, float]:
 def shown(page: Page, address: str) -> float:
     """Open the page, and return the time in seconds until it is complete."""
     page.goto(address, wait_until="commit")
-    milliseconds: float = page.evaluate(SHOWN)
+    milliseconds: float = page.wait_for_function(SHOWN, polling=POLL_MS, timeout=PATIENCE_MS).json_value()
     return milliseconds / 1000
 
 
