@@ -2,8 +2,8 @@
 
 `axistwin serve SCENE --panel` runs in a process of its own, at real time.  A new Chromium opens the page: the first
 visit after the start of the server, with an empty cache of the browser; then again, with a full one.  The time is the
-browser's own, from the request to the second animation frame in which the complete page is visible.  The second figure
-is the processor time of the server in this time, for a computer with other work; it needs Linux.
+browser's own, from the request until the page is complete; the page is looked at every 10 ms.  The last figure is the
+processor time of the server in this time, for a computer with other work; it needs Linux.
 """
 
 from __future__ import annotations

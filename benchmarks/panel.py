@@ -3,9 +3,6 @@
 Processor time of the server: of a page until the browser has all views, of the longest piece in which no other task
 of the event loop runs, and of a frame that updates all views.
 
-In Chromium: time of the first page until all views are drawn.  Its processor time is that of the server and of the
-page's main thread, which work one after the other: on an idle machine nearly the elapsed time.
-
 At real time: the number of late blocks of the pacer, with a bare websocket client that answers each frame at once, and
 with Debian's Chromium if it is installed; headless, it draws on the same processors.  At full speed: the remaining
 share of the speed while that client is connected.
@@ -14,12 +11,10 @@ share of the speed while that client is connected.
 import asyncio
 import contextlib
 import re
-import shutil
 import subprocess
 import sys
 import urllib.request
 from collections.abc import AsyncIterator, Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter, process_time
 
@@ -27,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import tracing
+from first_page import CHROMIUM, FLAGS, SIZE
 
 from axistwin import Bench
 from axistwin.bench import Controller
@@ -40,16 +36,9 @@ SIGNALS = (
     "if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.host_says", "1811.motor.pulses", "1811.motor.velocity",
     "motor.shaft.position", "motor.shaft.commanded",
 )  # fmt: skip
-CHROMIUM = shutil.which("chromium") if find_spec("playwright") else None
-FLAGS = (
-    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync",
-)  # fmt: skip
-SIZE = {"width": 1280, "height": 1000}
 PACED_S, FAST_S, RUNS = 15.0, 3.0, 3
 GOAL_LATE, GOAL_SPEED = 0.01, 0.5
 FRAMES = 100
-GOAL_FIRST_S = 1.5
 GOAL_PAGE_MS, GOAL_WAIT_MS, GOAL_FRAME_MS = 800.0, 50.0, 2.0
 
 
@@ -61,8 +50,6 @@ def main() -> None:
 
 async def _measured() -> None:
     await _first_page()
-    if CHROMIUM:
-        await _first_page_in_chromium(CHROMIUM)
     scope.first_choice = lambda _: list(SIGNALS)
     late, blocks, _ = await _paced(at_work(asked=True), None)
     print(f"real time, nobody looks: {late / blocks:.2%} of {blocks} blocks late")
@@ -96,33 +83,6 @@ async def _page() -> tuple[float, float, float]:
     session.pause()
     await web.close()
     return page_s, max(longest), frame_s
-
-
-async def _first_page_in_chromium(chromium: str) -> None:
-    """Print the time of the page of a new browser, the least of several."""
-    from playwright.async_api import async_playwright
-
-    web = Panel("benchmark", at_work(asked=False), Address("127.0.0.1", 0, None))
-    address, found = await web.open(), []
-    async with async_playwright() as play:
-        browser = await play.chromium.launch(executable_path=chromium, args=FLAGS)
-        for _ in range(RUNS):
-            context = await browser.new_context(viewport=SIZE)
-            opened = await context.new_page()
-            metrics = await context.new_cdp_session(opened)
-            await metrics.send("Performance.enable", {"timeDomain": "threadTicks"})
-            began, begun_s = perf_counter(), process_time()
-            await opened.goto(address)
-            await opened.wait_for_function("['quiet', 'running'].includes(document.body.dataset.state)")
-            elapsed_s, server_s = perf_counter() - began, process_time() - begun_s
-            told = {each["name"]: each["value"] for each in (await metrics.send("Performance.getMetrics"))["metrics"]}
-            found.append((server_s + told["TaskDuration"], server_s, elapsed_s))
-            await context.close()
-        await browser.close()
-    await web.close()
-    both_s, server_s, _ = min(found)
-    print(f"first page in Chromium: {both_s:.2f} s of processor time, {server_s:.2f} s of it of the server ", end="")
-    print(f"(goal < {GOAL_FIRST_S:g}); {min(each[2] for each in found):.2f} s elapsed")
 
 
 @contextlib.contextmanager
