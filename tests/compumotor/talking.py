@@ -2,12 +2,24 @@
 
 from collections.abc import Sequence
 
+import pytest
+
 from axistwin import Bench
 from axistwin.bench import Controller
 
 DATA, CONTROL = 0, 1
 COMMAND_READY, RESET, ENABLE, TAKEN = 0x10, 0x20, 0x40, 0x80
 MESSAGE, INPUT_READY, FAIL = 0x08, 0x10, 0x20
+
+
+def in_all_ways(seconds: float, slice_s: float, slices: int) -> pytest.MarkDecorator:
+    """Return a mark: the test gets `run`, which lets the time pass at once, in slices, or event by event."""
+    ways = {
+        "at once": lambda bench: bench.run(seconds),
+        "in slices": lambda bench: [bench.run(slice_s) for _ in range(slices)],
+        "event by event": lambda bench: bench.run_until(lambda: False, seconds),
+    }
+    return pytest.mark.parametrize("run", ways.values(), ids=ways)
 
 
 def i32(number: int) -> tuple[int, ...]:

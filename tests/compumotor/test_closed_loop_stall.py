@@ -8,7 +8,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import ALL, number, start, tracked
-from .talking import complete, i32, messages, position, send, send_all, until_idle
+from .talking import complete, i32, in_all_ways, messages, position, send, send_all, until_idle
 
 
 @pytest.fixture
@@ -172,15 +172,7 @@ def test_there_is_no_watch_before_all_four_are_defined(bench, board, missing):
     assert position(bench, board) == 2_000
 
 
-@pytest.mark.parametrize(
-    "run",
-    [
-        lambda bench: bench.run(5),
-        lambda bench: [bench.run(0.0007) for _ in range(8000)],
-        lambda bench: bench.run_until(lambda: False, 5),
-    ],
-    ids=["at once", "in slices", "event by event"],
-)
+@in_all_ways(5, 0.0007, 8000)
 def test_a_wrong_ratio_becomes_a_stall_at_the_same_update_however_it_is_run(bench, board, run):
     """4,100 encoder pulses are defined, 4,000 come: 100/4,100 of a pulse slips per pulse, 500 pulses are a tooth.
 

@@ -7,7 +7,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import NEVER, accumulated, distances, enter, free, pairs, steps, velocities, words
-from .talking import ask, complete, message, messages, position, ready, send, status_word, until_idle
+from .talking import ask, complete, in_all_ways, message, messages, position, ready, send, status_word, until_idle
 
 USER_BIT_0 = 0x01
 
@@ -345,15 +345,7 @@ RISING, FALLING, BACK = range(600, 660), range(660, 600, -1), range(0x8000 + 300
 
 
 @pytest.mark.parametrize("limits", [{}, {"limits": (-10_000, 10_000)}])
-@pytest.mark.parametrize(
-    "run",
-    [
-        lambda bench: bench.run(0.4),
-        lambda bench: [bench.run(0.001) for _ in range(400)],
-        lambda bench: bench.run_until(lambda: False, 0.4),
-    ],
-    ids=["at once", "in slices", "event by event"],
-)
+@in_all_ways(0.4, 0.001, 400)
 def test_a_stream_is_the_same_however_it_is_run(bench, run, limits):
     """Velocity number 1 is 5/3 pulses/s: 1,310,720/3 Hz, divided by 4, over 65,536.  The marker sets user bit 0."""
     board = ready(bench, motor=limits)
