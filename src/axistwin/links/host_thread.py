@@ -10,7 +10,7 @@ original in all other threads.
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any, SupportsIndex
@@ -108,7 +108,7 @@ class HostThread:
 
     def _run(self) -> None:
         try:
-            with _sleeping(self if self._now else None):
+            with _sleeping(self) if self._now is not None else nullcontext():
                 self._outcome = self._call()
         except BaseException as error:  # noqa: BLE001  # `outcome` raises the error again
             self._error = error
@@ -129,11 +129,8 @@ def _sleep(seconds: float | SupportsIndex, /) -> None:
 
 
 @contextmanager
-def _sleeping(host: HostThread | None) -> Iterator[None]:
+def _sleeping(host: HostThread) -> Iterator[None]:
     """Within a `with` block in the host's thread, `time.sleep` takes virtual time."""
-    if host is None:
-        yield
-        return
     with _lock:
         _hosts[threading.get_ident()] = host
         time.sleep = _sleep
