@@ -41,7 +41,7 @@ def parsed(line: str) -> tuple[tuple[Statement, int, int], ...]:
 
 @dataclass(frozen=True)
 class Outline:
-    """What completion uses of a line: found without reading the statements, because a text has thousands of lines."""
+    """The parts of a line that completion uses.  The statements are not read, because a text has thousands of lines."""
 
     labels: tuple[tuple[int, int], ...]
     """Each label that the line defines, with its column from 1."""
