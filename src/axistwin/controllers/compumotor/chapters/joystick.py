@@ -12,7 +12,7 @@ def disable_joystick(board: State) -> None:
 
 
 def enable_joystick(board: State) -> Procedure:
-    """Command 11h: begin joystick control, which lasts until 10h.  Ignored if shut down or moving."""
+    """Command 11h: begin joystick control, which lasts until 10h.  Ignored while the motor is shut down or moving."""
     if board.shutdown.on or board.moving:
         return
     board.motion.end = None
@@ -21,7 +21,7 @@ def enable_joystick(board: State) -> Procedure:
 
 
 def shut_down(board: State, on: bool) -> None:
-    """Command 12h: switch remote power shutdown on or off.  While it is on, the board performs no moves.
+    """Command 12h: switch remote power shutdown on or off.  During shutdown, the board performs no moves.
 
     Ignored if the joystick or the shutdown input is enabled, or while moving.
     """
@@ -45,5 +45,8 @@ def set_direction_sense(board: State, ccw_is_plus: bool) -> None:
 
 
 def request_joystick(board: State) -> bytes:
-    """Command 95h: level of the joystick's request input (REMOTE ENABLE), FF while it is high."""
+    """Command 95h: report FF while the input REMOTE ENABLE is high.
+
+    By this input the joystick requests control.
+    """
     return b"\xff" if board.pins["remote_enable"].level else b"\0"
