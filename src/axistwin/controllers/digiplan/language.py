@@ -114,7 +114,7 @@ class Lines(Written):
 
 @dataclass
 class Message:
-    """A parsed message: a single command, a direct step, or the steps of a sequence."""
+    """A parsed message: a single command, a direct message, or a sequence with its steps."""
 
     text: str
     problems: list[Problem] = field(default_factory=list)

@@ -22,7 +22,7 @@ def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
 
 
 def start(text: Sequence[Sent]) -> Fix | None:
-    """Return a fix that adds `$`.
+    """Return a fix that adds `$` at the end of a message.
 
     The fix is not sure, because a message that only sets parameters is valid, too.
     """

@@ -11,7 +11,10 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 
 @dataclass(frozen=True)
 class Finding:
-    """A problem, and the number of the step that has it; the first step is 1."""
+    """A problem of a sequence, with the number of the step that has the problem.
+
+    The first step has number 1.
+    """
 
     number: int
     problem: Problem
