@@ -44,7 +44,7 @@ class Mark:
 
 
 class EdgeObserver:
-    """Triggers the event `seen` when a pin has changed to `level` and has kept this level long enough."""
+    """Triggers the event `seen` when a pin has changed to `level` and has kept this level for the required time."""
 
     def __init__(self, clock: Clock, mark: Mark, level: bool) -> None:
         self.clock, self.seen = clock, clock.event()

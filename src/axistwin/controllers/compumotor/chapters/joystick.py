@@ -38,7 +38,10 @@ def enable_shutdown_input(board: State, on: bool) -> None:
 
 
 def set_direction_sense(board: State, ccw_is_plus: bool) -> None:
-    """Command 14h: define CW (00) or CCW as the + direction.  Positions do not change.  Ignored while moving."""
+    """Command 14h: define CW (00) or CCW as the + direction.  Positions do not change.
+
+    Ignored while the motor is moving.
+    """
     if not board.occupied:
         board.pulses.cw_is_plus = not ccw_is_plus
         board.loop.encoder.face(-1 if ccw_is_plus else +1)

@@ -40,7 +40,7 @@ def define(  # the function has one argument for each parameter of the command
 
 
 def delete(board: State, number: int) -> None:
-    """Command D7h: delete move 1 to 255; no effect if the move is not defined."""
+    """Command D7h: delete move 1 to 255.  The command has no effect if the move is not defined."""
     board.library.delete(number)
 
 
@@ -53,7 +53,10 @@ def set_start_stop(board: State, velocity: int) -> None:
 
 
 def define_position(board: State, position: int) -> None:
-    """Command 2Eh: define the present absolute position as `position` motor pulses.  Ignored while moving."""
+    """Command 2Eh: define the present absolute position as `position` motor pulses.
+
+    Ignored while the motor is moving.
+    """
     if not board.occupied:
         board.zero = board.pulses.position - position
 

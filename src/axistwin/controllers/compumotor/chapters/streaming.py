@@ -140,7 +140,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Execute the command of a marker concurrently.  Ignored while the command of another marker is executed."""
+        """Execute the command of a marker as a process of its own.
+
+        Ignored while the command of another marker is executed.
+        """
         if marker is None:
             return
         if self._stream.marker_process is None or not self._stream.marker_process.is_alive:

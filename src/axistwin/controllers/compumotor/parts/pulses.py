@@ -152,7 +152,7 @@ class PulseGenerator:
         return self._changed
 
     def start(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Start a profile from rest.
+        """Start a velocity profile with the motor at rest.
 
         `further`: True if the previous excursion continues.
         """
@@ -163,7 +163,7 @@ class PulseGenerator:
         self._follow(profile)
 
     def change(self, profile: VelocityProfile) -> None:
-        """Change to another profile in the same direction.  Ignored if the last pulse has been output."""
+        """Change to another velocity profile in the same direction.  Ignored if the last pulse has been output."""
         if self._output.over(self._elapsed_ns):
             return
         self._output = self._output.cut(self._elapsed_ns, profile.segments)
@@ -234,7 +234,7 @@ class PulseGenerator:
         self._pulse_ns = None
 
     def _continue(self, segments: Iterable[Segment]) -> None:
-        """Begin a new profile with these segments.  The present fraction of a pulse is kept."""
+        """Begin a new profile with these segments, and keep the present fraction of a pulse."""
         pulses, fraction = self._output.phase_at(self._elapsed_ns)
         self._origin += self.sign * pulses
         self._begin(Profile(segments, fraction, self.rate))

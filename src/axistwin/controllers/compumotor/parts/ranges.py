@@ -20,7 +20,7 @@ FULL = 65_536
 
 @dataclass(frozen=True)
 class VelocityRange:
-    """A velocity range, with its smallest velocity and its clock.
+    """One of the velocity ranges, with its smallest velocity and its clock.
 
     `unit`: pulses/s for velocity number 1; `clock`: the effective clock in Hz.
     """
@@ -35,7 +35,7 @@ class VelocityRange:
 
     @cached_property
     def maximum(self) -> Fraction:
-        """Maximum rate in pulses/s."""
+        """Maximum step rate of the velocity range in pulses/s."""
         return self.clock / 2
 
     def rate(self, number: int) -> Fraction | None:

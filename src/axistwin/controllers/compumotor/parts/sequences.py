@@ -50,7 +50,7 @@ class Sequences:
 
 
 class Order(Enum):
-    """Action of the sequencer after its present command, e.g. continue, suspend or end."""
+    """Action of the sequencer after its present command, e.g. continue or suspend the sequence."""
 
     CONTINUE = auto()
     SUSPEND = auto()
@@ -117,7 +117,7 @@ class Sequencer:
             self.waiting.succeed()
 
     def advance(self, length: int) -> None:
-        """Go to the next command of the sequence, or back to the first command of the loop.
+        """Go to the next command of the sequence, or back to the first command of the present loop.
 
         `length`: number of commands in the sequence.
         """
