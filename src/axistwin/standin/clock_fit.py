@@ -1,5 +1,6 @@
 """The board's clock as a linear function of the host's clock, fitted by least squares."""
 
+import math
 from collections import deque
 
 SAMPLES = 256
@@ -27,8 +28,11 @@ class ClockFit:
         self._samples: deque[tuple[float, int, float]] = deque(maxlen=SAMPLES)
         self._latest = 0
         self._time_s, self._ticks, self.hz = 0.0, 0.0, nominal_hz
-        self.error_s = float("inf")
-        """Largest difference in seconds between the line and a sample with a short round trip."""
+        self.error_s = math.inf
+        """Error of the line in seconds: its standard error at the latest sample, and the largest contradiction.
+
+        A sample with a longer round trip may be off by half of the extra time; what is beyond is the contradiction.
+        """
         self.steady = False
         """True in motion: a line that moves by more than the time between two pulses would stop the motors."""
 
@@ -72,8 +76,9 @@ class ClockFit:
             self.hz = _within(self.hz, before_hz, MOST_SLOPE * before_hz)
             now_s, now = self._samples[-1][0], self.ticks(self._samples[-1][0])
             self._ticks += _within(now, before + (now_s - before_s) * before_hz, MOST_SHIFT_S * self.hz) - now
-        short = [(at, ticks) for at, ticks, trip in self._samples if trip <= 1.5 * shortest + 50e-6]
-        self.error_s = max(abs(self.ticks(at) - ticks) for at, ticks in short) / self.hz
+        beyond = (abs(self.ticks(at) - ticks) / self.hz - (trip - shortest) / 2 for at, ticks, trip in self._samples)
+        from_mean_s = self._samples[-1][0] - mean_s
+        self.error_s = max(0.0, *beyond) + math.sqrt(1 / total + from_mean_s**2 / spread) if spread else math.inf
 
     def ticks(self, time_s: float) -> float:
         """Convert a time of the host's clock to ticks of the board's clock."""
