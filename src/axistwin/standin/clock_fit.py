@@ -3,6 +3,8 @@
 import math
 from collections import deque
 
+import numpy as np
+
 SAMPLES = 256
 """Number of clock samples to which the line is fitted."""
 ENOUGH = 40
@@ -58,27 +60,31 @@ class ClockFit:
         return self._latest + ((clock - self._latest + (_WRAP >> 1)) % _WRAP) - (_WRAP >> 1)
 
     def _fit(self) -> None:
-        """Fit the line; the weight of a sample decreases with the extra time of its round trip."""
+        """Fit the line; the shortest round trips have by far the greatest weight, as all delays make a trip longer."""
         before_s, before, before_hz = self._time_s, self._ticks, self.hz
-        shortest = min(trip for _, _, trip in self._samples)
-        base = self._samples[0][1]
-        good = [(at, ticks - base, (NOISE_S + (trip - shortest) / 2) ** -2) for at, ticks, trip in self._samples]
-        total = sum(weight for _, _, weight in good)
-        mean_s = sum(weight * at for at, _, weight in good) / total
-        mean_ticks = sum(weight * ticks for _, ticks, weight in good) / total
-        spread = sum(weight * (at - mean_s) ** 2 for at, _, weight in good)
-        if spread / total > LEAST_SPREAD_S**2:
-            self.hz = sum(weight * (at - mean_s) * (ticks - mean_ticks) for at, ticks, weight in good) / spread
-            least, most = (self.nominal_hz * (1 + sign * MOST_DEVIATION) for sign in (-1, +1))
-            self.hz = min(max(self.hz, least), most)
-        self._time_s, self._ticks = mean_s, base + mean_ticks
+        at, ticks, trips = np.array(self._samples).T
+        extra_s = (trips - trips.min()) / 2
+        noise_s = NOISE_S + extra_s
+        weights = noise_s**-4
+        total = weights.sum()
+        mean_s, mean_ticks = float(weights @ at / total), float(weights @ ticks / total)
+        from_mean_s = at - mean_s
+        spread = float(weights @ from_mean_s**2)
+        spread_out = spread > LEAST_SPREAD_S**2 * total
+        if spread_out:
+            self.hz = float(weights * from_mean_s @ (ticks - mean_ticks)) / spread
+            self.hz = _within(self.hz, self.nominal_hz, self.nominal_hz * MOST_DEVIATION)
+        self._time_s, self._ticks = mean_s, mean_ticks
         if self.steady:
             self.hz = _within(self.hz, before_hz, MOST_SLOPE * before_hz)
-            now_s, now = self._samples[-1][0], self.ticks(self._samples[-1][0])
+            now_s, now = float(at[-1]), self.ticks(float(at[-1]))
             self._ticks += _within(now, before + (now_s - before_s) * before_hz, MOST_SHIFT_S * self.hz) - now
-        beyond = (abs(self.ticks(at) - ticks) / self.hz - (trip - shortest) / 2 for at, ticks, trip in self._samples)
-        from_mean_s = self._samples[-1][0] - mean_s
-        self.error_s = max(0.0, *beyond) + math.sqrt(1 / total + from_mean_s**2 / spread) if spread else math.inf
+        if spread_out:
+            beyond_s = np.abs(self._ticks + from_mean_s * self.hz - ticks) / self.hz - extra_s
+            mean_noise_s = np.linalg.norm(weights * noise_s) / total
+            slope_noise = np.linalg.norm(weights * noise_s * from_mean_s) / spread
+            standard_s = math.hypot(mean_noise_s, from_mean_s[-1] * slope_noise)
+            self.error_s = max(0.0, float(beyond_s.max())) + standard_s
 
     def ticks(self, time_s: float) -> float:
         """Convert a time of the host's clock to ticks of the board's clock."""
