@@ -74,7 +74,7 @@ def test_what_a_local_command_does_not_know():
     assert lines[1] == "no command :what: expected one of those listed by :help"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
     assert lines[5] == "invalid level 'up': expected high, on, low, off, release"
-    assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 (real time) or 0.5, or max"
+    assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 for real time, or max"
     assert lines[9] == "'x' is not a number of seconds: expected e.g. :wait 0.5"
     assert lines[10:] == ["> :quit"]
 
