@@ -214,7 +214,7 @@ def _number(text: str, base: int, highest: int, parameter: str) -> int:
     digits = "0123456789abcdefABCDEF" if base == 16 else "0123456789"
     if not set(text) <= set(digits) or len(text) > 3 or int(text, base) > highest:
         if base == 16:
-            raise UsageError(f"invalid {parameter} {_shown(text)}: expected two hex digits, e.g. 8F")
+            raise UsageError(f"invalid byte {_shown(text)}: expected two hex digits, e.g. 8F")
         raise UsageError(f"invalid {parameter} {_shown(text)}: expected a number from 0 to {highest}")
     return int(text, base)
 

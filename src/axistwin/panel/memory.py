@@ -37,7 +37,7 @@ class Memory:
             gc.unfreeze()
             gc.collect()
             self._kept = weakref.ref(bench)
-        gc.collect(1)  # generations 0 and 1 contain only objects that were created recently
+        gc.collect(1)  # the garbage collector's generations 0 and 1 contain only recently created objects
         gc.freeze()
 
 
