@@ -31,7 +31,7 @@ MAX_BLOCK = 256
 
 
 class Registers(Protocol):
-    """Interface of a board's registers for clients; `RegisterPort` implements this interface."""
+    """Interface with which clients read and write a board's registers; `RegisterPort` implements this interface."""
 
     @property
     def interrupt(self) -> bool:

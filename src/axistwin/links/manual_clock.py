@@ -29,7 +29,7 @@ SLEPT = (
 
 
 class ServedClock:
-    """Clock of a bench whose ports an event loop in another thread serves."""
+    """Clock of a bench that runs in the event loop of another thread."""
 
     def __init__(self, loop: LoopThread, pacer: Pacer) -> None:
         self._loop, self._pacer = loop, pacer

@@ -37,7 +37,7 @@ class Client(Protocol):
 
 
 class Gate:
-    """Controls whether clients may connect and send data; a closed gate has a reason for the refusal."""
+    """Controls whether clients may connect and send data."""
 
     def __init__(self) -> None:
         self.reason = ""

@@ -19,7 +19,7 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return a function that calls `view` and logs its exceptions, so that other views are still updated.
+    """Return a function that calls `view` and logs exceptions of `view`, so that other views are still updated.
 
     Only the first of several consecutive exceptions is logged.
     """
@@ -50,9 +50,9 @@ def together(*views: Refresh) -> Refresh:
 
 
 def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
-    """Return a function that calls `view` only in every n-th frame while virtual time passes.
+    """Return a function that calls `view` only at every n-th update of the page while virtual time passes.
 
-    `every`: the number n.  While virtual time is stopped, the function calls `view` in each frame.
+    `every`: the number n.  While virtual time is stopped, the function calls `view` at each update.
     """
     frame = 0
 

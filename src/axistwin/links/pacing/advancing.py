@@ -50,9 +50,9 @@ class Advancer(ABC):
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """Advance the bench with `advance(over)` for one slice of real time, then send the output of the ports.
+        """Advance the bench for one slice of real time, then send the output of the ports.
 
-        The call is made outside the pacer's own advances.
+        `advance(over)` advances the bench, outside the pacer's own advances.
 
         `advance` must return at the end of a nanosecond, soon after `over()` has become True.  Return the result of
         `advance`.
@@ -65,7 +65,7 @@ class Advancer(ABC):
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Call `advance` to advance the bench, then apply a start, a stop or a new speed that an event requests."""
+        """Advance the bench, then apply a start, a stop or a new speed of virtual time that an event has requested."""
         plan, self.advancing = self.plan, True
         self.passes += 1
         try:
@@ -100,7 +100,7 @@ class Advancer(ABC):
 
     @abstractmethod
     def follow_plan(self) -> None:
-        """Apply a start, a stop or a new speed that an event has requested."""
+        """Apply a start, a stop or a new speed of virtual time that an event has requested."""
 
     def flush(self) -> None:
         """Send the pending output of all ports, then notify the subscribers of the advance."""

@@ -24,7 +24,7 @@ class FullSpeed:
         """Do nothing, because virtual time is always up to date at full speed."""
 
     def work(self) -> None:
-        """Advance the bench for one slice of real time, unless the next slice is already planned."""
+        """Advance the bench for a short time, unless the next advance is already planned."""
         if self._next is None:
             self._slice()
 

@@ -184,9 +184,9 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Merge changes or intervals into the longer intervals of a level.
+        """Merge older parts of the history into longer intervals.
 
-        If the level is full, the older half of its intervals is moved to the next level.
+        `level`: the level of the intervals.  If this level is full, its older half is moved to the next level.
         """
         all_ = joined([self._older[level], summed(rows, self._shifts[level])])
         over = len(all_.begin) - ROWS
@@ -200,7 +200,7 @@ class Track:
         self._older[level] = all_
 
     def _coarser(self, level: int, rows: Rows) -> Rows:
-        """Double the length of a level's intervals until the level is at most half full."""
+        """Double the length of the stored intervals until the memory for intervals is at most half full."""
         while len(rows.begin) > ROWS // 2:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])

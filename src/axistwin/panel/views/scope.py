@@ -39,7 +39,7 @@ class Scopes:
         session.each_bench(self.recorder.attach)
 
     def come(self, person: Person) -> Screen:
-        """Count a newly opened page of a user, and return the user's oscilloscope screen.
+        """Record that a user has opened a page, and return the user's oscilloscope screen.
 
         A new screen shows the signals that the scene uses, or motion signals.
         """
@@ -57,14 +57,14 @@ class Scopes:
         return screen
 
     def go(self, screen: Screen) -> None:
-        """Count a closed page of an oscilloscope screen, and stop recording after the last page is closed."""
+        """Record that a page has been closed, and stop recording signals after the last page."""
         self._pages[screen] -= 1
         if not self._pages[screen]:
             self.recorder.leave(screen)
 
 
 def scope(context: Context) -> Refresh:
-    """Build the oscilloscope of a page, and count the page."""
+    """Build the oscilloscope of a page."""
     all_ = context.common(Scopes)
     screen = all_.come(context.person)
     breathe()
