@@ -120,7 +120,7 @@ class PtyPort:
             self.plug.send(data)
 
     def _connect(self) -> bool:
-        """Return True if this client is connected to the controller, or can be connected now.
+        """Connect this client to the controller if possible; return True if the client is connected.
 
         A refused client is not tried again before the client closes the device.
         """
