@@ -39,7 +39,7 @@ class LoopThread:
         """Raise UsageError in the event loop's own thread, where waiting would block for ever."""
         if threading.current_thread() is self._thread:
             raise UsageError(
-                "cannot advance virtual time in `do`, a condition or a callback: expected a call in the test's thread"
+                "cannot advance virtual time inside `do`, a condition or a callback: expected a call in the test thread"
             )
 
     def do(self, action: Callable[[], T]) -> T:

@@ -97,7 +97,7 @@ class Asides:
             case "wait":
                 return context.move(partial(self._wait, words))
             case _:
-                complain(UsageError(f"no command :{command}: expected one of {COMMANDS}"))
+                complain(UsageError(f"unknown command :{command}: expected one of {COMMANDS}"))
         return None
 
     def show_solution(self) -> None:
