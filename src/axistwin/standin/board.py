@@ -157,7 +157,9 @@ class Board:
         if config["is_config"] and config["crc"] & 0xFFFF_FFFF != made.crc:
             raise LinkError("the board is configured for another scene: press its reset button, then try again")
         if motors and not config["is_config"]:
-            raise LinkError("the board was reset, so its position is unknown: begin again with --unhomed, then home")
+            raise LinkError(
+                "the board was reset, so its positions are unknown: start again with --unhomed, then home the axes"
+            )
         if config["is_shutdown"]:
             self.connection.send("clear_shutdown")
         if not config["is_config"]:
@@ -169,7 +171,7 @@ class Board:
         moves, outputs = config["move_count"], len(self.wiring.outputs)
         needed = SPARE_MOVES + outputs + 12 * len(self.wiring.axes)
         if moves < needed:
-            raise LinkError(f"the board's queue has {moves} entries: expected at least {needed}: use fewer axes")
+            raise LinkError(f"the board's queue has {moves} entries, but this scene needs {needed}: use fewer axes")
         self._stream.room = moves - SPARE_MOVES - outputs
         if not motors:
             motors.update({axis.axis: Motor(axis, made.steppers[axis.axis]) for axis in self.wiring.axes})
@@ -183,9 +185,10 @@ class Board:
                 connection.clock.steady = True
                 break
         else:
+            error_us, most_us = connection.clock.error_s * 1e6, WORST_S * 1e6
             raise LinkError(
-                f"the board's clock is too irregular: error {connection.clock.error_s * 1e6:.0f} µs: expected at most "
-                f"{WORST_S * 1e6:.0f}: use another USB port or cable"
+                f"the board's clock has an error of {error_us:.0f} µs: expected at most {most_us:.0f} µs; "
+                "use another USB port or cable"
             )
 
     def _read_positions(self, groups: tuple[str, ...]) -> Procedure:
@@ -201,7 +204,7 @@ class Board:
         """Raise LinkError if an emergency stop is open."""
         for given in self.wiring.inputs:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
-                raise LinkError(f"{given.to} is open: close it, then try again")
+                raise LinkError(f"the emergency stop {given.to} is open: close the emergency stop, then try again")
 
     # Inputs, and stops that the board makes by itself
 

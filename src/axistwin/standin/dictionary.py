@@ -52,8 +52,8 @@ class Dictionary:
             enumerations = described.get("enumerations", {})
             self.pins = _numbered(enumerations.get("pin", {}))
             self._texts = {number: text for text, number in _numbered(enumerations.get("static_string_id", {})).items()}
-        except (AttributeError, TypeError, ValueError, IndexError) as error:
-            raise LinkError(f"the board's dictionary cannot be read: {error}") from None
+        except (AttributeError, TypeError, ValueError, IndexError) as reason:
+            raise LinkError(f"the board's firmware has sent an invalid dictionary: {reason}") from None
         self.commands.setdefault("identify", Format.read(IDENTIFY, 1))
         self._responses.setdefault(0, Format.read(IDENTIFY_RESPONSE, 0))
 
@@ -62,10 +62,10 @@ class Dictionary:
         """Return the dictionary in the data that a board has sent."""
         try:
             described = json.loads(zlib.decompress(data))
-        except (zlib.error, ValueError) as error:
-            raise LinkError(f"the board's dictionary cannot be read: {error}") from None
+        except (zlib.error, ValueError) as reason:
+            raise LinkError(f"the dictionary of the board's firmware cannot be unpacked: {reason}") from None
         if not isinstance(described, dict):
-            raise LinkError("the board's dictionary cannot be read: expected a JSON object")
+            raise LinkError("the board's firmware has sent an invalid dictionary: expected a JSON object")
         return cls(described)
 
     @property
@@ -77,12 +77,14 @@ class Dictionary:
         """Return a command as bytes.  Raises LinkError if the firmware does not have the command."""
         if name not in self.commands:
             raise LinkError(
-                f"the board's firmware has no command {name!r}: expected Klipper with this feature built in"
+                f"the board's firmware has no command {name!r}: expected a build of Klipper with this command"
             )
         command = self.commands[name]
         missing = {parameter for parameter, _ in command.parameters} ^ values.keys()
         if missing:
-            raise LinkError(f"the board's firmware has another {name!r}: expected Klipper of 2022 or later")
+            raise LinkError(
+                f"the command {name!r} of the board's firmware has other parameters: expected Klipper of 2022 or later"
+            )
         encoded = [frames.integer(command.number)]
         for parameter, _ in command.parameters:
             value = values[parameter]

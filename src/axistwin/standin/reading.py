@@ -52,14 +52,16 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
             raise UsageError(
-                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most this"
+                f"watchdog_ms is {table.watchdog_ms:g}: expected at most horizon_ms, which is {table.horizon_ms:g}"
             )
     boards = {board.name: board for board in table.board}
     if port is not None and any(board.hal is not None for board in boards.values()):
-        raise UsageError("--board is the serial port of a board: the scene drives its motors by LinuxCNC HAL")
+        raise UsageError("--board sets a serial port, but the scene uses LinuxCNC HAL: remove the option --board")
     if port is not None:
         if len(boards) > 1:
-            raise UsageError("--board is only for a scene with one board: set the ports of these boards in the scene")
+            raise UsageError(
+                "--board sets the port of one board, but the scene has several: set each port in the scene"
+            )
         boards = {name: board.model_copy(update={"port": port}) for name, board in boards.items()}
     reader = _Reader(scene, bench, table, boards)
     wirings = tuple((board, reader.wiring(name)) for name, board in boards.items())
@@ -78,7 +80,9 @@ class _Reader:
         scene, board = self._scene, self._boards[name]
         with scene.placing_errors("stand-in", "board", list(self._boards).index(name)):
             if (board.port is None) is (board.hal is None):
-                raise UsageError('expected port = "/dev/..." of a board with Klipper\'s firmware, or hal = "FILE.hal"')
+                raise UsageError(
+                    'a board needs either a port or a HAL file: expected port = "/dev/ttyACM0" or hal = "FILE.hal"'
+                )
         wiring = self._hal(board, scene.file.parent / board.hal) if board.hal is not None else self._pins(board)
         with scene.placing_errors("stand-in"):
             if not wiring.axes:
@@ -140,9 +144,9 @@ class _Reader:
         names = list(self._boards)
         with self._scene.placing_errors("stand-in", kind, number):
             if name is None and len(names) > 1:
-                raise UsageError(f"the board is missing: expected board = one of {', '.join(names)}")
+                raise UsageError(f"the key board is missing: expected one of {', '.join(names)}")
             if name is not None and name not in names:
-                raise UsageError(f"no board {name!r}: there are {', '.join(names)}")
+                raise UsageError(f"no board {name!r}: expected one of {', '.join(names)}")
         return name or names[0]
 
     # Values
@@ -157,7 +161,7 @@ class _Reader:
     def _no_pin(self, kind: str, number: int, table: Table, key: str) -> None:
         if getattr(table, key) is not None:
             with self._scene.placing_errors("stand-in", kind, number, key):
-                raise UsageError(f"{key} is a pin of a board: at HAL, link the component's pins in the HAL file")
+                raise UsageError(f"the key {key} is not for LinuxCNC HAL: link the component's pins in the HAL file")
 
     def _bounds(self, table: BoardAxisTable, number: int) -> _Bounds:
         """Return the limits of an axis: travel in pulses and highest rate in pulses/s; None for no limit."""
@@ -177,22 +181,22 @@ def _stops(given: BoardInputTable) -> _Stops:
     return _Stops(stops=DIRECTIONS[given.stops], stops_at=given.stops_at == "high")
 
 
-def _check_axis(bench: Bench, whole: str) -> None:
-    controller, _, name = whole.rpartition(".")
+def _check_axis(bench: Bench, axis: str) -> None:
+    controller, _, name = axis.rpartition(".")
     if controller not in bench.controllers or name not in bench[controller].axes:
-        known = ", ".join(f"{each}.{axis}" for each in bench.controllers for axis in bench[each].axes)
-        raise UsageError(f"no axis {whole!r}: there are {known}")
+        axes = [f"{each}.{found}" for each in bench.controllers for found in bench[each].axes]
+        raise UsageError(f"no axis {axis!r}: expected one of {', '.join(axes)}")
 
 
-def _check_pin(bench: Bench, whole: str, *, output: bool) -> None:
-    controller, _, name = whole.rpartition(".")
+def _check_pin(bench: Bench, terminal: str, *, output: bool) -> None:
+    controller, _, name = terminal.rpartition(".")
     if controller not in bench.controllers or name not in bench[controller].pins:
-        raise UsageError(f"no terminal {whole!r}: expected NAME.PIN, e.g. table.input1")
+        raise UsageError(f"no terminal {terminal!r}: expected CONTROLLER.TERMINAL, e.g. table.input1")
     pin = bench[controller].pins[name]
     if output and (pin.silent or not pin.is_output):
-        raise UsageError(f"{whole} is not a switched output: expected an output such as output1 or shutdown")
+        raise UsageError(f"{terminal} is not a switched output: expected another terminal, e.g. table.output1")
     if not output and pin.is_output:
-        raise UsageError(f"{whole} is an output: expected an input of the controller")
+        raise UsageError(f"{terminal} is an output: expected an input of a controller, e.g. table.input1")
 
 
 def lines(plan: Plan) -> list[str]:

@@ -29,10 +29,10 @@ def open_port(port: str, baud: int) -> serial.Serial:
     """Open a board's serial port.  Raises LinkError."""
     try:
         return serial.Serial(port, baud, timeout=WAIT_S, exclusive=True)
-    except (OSError, ValueError) as error:  # includes serial.SerialException
+    except (OSError, ValueError) as error:  # OSError includes serial.SerialException
         number = getattr(error, "errno", None)
         reason = os.strerror(number).lower() if number else str(error)
-        raise LinkError(f"board on {port}: {reason}: `axistwin boards` lists what is connected") from None
+        raise LinkError(f"cannot open {port} ({reason}): `axistwin boards` lists the connected boards") from None
 
 
 def identify(port: str, baud: int) -> Dictionary:
@@ -52,7 +52,7 @@ def identify(port: str, baud: int) -> Dictionary:
                         return Dictionary.unpack(bytes(data))
                     data += values["data"]
                     asked_s, ends_s = 0.0, now + IDENTIFY_S
-    raise LinkError(f"{port}: no answer at {baud} baud: expected a board with Klipper's firmware")
+    raise LinkError(f"no answer on {port} at {baud} baud: expected a board with Klipper's firmware")
 
 
 class Sender(Thread):

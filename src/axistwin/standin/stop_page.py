@@ -38,7 +38,7 @@ class StopPage:
         try:
             self._server = ThreadingHTTPServer((found.host, found.port or 0), Handler)
         except OSError as error:
-            raise LinkError(f"page at {address}: {reason(error)}: choose another port") from None
+            raise LinkError(f"cannot open the stop page at {address} ({reason(error)}): choose another port") from None
         self._server.daemon_threads = True
         host, port = self._server.server_address[:2]
         self.url = f"http://{host!s}:{port}/"

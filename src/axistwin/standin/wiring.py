@@ -122,9 +122,12 @@ def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
 
 def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     """Raise UsageError for an input that stops a controller other than these."""
+    expected = " or ".join(names)
     for given in inputs:
         if given.stops is not None and given.controller not in names:
-            raise UsageError(f"{given.to} stops {given.controller}: expected a controller with axes on this board")
+            raise UsageError(
+                f"{given.to} stops {given.controller}, which has no axis on this board: expected {expected}"
+            )
 
 
 @dataclass(frozen=True)
@@ -168,7 +171,7 @@ class Wiring:
         uses: dict[str, str] = {}
         for pin, use in self.used():
             if pin.name in uses:
-                raise UsageError(f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: expected one")
+                raise UsageError(f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: expected one use")
             uses[pin.name] = use
         for axis in self.axes:
             if axis.enable is None:
@@ -185,10 +188,11 @@ class Wiring:
         }
         for pin, use in self.used():
             if pin.name not in dictionary.pins:
-                some = ", ".join(list(dictionary.pins)[:8])
-                raise UsageError(f"{use}: the board has no pin {pin.name}: it has {some}, …")
+                examples = ", ".join(list(dictionary.pins)[:8])
+                raise UsageError(f"the board has no pin {pin.name} for {use}: expected one of {examples}, …")
             if pin.name in reserved:
-                raise UsageError(f"{use}: pin {pin.name} is the board's {reserved[pin.name]}: choose another pin")
+                purpose = reserved[pin.name]
+                raise UsageError(f"pin {pin.name} for {use} is reserved for {purpose}: choose another pin")
 
 
 @dataclass(frozen=True)

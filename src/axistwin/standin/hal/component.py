@@ -255,7 +255,7 @@ def main() -> None:
         component.ready()
     except hal.error as error:
         hint = "end another axistwin, or HAL by `halrun -U`"
-        report({"error": f"the HAL component axistwin cannot be created ({error}): {hint}"})
+        report({"error": f"{error}: {hint}"})
         return
     report({"created": True})
     motion = Motion(setup, component)

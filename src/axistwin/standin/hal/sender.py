@@ -65,7 +65,7 @@ class HalSender:
     def _start_component(self) -> "subprocess.Popen[bytes]":
         """Start the component's process.  Raises LinkError."""
         if os.geteuid() == 0 and not self._prefix:
-            raise LinkError("LinuxCNC's rtapi_app refuses root: start axistwin as another user")
+            raise LinkError("LinuxCNC's rtapi_app does not run as root: start axistwin as another user")
         code = resources.files(__package__).joinpath("component.py").read_text(encoding="utf-8")
         try:
             process = subprocess.Popen(
@@ -73,7 +73,7 @@ class HalSender:
                 stderr=subprocess.DEVNULL, start_new_session=True,
             )  # fmt: skip
         except OSError:
-            raise LinkError(f"no {PYTHON}: {INSTALL}") from None
+            raise LinkError(f"the program {PYTHON} is missing: {INSTALL}") from None
         assert process.stdin is not None
         os.set_blocking(process.stdin.fileno(), False)
         self._process = process
@@ -85,13 +85,15 @@ class HalSender:
         """Run the HAL file and begin, after the component's first report.  Raises LinkError."""
         created = json.loads(first or b"{}")
         if "created" not in created:
-            raise LinkError(created.get("error", f"the HAL component axistwin cannot be created: {INSTALL}"))
+            reason = created.get("error", INSTALL)
+            raise LinkError(f"cannot create the HAL component axistwin: {reason}")
         if self.wiring.file is not None:
             try:
                 self._halcmd("-f", self.wiring.file.name)
             except LinkError as error:
-                hint = "" if self._owner else ": HAL was running before: `halrun -U` ends it"
-                raise LinkError(f"{error}{hint}") from None
+                if self._owner:
+                    raise
+                raise LinkError(f"HAL was already running ({error}): end HAL by `halrun -U`") from None
         self._check_links()
         with self._lock:
             self._board.commands.append({"begin": True})
@@ -101,21 +103,24 @@ class HalSender:
         """Raise LinkError if an input of the component has no signal."""
         pins = (line.split() for line in self._halcmd("-s", "show", "pin", f"{COMPONENT}.").splitlines())
         if missing := [words[4] for words in pins if words[2:3] == ["IN"] and "<==" not in words]:
-            raise LinkError(f"no signal is linked to {', '.join(missing)}: link it in {self.wiring.file}")
+            raise LinkError(
+                f"HAL pins without a signal: {', '.join(missing)}; link each pin to a signal in {self.wiring.file}"
+            )
 
     def _halcmd(self, *words: str) -> str:
         """Run halcmd; return its output.  Raises LinkError."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        with TemporaryFile("w+") as out, TemporaryFile("w+") as err:  # rtapi_app would keep a pipe open
+        with TemporaryFile("w+") as out, TemporaryFile("w+") as err:  # files, because rtapi_app would keep pipes open
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
             except OSError:
-                raise LinkError(f"no halcmd: {INSTALL}") from None
+                raise LinkError(f"the program halcmd is missing: {INSTALL}") from None
             out.seek(0)
             err.seek(0)
             if code:
                 said = [line.strip() for line in err if not line.startswith("Note:")]
-                raise LinkError(f"halcmd {' '.join(words)}: {said[0] if said else f'exit code {code}'}")
+                reason = said[0] if said else f"exit code {code}"
+                raise LinkError(f"`halcmd {' '.join(words)}` has failed: {reason}")
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:

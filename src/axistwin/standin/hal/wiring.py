@@ -52,7 +52,7 @@ class HalWiring:
         """Raise UsageError for a name that is too long for HAL, or an input of another board."""
         for pin, _ in self.used():
             if len(pin) > MOST_NAME:
-                raise UsageError(f"HAL pin {pin} is too long: expected at most {MOST_NAME} characters")
+                raise UsageError(f"the name of the HAL pin {pin} is too long: expected at most {MOST_NAME} characters")
         check_groups(self.inputs, self.groups)
 
     def setup(self) -> dict[str, Any]:
