@@ -95,5 +95,5 @@ class Machine(Fmi3Slave):
 def _check_version(made_by: str) -> None:
     if made_by != VERSION:
         raise UsageError(
-            f"this FMU needs axistwin {made_by}, installed is {VERSION}: install {made_by}, or export again"
+            f"this FMU needs axistwin {made_by}, but {VERSION} is installed: install {made_by}, or export the FMU again"
         )

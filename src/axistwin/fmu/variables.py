@@ -63,12 +63,12 @@ def inputs(bench: Bench, commands: Mapping[str, str]) -> list[Input]:
     taken = {*(each.name for each in found), *(each.name for each in outputs(bench)), TIME}
     for name, line in commands.items():
         if name in taken or not _PLAIN.fullmatch(name):
-            raise UsageError(f"invalid name {name!r} of a command: expected another name, e.g. start")
+            raise UsageError(f"invalid name {name!r} of a command: expected an unused identifier, e.g. start")
         try:
             act = _command(bench, line)
         except AxistwinError as error:
-            message = error.message if isinstance(error, PlacedError) else str(error)
-            raise UsageError(f"command {name!r}: {message}") from None
+            reason = error.message if isinstance(error, PlacedError) else str(error)
+            raise UsageError(f"invalid command {name!r}: {reason}") from None
         found.append(Input(name, f"A change to true performs: {line}", act))
     return found
 
@@ -149,10 +149,10 @@ def _command(bench: Bench, line: str) -> Callable[[float], object]:
     codec = codec_of(bench[who].product) if who in bench.controllers else None
     act = parse_line(line, 0, "") if codec is None else parse_line(line, 0, "", codec)
     if not isinstance(act, Say | Do):
-        raise UsageError(f"{line!r} is not an act of a host: expected e.g. {EXAMPLE}")
+        raise UsageError(f"invalid line {line!r}: expected a command (>) or an action (!), e.g. {EXAMPLE}")
     if not act.controller:
         if not only and not (isinstance(act, Do) and act.target in FAULT_ACTS):
-            raise UsageError(f"the name of the controller is missing: expected e.g. {EXAMPLE}")
+            raise UsageError(f"no controller in {line!r}: expected the controller first, e.g. table: ! input1 high")
         act = type(act)(**{**vars(act), "controller": only})
     perform = ActionRunner(bench).prepare(act)
 
