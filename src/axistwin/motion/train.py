@@ -82,7 +82,7 @@ class Train:
         first = self.moves[0].start_ns
         if time_ns < first and self.forgotten:
             raise UsageError(
-                f"pulses before {to_seconds(first):g} s are no longer stored: begin at that time, "
+                f"pulses before {to_seconds(first):g} s are no longer stored: request later pulses, "
                 f"or add the controller with history={2 * len(self.moves)}"
             )
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
