@@ -17,14 +17,14 @@ DIRECTIONS = {"plus": +1, "minus": -1, "both": 0, None: None}
 
 
 class _Bounds(TypedDict):
-    """Limits of an axis."""
+    """Limits of an axis: travel in pulses and highest rate in pulses/s."""
 
     travel: tuple[int, int] | None
     max_rate: float | None
 
 
 class _Stops(TypedDict):
-    """The direction of motion that an input stops, and the level at which it does."""
+    """The direction of motion that an input stops, and the level that stops the motion."""
 
     stops: int | None
     stops_at: bool
@@ -41,9 +41,9 @@ class Plan:
 
 
 def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
-    """Return the plan of a stand-in, which drives real motors in place of a controller; `port` replaces the port of the
-    only board in the scene.
+    """Read the settings of a stand-in from the table [stand-in] of a scene.
 
+    A stand-in drives real motors in place of a controller.  `port` replaces the port of the only board in the scene.
     Raises SceneError with the place in the scene file; UsageError if the scene has no stand-in.
     """
     table = scene.stand_in
@@ -70,13 +70,13 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
 
 
 class _Reader:
-    """Reads the wirings of a scene's table [stand-in]."""
+    """Reads the wiring of each board from the table [stand-in] of a scene."""
 
     def __init__(self, scene: Scene, bench: Bench, table: StandInTable, boards: Mapping[str, BoardTable]) -> None:
         self._scene, self._bench, self._table, self._boards = scene, bench, table, boards
 
     def wiring(self, name: str) -> Wiring | HalWiring:
-        """Return the wiring of a board."""
+        """Return the wiring of the board with this name."""
         scene, board = self._scene, self._boards[name]
         with scene.placing_errors("stand-in", "board", list(self._boards).index(name)):
             if (board.port is None) is (board.hal is None):
@@ -117,7 +117,7 @@ class _Reader:
             outputs.append(Switched(output.source, safe=output.safe == "high"))
         return HalWiring(board.name, tuple(axes), tuple(inputs), tuple(outputs), file)
 
-    # The tables of a board
+    # Tables of the scene that describe one board
 
     def _axes(self, board: BoardTable) -> Iterator[tuple[int, BoardAxisTable]]:
         for number, axis in enumerate(self._table.axis):
@@ -161,10 +161,12 @@ class _Reader:
     def _no_pin(self, kind: str, number: int, table: Table, key: str) -> None:
         if getattr(table, key) is not None:
             with self._scene.placing_errors("stand-in", kind, number, key):
-                raise UsageError(f"the key {key} is not for LinuxCNC HAL: link the component's pins in the HAL file")
+                raise UsageError(
+                    f"the key {key} is not allowed with LinuxCNC HAL: link the component's pins in the HAL file"
+                )
 
     def _bounds(self, table: BoardAxisTable, number: int) -> _Bounds:
-        """Return the limits of an axis: travel in pulses and highest rate in pulses/s; None for no limit."""
+        """Return the travel limits of an axis in pulses and its highest rate in pulses/s."""
         name, _, axis = table.axis.rpartition(".")
         units, bounds = self._bench[name].axes[axis].units, _Bounds(travel=None, max_rate=None)
         with self._scene.placing_errors("stand-in", "axis", number, "travel"):
@@ -200,7 +202,7 @@ def _check_pin(bench: Bench, terminal: str, *, output: bool) -> None:
 
 
 def lines(plan: Plan) -> list[str]:
-    """Return the plan as lines of text: each pin with its use, and the limits of each axis."""
+    """Describe the settings of a stand-in as lines of text, with each pin and each axis."""
     found = [f"horizon {plan.horizon_s * 1e3:g} ms, watchdog {plan.watchdog_s * 1e3:g} ms, journal {plan.journal}"]
     for table, wiring in plan.boards:
         if isinstance(wiring, HalWiring):
