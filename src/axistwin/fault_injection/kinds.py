@@ -96,5 +96,5 @@ def kind_of(name: str) -> Kind:
     if name in KINDS:
         return KINDS[name]
     close = get_close_matches(name, KINDS, n=1)
-    instead = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(KINDS)}"
-    raise UsageError(f"no fault {name!r}: {instead}")
+    suggestion = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(KINDS)}"
+    raise UsageError(f"no kind of fault {name!r}: {suggestion}")
