@@ -19,7 +19,10 @@ class Alarm:
 
 
 def alarm_of(status: Status, error: str) -> tuple[Alarm, str]:
-    """Return the alarm and its reason; `error`: why the controller does not answer."""
+    """Return the alarm of an axis, and the reason of this alarm.
+
+    `error`: the reason why the controller does not answer.
+    """
     if error:
         return Alarm("COMM", "INVALID"), error
     if status.lost:
@@ -30,7 +33,7 @@ def alarm_of(status: Status, error: str) -> tuple[Alarm, str]:
 
 
 def status_bits(status: Status, *, busy: bool, forward: int, homed: bool) -> int:
-    """Return MSTA."""
+    """Return the status bits of a motor record, the value of its field MSTA."""
     bits = {
         DIRECTION: forward,
         DONE: not busy,
