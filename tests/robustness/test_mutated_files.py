@@ -74,7 +74,7 @@ SIGNALS = b"axistwin.signals"
         (lambda t: changed(t, "time_ns", pa.nulls(len(t), pa.int64())), "in each row of the column time_ns"),
         (lambda t: changed(t, "integer", pa.nulls(len(t), pa.int64())), "in each row of the column integer"),
         (lambda t: changed(t, "integer", pa.nulls(len(t), pa.string())), "column integer is string, expected the type"),
-        (lambda t: changed(t, "signal", pa.nulls(len(t), pa.int32())), "column signal is int32, expected the type string"),
+        (lambda t: changed(t, "signal", pa.nulls(len(t), pa.int32())), "column signal is int32, expected the type"),
         (lambda t: t.append_column("time_ns", t["time_ns"]), "time_ns"),
         (lambda t: t.take(pa.array([*range(len(t))][::-1])), "expected ascending times, 0 or more"),
     ],
