@@ -10,7 +10,6 @@ from dataclasses import fields
 from fractions import Fraction
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 from axistwin.bench import Bench, Controller, endpoints, line_format, product
 from axistwin.bench.action_runner import ActionRunner
@@ -81,7 +80,7 @@ class Builder:
         self._runner = ActionRunner(self.bench, load, own=True)
 
     def build(self) -> Bench:
-        """Build the bench; the controllers have just been switched on."""
+        """Build and return the bench, whose controllers have just been switched on."""
         self._note_origin()
         self._add_controllers()
         self._connect_masters()
@@ -213,25 +212,26 @@ class Builder:
         return self.bench[name]
 
     def _pin(self, terminal: str, path: Path_) -> Pin:
-        found: Pin = self._part(terminal, path, "terminal", "pin", "NAME.PIN, e.g. table.input1")
-        return found
+        controller, _, pin = terminal.rpartition(".")
+        if not controller:
+            raise self.source.error(f"no terminal {terminal!r}: expected NAME.PIN, e.g. table.input1", path)
+        pins = self._motor(controller, path).pins
+        if pin not in pins:
+            suggestion = instead(pin, pins)
+            raise self.source.error(f"{controller} has no pin {pin!r}: {suggestion}", path)
+        return pins[pin]
 
     def _axis(self, whole: str, path: Path_) -> Axis:
-        found: Axis = self._part(whole, path, "axis", "axis", "NAME.AXIS, e.g. table.X")
-        return found
+        controller, _, axis = whole.rpartition(".")
+        if not controller:
+            raise self.source.error(f"no axis {whole!r}: expected NAME.AXIS, e.g. table.X", path)
+        axes = self._motor(controller, path).axes
+        if axis not in axes:
+            suggestion = instead(axis, axes)
+            raise self.source.error(f"{controller} has no axis {axis!r}: {suggestion}", path)
+        return axes[axis]
 
-    def _part(self, whole: str, path: Path_, thing: str, kind: str, form: str) -> Any:
-        name, _, part = whole.rpartition(".")
-        if not name:
-            raise self.source.error(f"no {thing} {whole!r}: expected {form}", path)
-        motor = self._motor(name, path)
-        parts: Mapping[str, Any] = motor.pins if kind == "pin" else motor.axes
-        if part not in parts:
-            suggestion = instead(part, parts)
-            raise self.source.error(f"{name} has no {kind} {part!r}: {suggestion}", path)
-        return parts[part]
-
-    # Faults, script and hosts
+    # Methods that add the faults, the script and the hosts
 
     def _plan_faults(self) -> None:
         tables: list[FaultTerms] = self.contents.fault
