@@ -10,21 +10,21 @@ from axistwin.scenes.toml_places import Path
 
 
 def check_ports(contents: SceneFile, source: Source) -> None:
-    """Raise SceneError at the place of the first invalid port."""
+    """Raise SceneError for the first invalid port of a scene, with its place in the file."""
     _check_shared(contents, source)
     taken: dict[tuple[str, ...], str] = {}
-    for path, text, at_a_bus in _ports(contents, source):
+    for path, port, at_a_bus in _ports(contents, source):
         with source.placing_errors(*path):
-            url = parse(text)
+            url = parse(port)
         if at_a_bus and url.scheme != "bus":
-            raise source.error(f"{text} is no port for an 1810 or 1811: expected a bus, e.g. {EXAMPLES['bus']}", path)
+            raise source.error(f"{port} is no port for an 1810 or 1811: expected a bus, e.g. {EXAMPLES['bus']}", path)
         if url.scheme == "bus" and not at_a_bus:
-            raise source.error(f"{text} is only for an 1810 or 1811: expected e.g. {EXAMPLES['tcp']}", path)
+            raise source.error(f"{port} is only for an 1810 or 1811: expected e.g. {EXAMPLES['tcp']}", path)
         place = _place(url)
         if place in taken:
-            raise source.error(f"{text} is already in use as {taken[place]}: expected another port", path)
+            raise source.error(f"{port} is already in use as {taken[place]}: expected another port", path)
         if place:
-            taken[place] = text
+            taken[place] = port
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:

@@ -140,7 +140,7 @@ class _ConversationHost:
         bench.agenda_ns = max(bench.agenda_ns, sum(act.ns for act in conversation.acts if isinstance(act, Wait)))
 
     def _prepared(self, act: Act) -> Callable[[], object]:
-        """Return a function that performs an action of the conversation.  Raises ProgramError if this is impossible."""
+        """Return a function that performs an action of the conversation.  Raises ProgramError if it is impossible."""
         with self.conversation.placing_errors(act):
             match act:
                 case Say(data=data):
@@ -225,7 +225,7 @@ class _ControllerHost:
             (act, prepared_action(controller, act, file) if isinstance(act, Do) else lambda: None) for act in acts
         ]
 
-    # Hosts with a serial line
+    # Methods of a host with a serial line
 
     def send_lines(self) -> Procedure:
         """Initialise the interface, then send the program lines; each character waits until the interface is ready."""
@@ -291,7 +291,7 @@ class _ControllerHost:
         yield from self._wait_until_idle(pending)
 
     def _wait_until_idle(self, pending: Callable[[], bool]) -> Procedure:
-        """Wait until all data are sent and the controller is idle, at two successive checks."""
+        """Wait until two successive checks find that all data are sent and the controller is idle."""
         checks = 0
         while checks < 2:
             yield self.clock.timeout(CHECK_NS)

@@ -66,7 +66,7 @@ class Scene:
 
     @classmethod
     def given(cls, table: Mapping[str, Any]) -> Self:
-        """Return a scene from a dict with the contents of a scene file.  Raises SceneError with the wrong key."""
+        """Return a scene from a dict with the contents of a scene file.  Raises SceneError that names the wrong key."""
         source = Given(table)
         return cls(source.contents(), source)
 
@@ -99,7 +99,7 @@ class Scene:
 
     @property
     def operator(self) -> OperatorTable:
-        """The operator panel; empty if the scene has none."""
+        """The operator panel of the scene; empty if the scene has no operator panel."""
         return self._contents.operator
 
     @property
@@ -140,7 +140,7 @@ class Scene:
 
     @property
     def models(self) -> dict[str, Product]:
-        """The product at each endpoint of the scene: at controllers, second channels and shared lines."""
+        """The controller model at each endpoint of the scene, by the name of the endpoint."""
         found = {table.called: product(table.model) for table in self._contents.controller}
         found |= {f"{name}.rs485": made for name, made in found.items()}
         return found | {name: found[line.motors[0]] for _, name, line, _ in shared_lines(self._contents)}
@@ -154,7 +154,7 @@ class Scene:
         return Builder(self._contents, self._source, served, self._texts).build()
 
     def build_errors(self) -> list[SceneError]:
-        """Build the scene once, and return all errors in masters, wires, faults, the script and hosts.
+        """Build the scene once, and return all of its errors, e.g. in wires, faults, the script and hosts.
 
         An error in a controller or a shared line is returned alone, because other parts refer to controllers.
         """
@@ -207,12 +207,12 @@ class Scene:
             if count[table.called] > 1:
                 key = "model" if table.name is None else "name"
                 raise self._source.error(
-                    f"there is a controller {table.called!r} already: expected a different name for the second",
+                    f"there is a controller {table.called!r} already: expected a different name for the second one",
                     ("controller", number, key),
                 )
 
     def _check_masters(self) -> None:
-        """Raise SceneError if the external encoders of motors form a loop."""
+        """Raise SceneError if motors follow each other in a loop through their external encoders."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):

@@ -168,7 +168,7 @@ class Given(Source):
 
 
 def read_text(file: Path) -> str:
-    """Return the text of a scene file.  Raises NoSceneError, SceneError."""
+    """Return the text of a scene file.  Raises NoSceneError if the file cannot be read."""
     try:
         return file.read_text(encoding="utf-8-sig")
     except OSError as error:

@@ -43,7 +43,7 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """Return the line and column of a path, or else of the smallest known part around it."""
+    """Return the line and column of a key in a TOML text, or else of the table around the key."""
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
