@@ -124,7 +124,7 @@ def test_a_waiting_fault_can_be_cancelled(bench):
         ("lose 3 4 5 6", "'6' is neither a place nor a value for the fault lose: leave out '6'"),
         ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
         ("lose speed=3", "fault lose has no parameter 'speed': expected count or probability or way"),
-        ("stuck input1", "fault stuck has no level: expected high or low"),
+        ("stuck input1", "fault stuck needs the parameter level: expected high or low"),
         ("stuck low", "fault stuck has no place: expected the name of a pin, e.g. if1.input1"),
         ("jam on=Q", "no axis 'Q' on this bench: there are if1.X, if1.Y, if1.Z, X, Y, Z"),
         ("jam X when='X goes'", "invalid event when='X goes': expected e.g. 'X passes 1000'; verbs: passes"),

@@ -28,7 +28,7 @@ Listener = Callable[["Fault", str], None]
 
 
 class State(Enum):
-    """The state of a fault."""
+    """The state of a fault: waiting, on or over."""
 
     WAITING = "waiting"
     ON = "on"

@@ -55,7 +55,7 @@ def baud(case: Case) -> Mend:
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        if host.baudrate == case.values["baudrate"]:  # a rate that the host has set during the fault stays
+        if host.baudrate == case.values["baudrate"]:  # a rate that the host has set during the fault is kept
             host.baudrate = before
 
     return mend

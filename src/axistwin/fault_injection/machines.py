@@ -224,7 +224,7 @@ def _fault_pin(spot: Spot) -> str:
     return pins[name]
 
 
-# Faults of controllers
+# Faults that affect a whole controller
 
 
 def overheat(case: Case) -> Mend:

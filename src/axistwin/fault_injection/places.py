@@ -23,7 +23,7 @@ from axistwin.sim.serial_port import SerialPort
 
 
 class Machine(Protocol):
-    """Interface of a controller, as used by faults."""
+    """The part of a controller's interface that faults use."""
 
     name: str
     product: Product
@@ -57,7 +57,7 @@ class Machine(Protocol):
 
 
 class World(Protocol):
-    """Interface of a bench, as used by faults."""
+    """The part of a bench's interface that faults use."""
 
     clock: Clock
 
@@ -148,10 +148,10 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
     return every
 
 
-def find(found: Mapping[str, Find], text: str, thing: str) -> Spot:
-    """Return the part of the bench with the name `text`.  Raises UsageError for an unknown name."""
-    if text in found:
-        return found[text]()
-    close = get_close_matches(text, found, n=1)
+def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
+    """Return the part of the bench with this name.  Raises UsageError for an unknown name."""
+    if name in found:
+        return found[name]()
+    close = get_close_matches(name, found, n=1)
     suggestion = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(found) or 'none'}"
-    raise UsageError(f"no {thing} {text!r} on this bench: {suggestion}")
+    raise UsageError(f"no {kind} {name!r} on this bench: {suggestion}")

@@ -169,5 +169,5 @@ class Kind:
                 raise UsageError(f"fault {self.name} has no parameter {name!r}: expected {parameters}")
         for parameter in self.parameters:
             if parameter.default is None and not parameter.optional and parameter.name not in given:
-                raise UsageError(f"fault {self.name} has no {parameter.name}: expected {parameter.wanted}")
+                raise UsageError(f"fault {self.name} needs the parameter {parameter.name}: expected {parameter.wanted}")
         return {name: p.read(given[name]) if name in given else p.default for name, p in known.items()}
