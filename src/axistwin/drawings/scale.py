@@ -47,7 +47,7 @@ class Flow:
         self._ns = 0
 
     def is_smooth(self, bench: Bench) -> bool:
-        """True if little virtual time has passed since the last call, on the same bench."""
+        """True if the bench is the same as at the last call, and little virtual time has passed."""
         passed_ns = bench.now - self._ns
         same = self._bench() is bench
         if not same:

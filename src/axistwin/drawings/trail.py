@@ -131,7 +131,7 @@ def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
 
 
 def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
-    """Return the position of an axis at each of the times.
+    """Return the position of an axis at each time in `times_ns`.
 
     For a servo axis, whose past positions are not stored, return its present position.
     """

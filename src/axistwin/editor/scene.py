@@ -76,7 +76,7 @@ class Scenes:
         return None if found is None else found[1]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the tables of the scene file; the name of a controller is the name of its table."""
+        """Return the tables of the scene file; the table of a controller gets the controller's name."""
         headers = [(number, found["path"]) for number, line in enumerate(lines, 1) if (found := _HEADER.match(line))]
         last = len(lines) + 1, ""
         return [_symbol(lines, begin, end, path) for (begin, path), (end, _) in pairwise([*headers, last])]

@@ -132,6 +132,6 @@ class _InnerMaster(Master):
         self._received += line.encode() + b"\n"
 
     def close(self) -> None:
-        """Disconnect."""
+        """Disconnect the client from the bus."""
         self._end_subscription()
         self.slot.disconnect(self)

@@ -153,6 +153,6 @@ def _registers(name: str, given: Sequence[str]) -> tuple[str, ...]:
 
 def _check_names(stations: list[Station], given: Sequence[str]) -> None:
     known = {f"{station.name}.{axis}" for station in stations for axis in station.axes}
-    for one in given:
-        if one not in known and one.partition(".")[0] not in {station.name for station in stations}:
-            raise UsageError(f"no controller has the name in {one!r}: expected e.g. {min(known)}")
+    for name in given:
+        if name not in known and name.partition(".")[0] not in {station.name for station in stations}:
+            raise UsageError(f"no controller has an axis or register {name!r}: expected e.g. {min(known)}")

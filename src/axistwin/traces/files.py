@@ -95,7 +95,7 @@ class VcdSink(TextSink):
         output.append(("\n".join(head) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write each time, followed by the changes at that time."""
+        """Write each time at which signals change, followed by the changes at this time."""
         import numpy as np
 
         lines = self._changes(batch)
@@ -137,7 +137,7 @@ class VcdSink(TextSink):
         return f"s{value} {self._ids[n]}" if kind == TEXT else f"{value}{self._ids[n]}"
 
     def _scopes(self) -> list[str]:
-        """Return the definitions of the signals in nested scopes."""
+        """Return the VCD lines that define the signals in nested scopes."""
         found: list[str] = []
         inside: list[str] = []
         for signal, identifier in zip(self._signals, self._ids, strict=True):
@@ -167,7 +167,7 @@ class SigrokSink(VcdSink):
         return super()._change(n, value)
 
     def _scopes(self) -> list[str]:
-        """Return the definitions of the signals, with their full names."""
+        """Return the VCD lines that define the signals with their full names."""
         return [
             f"$var {'real 64' if signal.kind in (COUNT, REAL) else 'wire 1'} {identifier} {signal.full} $end"
             for signal, identifier in zip(self._signals, self._ids, strict=True)

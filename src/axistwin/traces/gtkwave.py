@@ -27,7 +27,7 @@ def write_save_file(waves: Path, signals: Sequence[Signal], begin_ns: int, end_n
 
 
 def _contents(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int) -> str:
-    from vcd.gtkw import GTKWSave  # lazy import: only VCD files need this library
+    from vcd.gtkw import GTKWSave  # lazy import: only VCD files need pyvcd
 
     text = io.StringIO()
     save = GTKWSave(text)

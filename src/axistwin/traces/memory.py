@@ -60,7 +60,7 @@ class MemoryTrace:
         return Trace(Path(), tracks, provenance(self._bench), self._began_ns, self._bench.now)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Append changes to their signals, and reduce the number of changes where it is too large."""
+        """Append changes to their signals, and reduce each signal that has too many changes."""
         for part in parts:
             self._changes[part.signal].add(part, texts)
         for servo in self._servos:

@@ -307,7 +307,7 @@ class Tracer:
             self._write(self.bench.now)
 
     def _after_events(self) -> None:
-        """Poll the registers, and write the collected changes if they are many.
+        """Poll the registers, and write the collected changes if there are enough of them.
 
         Called after the events of each time.
         """

@@ -127,7 +127,7 @@ class MotorRecord:
 
     def _allowed(self) -> None:
         if self.values["SPMG"] == STOP:
-            raise RefusedError("SPMG is Stop: write Go to SPMG first")
+            raise RefusedError("the field SPMG is Stop: write Go to SPMG before a motion")
 
     async def _define(self, user: float, dial: float) -> None:
         if self.values["FOFF"] or self.axis.status.lost:
@@ -168,7 +168,7 @@ class MotorRecord:
         sign = 1 if field == "JOGF" else -1
         if self._runs_out(sign * self._sign):
             await self._set(LVIO=1)
-            raise RefusedError(f"{field} is refused at the position limit: move in the other direction")
+            raise RefusedError(f"{field} would move beyond the position limit: move in the other direction")
         self._apply_profile(self.values["JVEL"], self.values["ACCL"])
         self._jogging = field
         await self._set(LVIO=0, **{field: 1})

@@ -12,7 +12,7 @@ DIRECTION, DONE, PLUS, HOME_SWITCH, AT_HOME, PROBLEM, MOVING, SILENT, MINUS, HOM
 
 @dataclass(frozen=True)
 class Alarm:
-    """Alarm of a record: status and severity with the names of EPICS."""
+    """The alarm of an EPICS record: its status and its severity."""
 
     status: str = "NO_ALARM"
     severity: str = "NO_ALARM"
