@@ -91,7 +91,7 @@ def _spaced(name: str) -> str:
 
 
 def on_slides(controller: Controller) -> dict[str, str]:
-    """Return the limit and home inputs that the drawings of axes show, with the parts that show them."""
+    """Return each limit or home input that the drawing of an axis shows, with its part in the drawing."""
     product, axes = controller.product, [axis for axis in controller.axes.values() if axis.limits is not None]
     if not axes:
         return {}

@@ -133,7 +133,7 @@ def _written(command: Opcode) -> list[Number]:
 
 
 def _values(parameter: Number) -> list[Item]:
-    """Return the values of a parameter as completions; an empty list if the values are too many."""
+    """Return the possible values of a parameter as completions; an empty list for a numeric parameter."""
     if isinstance(parameter, Switch):
         listed = list(SWITCHES)
     elif isinstance(parameter, Ranges):

@@ -91,7 +91,7 @@ class Fault:
             self._faults.changes.emit(self, "ends")
         self.state = State.OVER
 
-    # Internal methods of a fault, which class `Faults` calls
+    # Internal methods of a fault, which only the class `Faults` calls
 
     def _begin(self, duration_ns: int | None) -> None:
         if self.state is not State.WAITING:

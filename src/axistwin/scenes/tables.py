@@ -291,7 +291,7 @@ Acts = Annotated[list[str], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 class ScriptTable(Table):
-    """An entry of the script: actions at the machine, all at the same time."""
+    """An entry of the script: actions at the machine, all of them at one time."""
 
     at: Annotated[float, Field(ge=0)]
     """Time, in seconds from the beginning."""
