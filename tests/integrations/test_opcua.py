@@ -206,7 +206,7 @@ def test_errors_of_the_command_line(tmp_path, capsys):
             [*at, "--listen", "0.0.0.0"],
             "other machines can connect to 0.0.0.0: expected also --users and --certificates",
         ),
-        ([*at, "--users", str(users)], "users.txt:1: expected NAME PASSWORD operator|viewer"),
+        ([*at, "--users", str(users)], "users.txt:1: invalid user: expected NAME PASSWORD operator|viewer"),
         ([*at, "--users", str(tmp_path / "none")], "cannot be read"),
         (["COM3"], "a port needs its model"),
     ):
