@@ -83,7 +83,7 @@ def br(depth: int) -> bytes:
 
 
 def br_if(depth: int) -> bytes:
-    """Return a conditional jump: like `br`, if the i32 on top of the stack is not 0."""
+    """Return a jump like `br` that is taken if the i32 on top of the stack is not 0."""
     return b"\x0d" + unsigned(depth)
 
 
@@ -99,7 +99,10 @@ def store(kind: int, offset: int) -> bytes:
 
 @dataclass(frozen=True)
 class Function:
-    """A function of a module; `variables`: the types of its local variables after the parameters."""
+    """A WebAssembly function; `variables` are the types of its local variables.
+
+    The parameters, which come first, are not among the local variables.
+    """
 
     parameters: tuple[int, ...]
     results: tuple[int, ...]
@@ -108,7 +111,10 @@ class Function:
 
 
 def module(functions: Sequence[Function], exported: str) -> bytes:
-    """Return a module with one page of memory, `memory`, that exports its first function under this name."""
+    """Return a WebAssembly module that exports its first function and its memory.
+
+    The first function is exported as `exported`; the memory has one page.
+    """
     types = list(dict.fromkeys((each.parameters, each.results) for each in functions))
     exports = [(exported, 0, 0), ("memory", 2, 0)]
     sections = (
