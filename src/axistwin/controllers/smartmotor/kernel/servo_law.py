@@ -47,13 +47,13 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """Add this error to the integral, limit the sum by KL, and return the integral term."""
+    """Return the integral term plus KI times the following error, limited by KL."""
     return clipped(i[s.INTEGRAL] + i[s.TUNING + 1] * error, i[s.TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 
 
 @sampled
 def output(i: Ints, error: int) -> int:
-    """Return the PWM value that KP, KI, KD, KV, KA and KG give, limited by AMPS, in the controller's direction."""
+    """Return the sum of all PID and feed-forward terms as a PWM value, limited by AMPS."""
     total = i[s.TUNING] * error + (i[s.INTEGRAL] >> INTEGRAL_BITS) + i[s.TUNING + 2] * i[s.DIFFERENCE] + i[s.TUNING + 7]
     velocity, before = clipped(i[s.VELOCITY], FASTEST), clipped(i[s.VELOCITY_BEFORE], FASTEST)
     forward = i[s.TUNING + 5] * velocity + i[s.TUNING + 6] * (velocity - before)
@@ -62,7 +62,7 @@ def output(i: Ints, error: int) -> int:
 
 @sampled
 def clipped(value: int, limit: int) -> int:
-    """Return the value within -limit … +limit."""
+    """Limit a value to the range from -limit to +limit."""
     if value > limit:
         return limit
     if value < -limit:
