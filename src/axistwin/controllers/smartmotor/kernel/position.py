@@ -7,7 +7,7 @@ from axistwin.controllers.smartmotor.kernel.state import COMMANDED, DIRECTION, O
 
 @sampled
 def wrapped(value: int) -> int:
-    """Return the low 32 bits as a signed number."""
+    """Return the low 32 bits of a number as a signed integer."""
     return ((value + (1 << 31)) & 0xFFFF_FFFF) - (1 << 31)
 
 
@@ -19,7 +19,7 @@ def position(i: Ints) -> int:
 
 @sampled
 def commanded_shaft(i: Ints) -> int:
-    """Return the commanded position of the shaft in the machine's coordinates."""
+    """Return the commanded position of the shaft, independent of the commands O= and F=2."""
     return i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
 
 
