@@ -207,7 +207,7 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # two negations are not left out, because they may overflow
+            # The code keeps two negations, because a negation may overflow.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

@@ -71,7 +71,7 @@ Operand = int | str | bytes | Expression | Elements | First
 
 @dataclass(frozen=True)
 class Statement:
-    """A command with its operands, or the error in the text."""
+    """A parsed text, which is either a command with operands or an error."""
 
     text: str
     command: Instruction | None = None
@@ -90,7 +90,7 @@ class Statement:
 
     @cached_property
     def read_only(self) -> bool:
-        """True for a report that changes nothing."""
+        """True if the statement is a report that changes nothing."""
         handler = self.command.handler if self.command is not None else None
         asked = {name for part in self.computed for name in part.names}
         if isinstance(handler, partial):
@@ -351,7 +351,7 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
 
 
 def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the operands in parentheses; VST and VLD have a variable and a number of variables."""
+    """Parse the operands in parentheses, such as those of VST(a,3)."""
     if not text.endswith(")"):
         raise Malformed(f"the closing ) is missing: expected {found.syntax}", len(text), found.chapter, rules.ARGUMENTS)
     inner = text[at:-1]

@@ -89,8 +89,9 @@ class Program:
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement whose code begins at `head`; at the end of the code, the number of
-        statements.
+        """Return the number of the statement whose code begins at `head`.
+
+        At the end of the code, this is the number of statements.
         """
         number = self.code[head + 1]
         return ~number if number < 0 else number
@@ -147,7 +148,7 @@ def _place(lines: Sequence[int], begin: int, end: int) -> Place:
 
 
 def word(statement: Statement) -> str:
-    """Return the keyword of a statement as in the command table; empty if the statement is invalid.
+    """Return the keyword of a statement, or an empty text for an invalid statement.
 
     IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block even if no expression follows.
     """
@@ -348,7 +349,7 @@ class _Writer:
         self._calls.append((target + 1, digits(statement), target - 2, len(self.code)))
 
     def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
-        """Write the place of a label into a GOTO or GOSUB; a statement without its label sets Bs."""
+        """Write the target of a GOTO or GOSUB; a statement whose label does not exist sets Bs."""
         if label in self.labels:
             self.code[at] = self.labels[label]
         else:
