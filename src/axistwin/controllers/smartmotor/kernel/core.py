@@ -483,7 +483,7 @@ class _Engine:
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Enlarge the arrays for `most` samples and for the followed numbers, if necessary."""
+        """Enlarge the arrays, if necessary, for `most` samples and for the followed values."""
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
@@ -506,7 +506,7 @@ class _Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile the kernel, or load its cached machine code, if plain Python is too slow for so many motors.
+    """Compile the kernel, or load its cached machine code, if plain Python is too slow for this number of motors.
 
     Another thread may run motors meanwhile; those motors use the compiled kernel as soon as it is ready.
     """

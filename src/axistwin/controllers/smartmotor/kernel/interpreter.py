@@ -108,7 +108,7 @@ def element(i: Ints, v: Ints, kind: int, index: int) -> int:
 
 @sampled
 def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
-    """Set an array element at a valid index; ab[] and aw[] store the low 8 and 16 bits."""
+    """Set an array element at a valid index; ab[] stores the low 8 bits, and aw[] the low 16 bits."""
     if kind == LONG:
         v[i[s.ARRAY_BASE] + index] = value
         return
@@ -140,7 +140,10 @@ def power(base: int, exponent: int) -> int:
 
 @sampled
 def quotient(left: int, right: int) -> int:
-    """Return the quotient, truncated towards zero; `right` is not 0."""
+    """Return the quotient of two integers, truncated towards zero.
+
+    `right` is not 0.
+    """
     value = abs(left) // abs(right)
     return value if (left < 0) == (right < 0) else -value
 

@@ -215,7 +215,9 @@ def _numba() -> Any:
 
 
 def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
-    """Return the directory for machine code, or None if it is not writable or the sources are not files."""
+    """Return the cache directory for machine code, or None if the directory is not writable or the sources are not
+    files.
+    """
     if not all(os.path.exists(function.__code__.co_filename) for function in functions):
         return None
     try:

@@ -29,7 +29,7 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 
 # Events at which the kernel stops, before a sample (BEFORE_SAMPLE) or after a sample
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # A statement that Python must execute.
+STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
 VALUE_WAITS = 2  # The kernel stops before a statement that needs an external value.
 CALL_WAITS = 4  # The kernel stops so that Python can call label C1 or C2.
 TRAJECTORY = 8  # The kernel stops because the flag Bt (trajectory in progress) has changed.
@@ -228,7 +228,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first  # Python may have set values before sample 1
+            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first  # Python may change values before the first sample
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1
             shaft[n] = i[s.SHAFT] + i[s.SLIPPED]

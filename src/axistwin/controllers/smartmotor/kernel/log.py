@@ -62,7 +62,7 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Return a log that follows no numbers."""
+    """Return an empty log, which follows no values."""
     return array("q", [0] * HEAD)
 
 
@@ -88,7 +88,7 @@ def following(
 
 
 def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
-    """Return the last value of each number in this log."""
+    """Return the last known value of each followed variable, by kind and index."""
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 

@@ -24,14 +24,14 @@ LEAST = 1e-6
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]
 
-# Floats `f`
+# Indices of the floats `f`
 _slots = count()
-SPEED = next(_slots)  # Shaft speed, counts per sample.
+SPEED = next(_slots)  # Shaft speed in counts per sample.
 FRACTION = next(_slots)  # Part of the shaft's position, less than one count, that SHAFT does not contain.
 OUTSIDE = next(_slots)  # External torque and gravity, as an acceleration in counts/sample².
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # Friction torques, as an acceleration in counts/sample².
 JAM = next(_slots)  # Additional friction of a jammed shaft: 0 or infinite.
-VISCOUS = next(_slots)  # Viscous friction, per count/sample of speed.
+VISCOUS = next(_slots)  # Viscous friction, as the fraction of the speed that is lost in a sample.
 # OPEN_GAIN and CLOSED_GAIN are the damping factors of the speed per sample, for open and closed windings.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration by the motor current, in counts/sample² per A.
@@ -51,7 +51,7 @@ WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # Mean square and rated square of the current, in A².
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # Energy per sample: heat in nJ/A², and work in nJ per A and count.
-PER_NM = next(_slots)  # Acceleration by a torque: counts/sample² per N·m.
+PER_NM = next(_slots)  # Acceleration by a torque, in counts/sample² per N·m.
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
 
@@ -145,7 +145,7 @@ def set_jam(f: Floats, on: bool) -> None:
 
 
 def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
-    """Set the strength of the magnets and the supply voltage, as shares (at most 1) of the data sheet's values."""
+    """Set the strength of the magnets and the supply voltage, as fractions (at most 1) of the data sheet's values."""
     weak = replace(
         motor,
         torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,

@@ -13,7 +13,7 @@ def wrapped(value: int) -> int:
 
 @sampled
 def position(i: Ints) -> int:
-    """Return the position of the shaft in counts, not limited to 32 bits."""
+    """Return the position of the shaft in counts, as a number of more than 32 bits."""
     return i[DIRECTION] * i[SHAFT] + i[ORIGIN]
 
 
@@ -25,11 +25,11 @@ def commanded_shaft(i: Ints) -> int:
 
 @sampled
 def actual_position(i: Ints) -> int:
-    """Return `@P`: the position of the shaft in counts, 32 bits."""
+    """Return `@P`, the position of the shaft in counts, as a 32-bit number."""
     return wrapped(position(i))
 
 
 @sampled
 def following_error(i: Ints) -> int:
-    """Return `@PE`: commanded minus actual position in counts, 32 bits."""
+    """Return `@PE`, the commanded minus the actual position in counts, as a 32-bit number."""
     return wrapped((i[COMMANDED] >> 16) - position(i))

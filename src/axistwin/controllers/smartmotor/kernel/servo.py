@@ -66,7 +66,7 @@ def rotate(i: Ints, f: Floats) -> None:
 
 @sampled
 def stall_amps(i: Ints, f: Floats) -> float:
-    """Return the final current of closed windings at standstill, in A."""
+    """Return the current that closed windings reach at standstill, in A."""
     return i[s.PWM] * f[m.AMPS_PER_PWM] if i[s.DRIVE] == s.DRIVE_ON else 0.0
 
 
@@ -197,7 +197,9 @@ def ideal_rests(i: Ints, f: Floats) -> int:
 
 @sampled
 def overloaded(i: Ints, f: Floats) -> int:
-    """Return 1 if the motor has been too hot, or its RMS current too high, for THD samples; call once per sample.
+    """Return 1 if the temperature or the RMS current has been too high for THD samples.
+
+    Must be called once per sample.
 
     The overload lasts until the motor has cooled to 5 °C below TH and the current is within its limit.
     """
@@ -268,7 +270,10 @@ def cools(i: Ints, f: Floats) -> int:
 
 @sampled
 def rest(i: Ints, f: Floats, samples: int) -> None:
-    """Compute many samples of a motor at rest in one step, with the same results as one by one."""
+    """Compute many samples of a motor at rest in one step.
+
+    The results are the same as if each sample were computed.
+    """
     i[s.SAMPLE] += samples
     if i[s.IDEAL] != 0:
         return

@@ -24,7 +24,10 @@ FASTEST = 1 << 32
 
 @sampled
 def control(i: Ints) -> None:
-    """Set PWM for the next sample, from T or from the following error; 0 while the drive is off."""
+    """Set PWM for the next sample, from T in mode torque, otherwise from the following error.
+
+    PWM is 0 while the drive is off.
+    """
     if i[s.DRIVE] != s.DRIVE_ON:
         i[s.PWM], i[s.ERROR_BEFORE], i[s.DIFFERENCE] = 0, 0, 0
         clear_integral(i)
@@ -36,7 +39,7 @@ def control(i: Ints) -> None:
 
 @sampled
 def pid(i: Ints, error: int) -> None:
-    """Compute one step of the PID: update integral and difference, set PWM to the output."""
+    """Compute one step of the servo law: update the integral and the difference, and set PWM."""
     i[s.INTEGRAL] = integrated(i, error)
     if i[s.TUNING + 4] <= 1 or (i[s.SAMPLE] // i[s.PID_RATE]) % i[s.TUNING + 4] == 0:
         i[s.DIFFERENCE] = error - i[s.ERROR_BEFORE]
@@ -72,7 +75,7 @@ def clipped(value: int, limit: int) -> int:
 
 @sampled
 def clear_integral(i: Ints) -> None:
-    """Set the integral term to 0 (F=8)."""
+    """Set the integral term of the servo law to 0."""
     i[s.INTEGRAL] = 0
 
 

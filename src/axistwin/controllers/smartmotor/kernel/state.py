@@ -37,9 +37,9 @@ A, V, P, D, T, E = islice(_slots, 6)
 AMPS, TH, THD = islice(_slots, 3)
 KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
 F = next(_slots)  # The option bits that F= has set (chapter 7).
-SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # Software limits (3.2); SOFT_LIMITS is 1 if they are enabled.
+SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # Software limits (3.2); SOFT_LIMITS is 1 while the limits are enabled.
 MFMUL, MFDIV = next(_slots), next(_slots)
-RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # MFMUL and MFDIV at the last MFR or MSR
+RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # Values of MFMUL and MFDIV at the last MFR or MSR.
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
@@ -49,12 +49,12 @@ EPTR, ADDR = next(_slots), next(_slots)
 ) = islice(_slots, 3)
 
 # The command F puts the buffered gains in force; KS is the number of samples between two errors.
-TUNING, *_ = islice(_slots, 8)  # The gains in use, in the order KP KI KD KL KS KV KA KG.
+TUNING, *_ = islice(_slots, 8)  # Gains in force, in the order KP KI KD KL KS KV KA KG.
 PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
 
 # State of the trajectory that the command G has started
 (
-    MODE,  # a MODE
+    MODE,  # One of MODES.
     FACTOR,
     COMMANDED,  # Commanded position in the controller's coordinates, as a 48.16 fixed-point number.
     VELOCITY,  # Present trajectory velocity in counts per sample, as a 16.16 fixed-point number.
@@ -95,7 +95,7 @@ CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the
 # HOST_LEFT is the number of samples left in the present segment of the trajectory.
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
-HOST_SIZE = next(_slots)  # Number of integers in the ring buffer, two for each point.
+HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode, two for each point.
 HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD.
 
 # Each bit of the status word W, and each of the three flags outside W, has a slot with the value 0 or 1.
@@ -113,7 +113,7 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
     OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
     STOPPING,  # 1 while the motor decelerates because of a fault with F=1.
-    PENDING,  # C1 and C2 calls that wait for the end of a statement: bits CALL_FAULT, CALL_INPUT.
+    PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
     FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after its return.
     OBSERVE_INDEX,  # 1 if every change of Bx must be reported.
 ) = islice(_slots, 5)
@@ -152,7 +152,7 @@ CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Difference in counts between the encoder's reading (SHAFT) and the real shaft position.
 # A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts; without a defect both slots are 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Remainder of a defective encoder's count.
+UNCOUNTED = next(_slots)  # Remainder of the division that gives the counts of a defective encoder.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the bench.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 

@@ -29,7 +29,10 @@ def stopping_distance(speed: int, acceleration: int) -> int:
 
 @sampled
 def max_stoppable_speed(distance: int, acceleration: int) -> int:
-    """Return the largest speed whose stopping distance is at most `distance` > 0."""
+    """Return the largest speed whose stopping distance is at most `distance`.
+
+    `distance` is greater than 0.
+    """
     n = int((math.sqrt(1.0 + 8.0 * distance / acceleration) - 1.0) / 2.0)
     while acceleration * (n * (n + 1) // 2) < distance:
         n += 1
@@ -67,7 +70,7 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Advance the external encoder by one sample, to its predicted count or by its constant speed."""
+    """Advance the count of the external encoder by one sample, as predicted or at constant speed."""
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]
         i[s.PREDICTED_AT] += 1

@@ -63,7 +63,7 @@ def local_get(index: int) -> bytes:
 
 
 def local_set(index: int) -> bytes:
-    """Return the instruction that pops into a local variable."""
+    """Return the instruction that pops the top of the stack into a local variable."""
     return b"\x21" + unsigned(index)
 
 
@@ -73,17 +73,17 @@ def local_tee(index: int) -> bytes:
 
 
 def call(index: int) -> bytes:
-    """Return the call of a function of the module."""
+    """Return the instruction that calls a function of the module."""
     return b"\x10" + unsigned(index)
 
 
 def br(depth: int) -> bytes:
-    """Return a jump out of `depth` enclosing blocks, or to the beginning of a loop."""
+    """Return the instruction that jumps out of `depth` enclosing blocks, or to the beginning of a loop."""
     return b"\x0c" + unsigned(depth)
 
 
 def br_if(depth: int) -> bytes:
-    """Return a jump like `br` that is taken if the i32 on top of the stack is not 0."""
+    """Return the instruction that jumps like `br` if the i32 on top of the stack is not 0."""
     return b"\x0d" + unsigned(depth)
 
 
@@ -131,7 +131,7 @@ def module(functions: Sequence[Function], exported: str) -> bytes:
 
 
 def pages(size: int) -> int:
-    """Return the number of pages of memory for `size` bytes."""
+    """Return the number of memory pages that `size` bytes need."""
     return -(-size // _PAGE)
 
 

@@ -28,7 +28,7 @@ _COMPARISONS = {
 
 
 class Expressions:
-    """Compiles the expressions of one function.
+    """Compiles the expressions of one function to WebAssembly.
 
     `functions`: all sampled functions.  `order`: the functions of the module, in order; a called function is added.
     """
@@ -58,7 +58,7 @@ class Expressions:
     # Types
 
     def _kind(self, node: ast.expr) -> int:
-        """Return the type of an expression."""
+        """Return the type of an expression, integer or float."""
         match node:
             case ast.Name(id=name) if name in self._places:
                 return self._types[self._places[name]]

@@ -24,7 +24,7 @@ def compiled(entry: FunctionType, functions: Collection[FunctionType]) -> bytes:
 
 
 class _Function(Expressions):
-    """Compiles the statements of one function."""
+    """Compiles the statements of one function to WebAssembly."""
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType], order: list[FunctionType]) -> None:
         super().__init__(function, functions, order)
@@ -170,7 +170,10 @@ class _Function(Expressions):
         self._emit(w.store(kind, offset))
 
     def _change(self, node: ast.AugAssign) -> None:
-        """Compile an assignment such as `x += 1`; the address is calculated once."""
+        """Compile an assignment such as `x += 1`.
+
+        The address of an array element is calculated once.
+        """
         changed = ast.BinOp(node.target, node.op, node.value)
         kind = self._kind(node.target)
         assert self._kind(changed) == kind, "an assignment does not change the type"
