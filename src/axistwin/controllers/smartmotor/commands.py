@@ -41,7 +41,7 @@ BRAKE, DYNAMIC, IO, DIGITAL, ANALOG = (
 )  # fmt: skip
 F_WORD, ARRAYS, CAM, ON_THE_FLY = "7.0 F=", "8.2 Arrays", "9.1 Mode cam", "9.5 On-the-fly changes"
 
-# Parameters
+# Parameters of the commands
 LABEL, CONSTANT = Field("label", "", 0, 999), Field("constant", "", LOWEST, HIGHEST)
 ADDRESS, RATE, PID_RATE = Field("address", "", 0, 120), Field("rate", "bit/s", 2400, 38400), Field("samples", "", 1, 8)
 SAMPLES, CONDITION = Field("samples", "", LOWEST, HIGHEST), Field("condition")
@@ -103,7 +103,7 @@ COMMANDS = CommandSet(
     I("RS4",       "channel 0 is RS-485, with pin G",    SERIAL,   (),              BOTH,   serial_data.rs4),
     I("RS2",       "channel 0 is RS-232",                SERIAL,   (),              BOTH,   serial_data.rs2),
 
-    # Motion parameters and motion commands (section 4)
+    # Commands for motion and motion parameters (section 4)
     I("A=",        "acceleration",                       MOTION,   (GAIN,),         BOTH,   kept(state.A, GAIN),                                   L),
     I("V=",        "velocity",                           MOTION,   (SPEED,),        BOTH,   kept(state.V, SPEED),                                  L),
     I("P=",        "absolute position",                  MOTION,   (COUNTS,),       BOTH,   modes.position,                                        L),
@@ -147,7 +147,7 @@ COMMANDS = CommandSet(
     I("ENC0",      "servo from the internal encoder",    MODES,    (),              BOTH,   modes.internal_encoder),
     I("ENC1",      "servo from the external encoder",    MODES,    (),              BOTH,   modes.external_encoder),
 
-    # Limits (chapter 3)
+    # Commands for limits (chapter 3)
     I("UCP",       "pin C is the positive limit",        HARD,     (),              BOTH,   limits.limit_pin_c),
     I("UDM",       "pin D is the negative limit",        HARD,     (),              BOTH,   limits.limit_pin_d),
     I("LIMD",      "limits are directional, as always",  HARD,     (),              BOTH,   limits.directional),
@@ -192,7 +192,7 @@ COMMANDS = CommandSet(
     I("!",         "pause until a character arrives",    FLOW,     (),              INSIDE, flow.pause),
     I("Z",         "total reset",                        FLOW,     (),              BOTH,   flow.reset),
 
-    # Fault handling (chapter 4) and the F= functions (chapter 7)
+    # Commands for fault handling (chapter 4), and the command F= (chapter 7)
     I("ZS",        "clear all flags",                    CLEARING, (),              BOTH,   faults.clear_all),
     I("Zr",        "clear Br, positive limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BR)),
     I("Zl",        "clear Bl, negative limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BL)),

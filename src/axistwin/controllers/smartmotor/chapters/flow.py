@@ -90,19 +90,22 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """True if a call of this kind (GOSUB, C1 or C2) is in progress.  Only RETURNI, STACK and END end a C2 call."""
+    """True while a call of GOSUB, C1 or C2 is in progress; `kind` selects one of these calls.
+
+    Only RETURNI, STACK and END end a C2 call.
+    """
     if kind == s.CALL_INPUT:
         return bool(motor.i[s.C2_CALLED])
     return any(motor.i[s.RETURNS + number] & 3 == kind for number in range(motor.i[s.DEPTH]))
 
 
 def return_(motor: Processor) -> None:
-    """RETURN: continue after the GOSUB.  If no GOSUB is in progress, Bs is set and the program ends."""
+    """RETURN: return from a GOSUB.  Without a GOSUB in progress, RETURN sets Bs and ends the program."""
     interpreter.go_back(motor.i)
 
 
 def return_fault(motor: Processor) -> None:
-    """RETURNF: return from C1, which was called because of a fault (chapter 7, F=32)."""
+    """RETURNF: return from C1, which a fault has called (chapter 7, F=32)."""
     interpreter.go_back(motor.i)
 
 
@@ -126,7 +129,7 @@ def wait(motor: Processor, value: int) -> None:
 
 
 def twait(motor: Processor) -> None:
-    """TWAIT: hold the program while Bt is 1."""
+    """TWAIT: hold the program while a trajectory is in progress (Bt = 1)."""
     motor.i[s.TWAITING] = 1
 
 
@@ -142,7 +145,7 @@ def reset(motor: Processor) -> None:
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, SWITCH, the other parts of a block, and labels: the compiler replaces all of them by jumps."""
+    """IF, WHILE, SWITCH and similar: parts of a block or labels, which the compiler replaces by jumps."""
     motor.syntax_error()
 
 

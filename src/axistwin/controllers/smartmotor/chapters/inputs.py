@@ -157,7 +157,7 @@ class Inputs:
         return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
-        """Return the commanded position in counts, in the machine's coordinates."""
+        """Return the commanded position in encoder counts, independent of the commands O= and F=2."""
         return self.motor.core.commanded_now()
 
     def velocity(self) -> float:

@@ -52,7 +52,7 @@ def latch(motor: Processor, pin: str, value: int) -> None:
 
 
 def go_pin(motor: Processor) -> None:
-    """UG: make pin G an input whose falling edge has the effect of G."""
+    """UG: make pin G an input whose falling edge has the effect of the command G."""
     direction_in(motor, "G")
     motor.i[s.GO_PIN] = 1
 
@@ -97,13 +97,19 @@ def give_up_brake_pin(motor: Processor) -> None:
 
 
 def fetch_input(_motor: Processor) -> int:
-    """AINpc, DINpc: analog or digital input of an AniLink device.  No device is emulated, so the value is 0."""
+    """AINpc, DINpc: read an input of an AniLink device.  No device is emulated, so the value is 0."""
     return 0
 
 
 def analog_out(_motor: Processor, _port: str, _value: int) -> None:
-    """AOUTp,value: analog output of the AniLink device p, A to H.  No device is emulated: no effect."""
+    """AOUTp,value: set an analog output of an AniLink device.  No device is emulated, so nothing happens.
+
+    The device p is A to H.
+    """
 
 
 def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: digital output of AniLink device p, A to H, channel c, 0 to 63.  No device is emulated."""
+    """DOUTpc,value: set a digital output of an AniLink device.  No device is emulated, so nothing happens.
+
+    The device p is A to H, the channel c 0 to 63.
+    """

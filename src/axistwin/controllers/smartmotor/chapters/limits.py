@@ -53,7 +53,7 @@ def limit_pin_d(motor: Processor) -> None:
 
 
 def directional(motor: Processor) -> None:
-    """LIMD: no effect; in 4.76 limits are always directional."""
+    """LIMD: no effect, because limits are always directional in firmware 4.76."""
 
 
 def update_flags(motor: Processor) -> None:

@@ -53,8 +53,9 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def origin(motor: Processor, value: int) -> None:
-    """O=exp: define the present position of the shaft as this value, in counts.  Nothing moves; SLN and SLP keep
-    their values (3.2).
+    """O=exp: define the present shaft position as `value` counts; nothing moves.
+
+    SLN and SLP keep their values (3.2).
     """
     i = motor.i
     shift = value - position_of_shaft(i)
@@ -90,7 +91,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     if mode == s.M_HOST:
         if i[s.MODE] != s.M_HOST:  # MD empties the buffer only while host mode is not in progress.
             host_mode.clear(motor)
-        i[s.HOST_ARMED] = 1  # the end of host mode starts the mode that was buffered before MD (10.2)
+        i[s.HOST_ARMED] = 1  # The end of host mode starts the mode that was buffered before MD (10.2).
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:
@@ -166,7 +167,10 @@ def start(motor: Processor, mode: int) -> None:
 
 
 def turn_on(motor: Processor, mode: int) -> None:
-    """Switch the amplifier on and enter this mode; the flag Bt reports a trajectory in progress."""
+    """Switch the amplifier on and enter the given mode.
+
+    The flag Bt then reports a trajectory in progress.
+    """
     i = motor.i
     if i[s.BO] or i[s.MODE] == s.M_TORQUE:
         i[s.COMMANDED] = position_of_shaft(i) << 16
@@ -229,7 +233,7 @@ def _buffer_position(motor: Processor) -> None:
 
 
 def torque(motor: Processor) -> None:
-    """MT: enter mode torque at once; T, -1023 to 1023, sets the PWM.  A fault that is not cleared inhibits MT."""
+    """MT: enter mode torque at once; T sets the PWM value, -1023 to 1023.  An uncleared fault inhibits MT."""
     if may_move(motor, motor.i[s.T]):
         motor.i[s.BUFFERED_MODE] = s.M_TORQUE
         turn_on(motor, s.M_TORQUE)
