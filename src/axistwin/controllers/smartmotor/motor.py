@@ -104,7 +104,7 @@ class Motor(Processor):
         self.update_outputs()
 
     def report_host_mode(self, channel: Channel) -> None:
-        """Send the status of host mode, the answer to the byte 0xF9."""
+        """Answer the byte 0xF9 with the status of host mode."""
         self.catch_up()
         channel.send(host_mode.status(self))
 
@@ -166,7 +166,7 @@ class Motor(Processor):
             i[slot] = slot in LATCHED  # A flag that is already set cannot report a fault.
 
     def leave(self) -> None:
-        """Gains in force, in the order KP KI KD KL KS KV KA KG."""
+        """Store the state of shaft, load and windings for the next power-up."""
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]

@@ -60,11 +60,11 @@ class StoredProgram(Protocol):
         """The statements of the program, in the order of its text."""
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement at a place of the code."""
+        """Return the number of the statement at a place in the code."""
 
 
 class Processor(Dispatcher, ABC):
-    """The state of a processor that is switched on, and the operations of all chapters on it."""
+    """The state of a processor that is switched on, with the operations that command handlers use."""
 
     def __init__(
         self,

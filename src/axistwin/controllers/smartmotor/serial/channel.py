@@ -54,7 +54,7 @@ class Transfer(Protocol):
 
 
 class Dispatcher(Protocol):
-    """The operations of the processor that a channel uses."""
+    """The operations that a serial channel requires from the processor."""
 
     clock: Clock
     i: "array[int]"
@@ -151,7 +151,7 @@ class Channel:
         self.motor.update_outputs()
 
     def end_transfer(self) -> None:
-        """End a download or upload, so that characters are commands again."""
+        """End a download or upload, so that received characters are commands again."""
         self.transfer = None
         self._words.forget()
 

@@ -42,7 +42,7 @@ def wake(motor: Processor, channel: int = 0) -> None:
 
 
 def silent(motor: Processor, channel: int = 0) -> None:
-    """SILENT, SILENT1: suppress the output of the program and its reports on this channel."""
+    """SILENT, SILENT1: suppress the output of the program, including its reports, on this channel."""
     motor.channels[channel].silent = True
 
 
