@@ -46,7 +46,7 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Complete a position that has no clock value; the last clock difference gives the value."""
+    """Give a position without a clock value the last clock value plus the last clock difference."""
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:
         _point(motor, waiting.clock + waiting.delta)

@@ -69,7 +69,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
 
 @sampled
 def turn(i: Ints, v: Ints, moved: int) -> None:
-    """Update the place in the cam cycle after the external encoder has moved.
+    """Update the phase of the cam cycle after a movement of the external encoder.
 
     A movement of a quarter of BASE or more in one sample is too fast: the zero point may be missed.
     """
@@ -85,7 +85,7 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 
 @sampled
 def cam_position(i: Ints, v: Ints) -> int:
-    """Return the interpolated cam position in counts at the present place in the cam cycle.
+    """Return the interpolated cam position in counts at the present phase of the cam cycle.
 
     Sets CX, the index of the present interval in the table.
     """

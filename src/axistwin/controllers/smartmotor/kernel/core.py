@@ -148,7 +148,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        if due == first < following:  # the first time is that of the last committed sample
+        if due == first < following:  # The first requested time is that of the last committed sample.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 

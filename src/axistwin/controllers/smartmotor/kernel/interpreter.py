@@ -263,8 +263,9 @@ def call_again(i: Ints) -> None:
 
 @sampled
 def go_back(i: Ints) -> None:
-    """RETURN: go to the address on top of the stack.  The program ends if the stack is empty, or if the address is that
-    of a stopped program.
+    """RETURN: continue at the return address on top of the stack.
+
+    The program ends if the stack is empty, or if the address is that of a stopped program.
 
     RETURN without a GOSUB sets Bs.
     """
@@ -283,8 +284,9 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Go to `target` and push the return address `back`, which is -1 if the program was stopped.  A full stack only
-    sets Bs.
+    """Call a subroutine at `target`; a full return stack only sets Bs.
+
+    `back`: the return address, which is -1 if the program was stopped.
     """
     if i[s.DEPTH] >= s.DEPTH_MOST:
         i[s.BS] = 1

@@ -62,7 +62,7 @@ def setting() -> str:
 
 @cache
 def available() -> bool:
-    """True if functions will be compiled; raise an error if AXISTWIN_JIT=on and Numba is missing."""
+    """Return True if a compiler is available; raise an error if AXISTWIN_JIT=on and Numba is missing."""
     if setting() == "off":
         return False
     if IN_BROWSER or installed("numba"):
@@ -168,7 +168,7 @@ def _seal(directory: Path) -> None:
 
 
 def _whole(directory: Path) -> bool:
-    """True if the cached machine code is complete and undamaged; remove damaged files."""
+    """Check the cached machine code, remove damaged files, and return True if no file is missing or damaged."""
     import json  # lazy import: needed only for compiled code
 
     try:

@@ -184,7 +184,7 @@ def inputs(i: Ints) -> int:
 
 @sampled
 def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
-    """Compute motion, protection and inputs of one sample, after its statements."""
+    """Compute the motion, the protection and the inputs of one sample."""
     i[s.SAMPLE] += 1
     i[s.BUDGET] = i[s.STATEMENTS_PER_SAMPLE]
     busy = i[s.BT]

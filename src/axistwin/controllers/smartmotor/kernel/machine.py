@@ -41,13 +41,13 @@ AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample, 
 AMPS_KEPT = next(_slots)  # Fraction of the current (0 to 1) that remains after one sample because of inductance.
 # Weights of the old and of the final current in the mean current of a sample, which add up to 1
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-# LAG is the fraction of a speed change, 0 to 1/2, that is missing in the distance of the same sample
+# LAG is the part of a speed change (0 to 1/2) that moves the shaft only from the next sample on.
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
 # Final temperature rise of the winding over the housing, and of the housing over the air, in K per A²
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
-# Fractions of a temperature difference that flow off in each block of 256 samples
+# Fractions by which a temperature difference decreases in each block of 256 samples
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # Mean square and rated square of the current, in A².
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # Energy per sample: heat in nJ/A², and work in nJ per A and count.
@@ -134,7 +134,7 @@ def set_torque(f: Floats, newton_metres: float) -> None:
     An ideal motor ignores the torque.
     """
     if not isfinite(newton_metres) or abs(newton_metres) > MOST_TORQUE_NM:
-        raise UsageError(f"a torque of {newton_metres} N·m: expected a number from -1000 to 1000")
+        raise UsageError(f"invalid torque of {newton_metres} N·m: expected a number from -1000 to 1000")
     f[TORQUE_NM] = newton_metres
     f[OUTSIDE] = (newton_metres + f[GRAVITY_NM]) * f[PER_NM]
 

@@ -290,6 +290,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # At steady temperatures, complete blocks change nothing.
+            left %= m.HEAT_BLOCK  # At steady temperatures, a block of 256 samples changes nothing.
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

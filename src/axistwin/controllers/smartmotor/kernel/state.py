@@ -48,7 +48,7 @@ EPTR, ADDR = next(_slots), next(_slots)
     BUFFERED_FACTOR,  # Factor of the buffered mode, e.g. 4 for MF4 or MC4.
 ) = islice(_slots, 3)
 
-# The command F puts the buffered gains in force; KS is the number of samples between two errors.
+# The command F puts the buffered gains in force.
 TUNING, *_ = islice(_slots, 8)  # Gains in force, in the order KP KI KD KL KS KV KA KG.
 PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
 
@@ -134,7 +134,7 @@ ANALOG, *_ = islice(_slots, 7)  # Analog values of pins A to G, 0 to 1023.
 # Range of shaft positions in which no switch changes
 WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
-# State of the drive, as input and output of the physical model
+# State of the drive, which the physical model reads and updates
 (
     DRIVE,  # State of the amplifier, DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
     PWM,  # Output of the servo law, -1023 to 1023, in the machine's direction.

@@ -40,7 +40,7 @@ _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<
 
 
 class Problem(NamedTuple):
-    """An error in a statement: its place in the text, and the manual's chapter."""
+    """An error in a statement, with its place in the text and the chapter of the manual."""
 
     position: int
     message: str

@@ -88,12 +88,12 @@ def br_if(depth: int) -> bytes:
 
 
 def load(kind: int, offset: int) -> bytes:
-    """Return the instruction that loads 8 bytes as a number of this type."""
+    """Return the instruction that loads 8 bytes as a number of the type `kind`."""
     return (b"\x29" if kind == I64 else b"\x2b") + bytes((_ALIGNED,)) + unsigned(offset)
 
 
 def store(kind: int, offset: int) -> bytes:
-    """Return the instruction that stores a number of this type in 8 bytes."""
+    """Return the instruction that stores a number of the type `kind` in 8 bytes."""
     return (b"\x37" if kind == I64 else b"\x39") + bytes((_ALIGNED,)) + unsigned(offset)
 
 
