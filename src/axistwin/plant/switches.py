@@ -24,7 +24,7 @@ class PositionSwitch:
         return (self.first is None or position >= self.first) and (self.last is None or position <= self.last)
 
     def _update(self) -> None:
-        """Update the switch for the present position."""
+        """Switch on or off according to the present position of the axis."""
         inside = self._inside()
         if inside is not self.on:
             self.on = inside
