@@ -40,7 +40,7 @@ class Encoder:
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        self._counted: tuple[int, int] | None = None  # `_counted`: load position and count when wrong counting began
+        self._counted: tuple[int, int] | None = None  # `_counted` is the load position and count when miscounting began
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
@@ -70,7 +70,7 @@ class Encoder:
 
     @property
     def at_index(self) -> bool:
-        """True while the index mark is at the sensor."""
+        """True while the index mark of the encoder is at the sensor."""
         disc = self._load + self._displaced + self._turned
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 

@@ -167,7 +167,7 @@ class Master:
         """
         check_counts(counts, "move")
         if not 0 <= seconds < float("inf"):
-            raise UsageError(f"move({counts}, {seconds!r}): expected a time of 0 seconds or more")
+            raise UsageError(f"invalid time in move({counts}, {seconds!r}): expected 0 seconds or more")
         duration_ns = to_ns(seconds)
         self.manual_actions.report(ManualAct.MASTER, counts, seconds)
         count = self.count
@@ -196,8 +196,12 @@ class Master:
         below: Followed | None = axis
         while below is not None:
             if below is self._own:
-                refused = "the axis of its own motor" if axis is self._own else "an axis that follows its own motor"
-                raise UsageError(f"cannot mount a master encoder on {refused}: expected the axis of another controller")
+                refused_axis = (
+                    "the axis of its own motor" if axis is self._own else "an axis that follows its own motor"
+                )
+                raise UsageError(
+                    f"cannot mount a master encoder on {refused_axis}: expected the axis of another controller"
+                )
             below = below.follows
 
     def stop(self) -> None:

@@ -60,7 +60,7 @@ class Source(Protocol):
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
         """Return the present position, then positions at `times_ns`, up to the first time at which an input could
-        change them.
+        change the motion.
         """
 
     def setpoint(self) -> int:
@@ -88,7 +88,7 @@ class Source(Protocol):
         """Energy in nJ that the windings have taken since the bench was created."""
 
     def push(self, counts: int) -> None:
-        """Displace the shaft by `counts` now."""
+        """Turn the shaft by `counts` now."""
 
     def slip(self, counts: int) -> None:
         """Turn the encoder by `counts` relative to its shaft."""

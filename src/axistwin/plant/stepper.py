@@ -334,7 +334,7 @@ class StepperAxis:
 
     @property
     def velocity(self) -> float:
-        """Rate of the issued pulses per second, negative in the negative direction."""
+        """Rate of the issued pulses in pulses per second; negative in the negative direction."""
         move = self.train.move
         return move.direction * float(move.profile.rate_at(self.clock.now - move.start_ns))
 

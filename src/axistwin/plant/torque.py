@@ -60,7 +60,7 @@ class StepperMotor:
         return max(1, self.pulses_per_rev // self.rotor_teeth)
 
     def torque_at(self, rate: float) -> float:
-        """Return the pull-out torque in N·m at this rate in pulses/s."""
+        """Return the pull-out torque in N·m at a rate in pulses/s."""
         j = bisect_left(self.torque, rate, key=lambda point: point[0])
         if j == len(self.torque):
             return 0.0

@@ -129,7 +129,7 @@ class ExternalInput:
             self.pacer.work()  # the pacer plans again, because even a failed action may schedule events
 
     def replay(self, act: Act) -> None:
-        """Perform a recorded action again; log an error of the action."""
+        """Perform a recorded action again; if the action fails, log the error."""
         try:
             self.runner.prepare(act)()
         except AxistwinError as error:

@@ -65,7 +65,7 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if a script can contain the moment: all actions are manual actions on one controller."""
+    """True if all actions of a moment are manual actions on one controller, as a script needs."""
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
         for act in moment.acts
@@ -105,7 +105,7 @@ class _Conversations:
             self._end_ns[name] = time_ns
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Yield each conversation's name and text."""
+        """Yield the name and the text of each conversation."""
         for name, acts in self._acts.items():
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 

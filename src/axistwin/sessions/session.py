@@ -314,7 +314,7 @@ class Session:
         )
 
     def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
-        """Run towards `time_ns` for one slice of real time; return True when this time is reached."""
+        """Run until `time_ns` or for one slice of real time; return True if `time_ns` is reached."""
         return steps.run_to(self.bench.clock, time_ns, lambda: self._state is not State.MOVING or over())
 
     def _hit(self, which: Break) -> None:
@@ -488,7 +488,7 @@ class Session:
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """Let the pacer end its present time slice; `_after_advance` then handles the end of the replay."""
+        """End the present time slice of the pacer, so that `_after_advance` handles the end of the replay."""
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:

@@ -123,7 +123,7 @@ class Clock(Environment):
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """Schedule and return an event that happens after all other events up to `time_ns`."""
         event = Event(self)
-        event._ok, event._value = True, None  # a value marks the event as scheduled, as in simpy.Timeout
+        event._ok, event._value = True, None  # an event with a value counts as scheduled, as in simpy.Timeout
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 
@@ -154,7 +154,7 @@ class Clock(Environment):
         return None if not queue or queue[0][0] >= MOST_NS else int(queue[0][0])
 
     def call_later(self, delay_ns: int, action: Callable[[], object]) -> None:
-        """Do `action` once, `delay_ns` from now."""
+        """Call `action` once, `delay_ns` nanoseconds from now."""
         assert delay_ns >= 0, "an event in the past"
         heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), _Call(action)))
 

@@ -104,9 +104,9 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the runs of space in the frame of `byte`.
+        """Return the ranges of bits in which the frame of `byte` is at space.
 
-        Each run: its first bit, and the first bit after the run.
+        Each range: its first bit, and the first bit after the range.
         """
         return _spaces(self.bytesize, self.parity, byte, flipped)
 
@@ -158,9 +158,9 @@ def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tup
 
 @dataclass(slots=True)
 class Frame:
-    """A signal on a wire, stored as the runs of space from `start_ns` on.
+    """A signal on a wire, stored as the time spans in which the wire is at space.
 
-    The runs are counted in bits of `bit/per` ns.  At all other times the wire is at mark.
+    The spans are counted in bits of `bit/per` ns from `start_ns` on.  At all other times the wire is at mark.
     """
 
     start_ns: int

@@ -166,7 +166,7 @@ class Pin:
         return self.subscribe(callback)
 
     def subscribe_lead(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` when the test lead is connected, changed or removed, even if the level stays.
+        """Call `callback()` when the test lead is connected, changed or removed, even if the level stays the same.
 
         Return an unsubscribe function.
         """
@@ -250,7 +250,7 @@ class SensedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """The sensor's level, unless a test lead or a defect forces another one."""
+        """The sensor's level, unless a test lead or a defect forces another level."""
         if self._read is None or self._holds or self.driven:
             return super().level
         return self._read()

@@ -27,7 +27,7 @@ class Progress:
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Notify the subscribers that a line of a program begins; `index` is its index from 0."""
+        """Notify the subscribers that a line of a program begins; `index` counts the lines from 0."""
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:

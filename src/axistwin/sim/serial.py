@@ -244,7 +244,7 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # `take` may change the format for later characters
+        self.receiver.take(whole.byte, SOUND)  # `take` may change the format of later characters
         self._whole = None
         if self._levels:
             self._find_start_bit()
@@ -310,7 +310,7 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # `take` may change the format for later characters
+        self.receiver.take(byte, errors)  # `take` may change the format of later characters
         self._reading = None
         self._find_start_bit()
 

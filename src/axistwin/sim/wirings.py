@@ -69,7 +69,7 @@ def direct(device: Uart, *, instant: bool = False) -> Wiring:
 
 
 def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
-    """Return a wiring of a ring: the host sends to the first device, the last device to the host.
+    """Return a wiring that forms a ring: the host sends to the first device, and the last device to the host.
 
     Each other device sends to the next device.
     """
