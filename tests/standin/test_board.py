@@ -75,6 +75,24 @@ def test_a_drifting_clock(drift):
     assert np.abs(metal.errors_us(2, times)).max() < 25
 
 
+class LateResponses(SmallBoard):
+    """A board whose responses take up to half a millisecond longer, and once 60 ms longer."""
+
+    def responses(self, now):
+        if 10.3 < now < 10.36:
+            return []
+        return [(now + random.Random(now).uniform(0, 0.0005), self.transmitted())]
+
+
+def test_late_responses_do_not_delay_the_start():
+    """The clock's line is fitted to 40 samples at intervals of 20 ms, with one pause of 60 ms."""
+    metal = Metal(LateResponses()).start(1.1)
+    assert metal.board.connection.clock.error_s < 50e-6
+    times = metal.even(2000, 250)
+    metal.move("table.X", +1, times)
+    assert np.abs(metal.errors_us(2, times)).max() < 50
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_bad_cable_loses_no_pulse(seed):
     rng = random.Random(seed)

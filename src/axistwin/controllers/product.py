@@ -86,6 +86,16 @@ class Handshake(NamedTuple):
     """The lines inside the device, which depend on the wiring of the connector."""
 
 
+class Awaited(NamedTuple):
+    """An input for which a device waits before it continues."""
+
+    work: str
+    """The work that waits: "the move", "step 3 of the sequence"."""
+    pin: str
+    level: str
+    """The level for which the device waits: "high" or "low"."""
+
+
 class Abilities(NamedTuple):
     """Optional abilities of a device; each default value means that the device lacks this ability."""
 
@@ -117,6 +127,8 @@ class Abilities(NamedTuple):
     """Function that returns the reason why the device does not move, and the remedy; "" if it can move."""
     subscribe_hint: Callable[[Callable[[str], None]], Callable[[], None]] = lambda watcher: lambda: None
     """Function that subscribes `watcher(hint)` to changes of the status hint."""
+    awaited: Callable[[], Awaited | None] = lambda: None
+    """Function that returns the input for which the device waits, or None."""
     assign: Callable[[str, int], None] | None = None
     """Function that sets a variable or gain by name, at once and without a host."""
     busy: Callable[[], bool] = lambda: False

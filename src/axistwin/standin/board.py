@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import LinkError
 from axistwin.standin.channel import RECEIVE_WINDOW
-from axistwin.standin.clock_fit import SAMPLES, WORST_S
+from axistwin.standin.clock_fit import WORST_S
 from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 IDENTIFY_BYTES = 40
+MOST_FITS, FIT_SAMPLES = 4, 100
+"""Number of attempts to fit a line to the board's clock at the start, and samples of each: 2 s."""
 SPARE_MOVES = 6
 """Number of entries of the board's queue that are never used."""
 LIMIT_REASON, HOST_REASON = 1, 2
@@ -176,17 +178,17 @@ class Board:
 
     def _fit_clock(self) -> Procedure:
         connection = self.connection
-        connection.forget_clock()
-        for _ in range(2 * SAMPLES):
-            yield "clock", None, b""
-            if connection.clock.good:
-                connection.clock.steady = True
-                break
-        else:
-            raise LinkError(
-                f"the board's clock is too irregular: error {connection.clock.error_s * 1e6:.0f} µs: expected at most "
-                f"{WORST_S * 1e6:.0f}: use another USB port or cable"
-            )
+        for _ in range(MOST_FITS):
+            connection.forget_clock()
+            for _ in range(FIT_SAMPLES):
+                yield "clock", None, b""
+                if connection.clock.good:
+                    connection.clock.steady = True
+                    return
+        raise LinkError(
+            f"the board's clock is too irregular: error {connection.clock.error_s * 1e6:.0f} µs: expected at most "
+            f"{WORST_S * 1e6:.0f}: use another USB port or cable"
+        )
 
     def _read_positions(self, groups: tuple[str, ...]) -> Procedure:
         for motor in self._stream.of(groups):

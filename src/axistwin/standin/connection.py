@@ -13,9 +13,9 @@ SOON_S = 0.05
 """Longest time in seconds for a command to reach a working board."""
 MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
 """A board has failed if it acknowledges nothing for this time; a board that has just been reset takes longer."""
-MOST_CLOCK_S, LEAST_CLOCK_S = 1.0, 0.02
+MOST_CLOCK_S, LEAST_CLOCK_S = 0.25, 0.02
 """Longest and shortest interval in seconds at which the board's clock is read."""
-CLOCKS = 40
+CLOCKS = 100
 """The interval is the time since the start divided by this number, so that the samples cover ever more time."""
 ANSWER_S, MOST_REQUESTS = 0.25, 24
 """Time after which an unanswered request is sent again, and largest number of times that it is sent."""
@@ -129,8 +129,12 @@ class Connection:
         self._clock_from_s = self.now_s
 
     def read_clock(self) -> None:
-        """Request the time of the board's clock, at intervals that grow."""
-        if self.now_s >= self._next_clock_s:
+        """Request the time of the board's clock, at intervals that grow.
+
+        While a response is missing, no request is sent: the response would be taken for that of the new request.
+        """
+        missing = self._clock_sent_s is not None and self.now_s < self._clock_sent_s + ANSWER_S
+        if self.now_s >= self._next_clock_s and not missing:
             interval_s = (self.now_s - self._clock_from_s) / CLOCKS
             self._next_clock_s = self.now_s + min(max(interval_s, LEAST_CLOCK_S), MOST_CLOCK_S)
             self._clock_sent_s = None

@@ -15,7 +15,6 @@ from axistwin.units import MS, to_ns
 
 _COMMAND = re.compile(r"\D[+-]?[\d,]*|.")
 _INPUT = re.compile(r"([HL])(\d)")
-_AWAITED = re.compile(r"(.* waits for (\w+) (high|low)): .*")
 DRIVEN = {
     "estop": "the emergency stop is open",
     "limit_plus": "the plus limit is open: only moves in the minus direction begin",
@@ -70,8 +69,9 @@ class DigiplanGuide(Guide):
         open_inputs = [name for name in DRIVEN if not controller.pins[name].level]
         for name in open_inputs:
             yield Reason(f"{DRIVEN[name]} ({TERMINALS[name]})", self._closed(name, faults))
-        if awaited := _AWAITED.fullmatch(controller.hint):
-            yield Reason(awaited[1], self._given(awaited[2], awaited[3]))
+        if awaited := controller.awaited:
+            work, pin, level = awaited
+            yield Reason(f"{work} waits for {pin} {level}", self._given(pin, level))
         elif controller.hint:
             yield Reason(controller.hint)
         locked = bool(int(self.value("F")) & LineFault.LOCKED.value)

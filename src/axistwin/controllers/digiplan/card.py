@@ -16,7 +16,17 @@ from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.state import Hardware, Stage
-from axistwin.controllers.product import Abilities, ControlLines, Handshake, Listing, Order, Product, Register, Store
+from axistwin.controllers.product import (
+    Abilities,
+    Awaited,
+    ControlLines,
+    Handshake,
+    Listing,
+    Order,
+    Product,
+    Register,
+    Store,
+)
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
@@ -74,7 +84,7 @@ class Card:
         self.abilities = Abilities(
             uart=self.uart, handshake=Handshake(self._plug, inside), alarms=self.alarms, registers=self.registers,
             programs=self.programs, subscribe_lines=self._progress.subscribe, hint=self.hint,
-            subscribe_hint=self.subscribe_hint, busy=self._busy, procedures=self._procedures,
+            awaited=self.awaited, subscribe_hint=self.subscribe_hint, busy=self._busy, procedures=self._procedures,
         )  # fmt: skip
 
     def _clock_output(self, axis: str) -> Pin:
@@ -109,12 +119,18 @@ class Card:
 
     def hint(self) -> str:
         """Return the reason why no move begins: unknown baud rate or data format, or a step that waits for an input."""
+        if found := self.awaited():
+            work, pin, level = found
+            return f"{work} waits for {pin} {level}: ! {pin} {level} in a program, :drive {pin} {level} in a terminal"
+        return "" if self._interface is None else self._interface.hint
+
+    def awaited(self) -> Awaited | None:
+        """Return the input for which a step waits, or None."""
         interface = self._interface
         if interface is None or interface.hint or interface.waiting is None:
-            return "" if interface is None else interface.hint
-        name, level = awaited(self.pins, interface.waiting)
-        step = f"step {interface.step} of the sequence" if interface.step else "the move"
-        return f"{step} waits for {name} {level}: ! {name} {level} in a program, :drive {name} {level} in a terminal"
+            return None
+        work = f"step {interface.step} of the sequence" if interface.step else "the move"
+        return Awaited(work, *awaited(self.pins, interface.waiting))
 
     def subscribe_hint(self, callback: Callable[[str], None]) -> Callable[[], None]:
         """Call `callback(hint)` for each new hint.  Return an unsubscribe function."""
