@@ -125,8 +125,8 @@ return found
 """,
     )
     assert found == [
-        "BadInvalidState", "no home switch: name its input, e.g. home_input=1", "BadOutOfRange", "BadOutOfRange",
-        "BadOutOfRange", "BadUserAccessDenied", False, 42, "BadUserAccessDenied",
+        "BadInvalidState", "no input for a home switch: expected the option home_input, e.g. home_input=1",
+        "BadOutOfRange", "BadOutOfRange", "BadOutOfRange", "BadUserAccessDenied", False, 42, "BadUserAccessDenied",
     ]  # fmt: skip
 
 

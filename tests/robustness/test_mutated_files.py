@@ -141,8 +141,8 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
         ("; options: name='a\n", "a.talk:1: a quotation mark is missing in the options"),
         ("; options: line=5\n", "a.talk:1: invalid line format 5: expected a text such as '9600 8N2'"),
         (f"; options: X={'[' * 3000}\n", "a.talk:1: invalid option value '[[[["),
-        (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: patience '999"),
-        (f"+{'9' * 5000}\n", "a.talk:1:2: '999"),
+        (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: invalid value '999"),
+        (f"+{'9' * 5000}\n", "a.talk:1:2: invalid time '999"),
         ("+9999999999999\n", "a.talk:1:2: '9999999999999' s is too long: expected less than 9.2e9 s"),
         (f'! fault jam X when="X passes {"9" * 5000}"\n', "a.talk:1: when='X passes 999"),
         (f"! fault jam X at={'9' * 5000}\n", "a.talk:1: at='999"),
@@ -216,7 +216,7 @@ def test_an_option_on_the_command_line(capsys, value):
 )  # fmt: skip
 def test_a_memory_that_is_none(tmp_path, model, contents):
     (tmp_path / f"{model}.json").write_bytes(contents)
-    with pytest.raises(UsageError, match=r"is not the memory of .*: delete it") as told:
+    with pytest.raises(UsageError, match=r"is not the memory of .*: delete ") as told:
         Bench().add(model, state=tmp_path)
     assert len(str(told.value)) < 400
 

@@ -23,7 +23,7 @@ _WRAP = 1 << 32
 
 
 class ClockFit:
-    """Converts between the host's time in seconds and the board's ticks; ticks are not limited to 32 bits."""
+    """Converts between seconds of the host's clock and ticks of the board's clock."""
 
     def __init__(self, nominal_hz: float) -> None:
         self.nominal_hz = nominal_hz
@@ -40,27 +40,33 @@ class ClockFit:
 
     @property
     def ready(self) -> bool:
-        """True if there are enough samples to convert times."""
+        """True if there are enough clock samples to convert times."""
         return len(self._samples) >= ENOUGH
 
     @property
     def good(self) -> bool:
-        """True if there are enough samples, with a small error."""
+        """True if there are enough clock samples and their error is small."""
         return self.ready and self.error_s <= WORST_S
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:
-        """Add a sample: the board read the 32 bits of `clock` between the times `sent_s` and `received_s`."""
+        """Add one reading of the board's clock.
+
+        The board read the 32 bits of `clock` between `sent_s` and `received_s` of the host's clock.
+        """
         ticks = self.unwrapped(clock)
         self._latest = max(self._latest, ticks)
         self._samples.append(((sent_s + received_s) / 2, ticks, received_s - sent_s))
         self._fit()
 
     def unwrapped(self, clock: int) -> int:
-        """Return the full tick count for its lowest 32 bits, near the latest sample."""
+        """Extend a 32-bit reading of the board's clock to the full tick count."""
         return self._latest + ((clock - self._latest + (_WRAP >> 1)) % _WRAP) - (_WRAP >> 1)
 
     def _fit(self) -> None:
-        """Fit the line; the shortest round trips have by far the greatest weight, as all delays make a trip longer."""
+        """Fit a line through the clock samples by weighted least squares.
+
+        The shortest round trips have by far the greatest weight, as all delays make a trip longer.
+        """
         before_s, before, before_hz = self._time_s, self._ticks, self.hz
         at, ticks, trips = np.array(self._samples).T
         extra_s = (trips - trips.min()) / 2
