@@ -252,7 +252,7 @@ def test_a_board_on_its_bus_and_what_a_c_host_needs():
 
 def test_a_board_has_no_serial_port():
     code, words = refused("serve", "1811", "--tcp", ":0")
-    assert (code, "reached through its `bus`" in words) == (2, True)
+    assert (code, "use its attribute `bus`" in words) == (2, True)
 
 
 def test_a_scene_is_called_as_it_calls_itself(tmp_path):

@@ -73,7 +73,7 @@ def test_what_a_local_command_does_not_know():
     )
     assert lines[1] == "unknown command :what: expected a command that :help lists"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
-    assert lines[5] == "invalid level 'up': expected high, on, low, off, release"
+    assert lines[5] == "invalid level 'up': expected one of high, on, low, off, release"
     assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 for real time, or max"
     assert lines[9] == "invalid time 'x': expected a number of seconds, e.g. :wait 0.5"
     assert lines[10:] == ["> :quit"]
@@ -140,7 +140,7 @@ def test_a_controller_that_does_not_answer_is_told():
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
         (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is for a virtual controller, not for a port"),
         (["if1", "--speed", "fast"], "invalid speed 'fast': expected a number"),
-        (["if1", "--line", "fast"], "invalid line format 'fast': expected e.g."),
+        (["if1", "--line", "fast"], "invalid line format 'fast': expected a text such as"),
     ],
 )
 def test_what_cannot_be_opened(arguments, message):

@@ -90,7 +90,7 @@ def test_an_address_that_is_not_ours_is_one_line(served):
 
 def test_only_controllers_on_the_bench_have_ports(served):
     served.add()
-    with pytest.raises(UsageError, match="no controller 'if2' here"):
+    with pytest.raises(UsageError, match="no controller 'if2' on the bench"):
         served.do(lambda: served.bench["if2"])
 
 

@@ -139,8 +139,8 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
     ("text", "message"),
     [
         ("; options: name='a\n", "a.talk:1: a quotation mark is missing in the options"),
-        ("; options: line=5\n", "a.talk:1: invalid line format 5: expected e.g. '9600 8N2'"),
-        (f"; options: X={'[' * 3000}\n", "a.talk:1: --option: '[[[["),
+        ("; options: line=5\n", "a.talk:1: invalid line format 5: expected a text such as '9600 8N2'"),
+        (f"; options: X={'[' * 3000}\n", "a.talk:1: invalid option value '[[[["),
         (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: invalid value '999"),
         (f"+{'9' * 5000}\n", "a.talk:1:2: invalid time '999"),
         ("+9999999999999\n", "a.talk:1:2: '9999999999999' s is too long: expected less than 9.2e9 s"),
@@ -197,7 +197,7 @@ def test_an_editor_asks_about_a_long_number(text):
 
 
 def test_limits_beyond_any_axis():
-    with pytest.raises(UsageError, match=r"axis shaft: limits goes beyond ±9007199254740992"):
+    with pytest.raises(UsageError, match=r"invalid limits of axis shaft: expected positions from -9007199254740992 to"):
         Bench().add("smartmotor", shaft={"limits": (-(2**62), 5)})
     Bench().add("smartmotor", shaft={"limits": (-(2**53), 2**53)}).power(False)
 

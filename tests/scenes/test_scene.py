@@ -153,7 +153,7 @@ WRONG = {
     "a key like no other": (controllers("if1", more="zzz = 1"), "3:1: unknown key 'zzz': there are model, name, line"),
     "a line format": (
         controllers("if1", more="line = 'fast'"),
-        "3:1: invalid line format 'fast': expected e.g. '9600 8N2'",
+        "3:1: invalid line format 'fast': expected a text such as '9600 8N2'",
     ),
     "a misspelt option": (
         controllers("if1", more="options.wirring = 1"),
