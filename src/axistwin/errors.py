@@ -60,7 +60,7 @@ def installation(extra: str, library: str) -> str:
 
     try:
         wanted = requires("axistwin") or []
-    except PackageNotFoundError:  # axistwin runs from its source directory
+    except PackageNotFoundError:  # axistwin can run from its source directory without installation
         wanted = []
     markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
     parts = [one.partition(";") for one in wanted]

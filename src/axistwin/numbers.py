@@ -59,7 +59,7 @@ def real(text: str) -> float:
     except ValueError:
         raise NumberError(f"{shortened(text)} is not a number") from None
     if not abs(number) < float("inf"):
-        raise NumberError(f"{shortened(text)} is not a finite number")
+        raise NumberError(f"{shortened(text)} is not a number")
     return number
 
 
@@ -71,7 +71,7 @@ def decimal(text: str) -> Decimal:
     except InvalidOperation:
         raise NumberError(f"{shortened(text)} is not a number") from None
     if not number.is_finite():
-        raise NumberError(f"{shortened(text)} is not a finite number")
+        raise NumberError(f"{shortened(text)} is not a number")
     exponent = number.as_tuple().exponent
     assert isinstance(exponent, int), "it is finite"
     if number.adjusted() >= 30 or not -MOST_CHARACTERS <= exponent <= 30:

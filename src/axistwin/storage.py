@@ -59,7 +59,7 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # a failed write leaves its contents here
+        self._unwritten: bytes | None = None  # this attribute holds the contents of a failed write
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""
@@ -203,7 +203,7 @@ def _holder(path: Path) -> str:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal() or not _alive(int(number)):  # the process may have ended
+    if not number.isdecimal() or not _alive(int(number)):  # the process may have been killed
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 

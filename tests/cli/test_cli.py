@@ -138,7 +138,7 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["run", "if1", "a.if1", "--for", "nan"], "'nan' is not a finite number"),
+        (["run", "if1", "a.if1", "--for", "nan"], "'nan' is not a number"),
         (["run", "if1", "a.if1", "--option", "state=/x"], "use --state"),
         (["run", "if1", "a.if1", "--option", "X=5"], "axis X=5: expected its options"),
         (["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"], "X already has a value"),

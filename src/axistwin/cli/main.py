@@ -153,7 +153,7 @@ def _run(arguments: list[str] | None) -> int:
     try:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
         sys.stdout.flush()
-    except click.exceptions.Abort:  # click raises Abort after Ctrl-C in a prompt
+    except click.exceptions.Abort:  # click raises Abort after Ctrl-C
         print("axistwin: interrupted", file=sys.stderr)
         return 130
     except KeyboardInterrupt:

@@ -82,7 +82,7 @@ class _Drawn:
         written = self._about.get(f"units {scope}")
         try:
             return None if written is None else MachineUnits.written(written)
-        except UsageError:  # the user may have edited the unit
+        except UsageError:  # the user may have written an invalid unit
             return None
 
     def _add_axis(self, name: str, axis: dict[str, Track]) -> None:

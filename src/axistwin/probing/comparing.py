@@ -206,7 +206,8 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        tolerance = None  # a case that moves or stores runs only once, so its times are not compared
+        # a test case with motion or a program runs only once, so its answer times are not compared
+        tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
     for _ in range(1 if case.moves or case.stores else ATTEMPTS):
@@ -214,7 +215,7 @@ def _compare(
             end.ask(said, len(answer.data), case.wait(number, case.wait_s), family.patience_s)
             for number, (said, answer) in enumerate(zip(case.says, expected, strict=True))
         )
-        if _only_late(expected, received):  # a loaded computer can delay answers, so the shortest time counts
+        if _only_late(expected, received):  # a busy computer can delay answers, so the shortest time counts
             best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
             received = tuple(best)
         verdict, reason = _judge(case, expected, received, family, settings, tolerance)
@@ -254,7 +255,7 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if only one side answered because the requested move or sequence may be undefined on the other side."""
+    """True if answers may differ only because one controller has not defined the requested move or sequence."""
     if not family.definitions:
         return False
     one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))

@@ -323,7 +323,7 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """If the board has a test plug, connect the same outputs and inputs of the twin."""
+    """If the board has a test plug, connect the outputs and inputs of the twin in the same way."""
     if facts.get("plug") == str(True):
         connect(controller, "output1", "trigger1", "trigger2", "shutdown_in", "ccw_limit")
         connect(controller, "output2", "trigger6", "home")
@@ -357,12 +357,15 @@ def examine(end: End, _: Product) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return the form of an answer: the opcodes of its messages, or `.` for a status byte."""
+    """Return the opcodes of the messages in an answer, for a comparison without values.
+
+    A status byte becomes `.`.
+    """
     return b"." if len(answer) == 1 else answer[::MESSAGE]
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
-    """Return the part number of the board, which a twin can take as an option."""
+    """Return the part number of the board as a value for the twin's option `part_number`."""
     for name, answer in answers.items():
         if name.startswith("FDh") and name.endswith("number") and answer:
             return {"part_number": [answer[1:].rstrip(b"\0").decode("latin-1")]}

@@ -117,7 +117,7 @@ class VirtualEnd(End):
             controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
         self.messages = controller.product.attend is not None
         if self.messages:
-            self.grain_s = self._BUS_GRAIN_S  # a board on a bus answers without a sample clock
+            self.grain_s = self._BUS_GRAIN_S  # a board has no sample clock, so its answer times are exact
         self.has_line = not self.messages
 
     def set_line(self, line: UartFormat) -> None:
@@ -209,7 +209,7 @@ class SerialEnd(End):
         try:
             done = action()
         except (serial.SerialException, OSError) as error:
-            raise LinkError(f"{self._name} was disconnected ({error}): connect the port, then try again") from None
+            raise LinkError(f"port {self._name} was disconnected ({error}): connect the port, then try again") from None
         return done if isinstance(done, bytes) else None
 
 
@@ -242,7 +242,7 @@ class BusEnd(End):
         until = self.now + self._INPUT_S
         while not self._status() & INPUT_READY:
             if self.now > until:
-                raise LinkError(f"the board at {self._name} accepts no command, SB bit 4 stays clear: reset the board")
+                raise LinkError(f"the board at {self._name} accepts no command (SB bit 4 stays clear): reset the board")
             time.sleep(self._POLL_S)
         self._request("w 0 " + data.hex(" "))
         self._request(f"w 1 {COMMAND_READY:02x}")

@@ -111,7 +111,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert rows of fractions to points; a fraction from 0 to 1 selects a value of one path."""
+    """Convert rows of fractions from 0 to 1 to points of the sweep, with one value for each path."""
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
 
 

@@ -73,12 +73,12 @@ class Runner:
     def _check(self) -> None:
         """Raise UsageError if a measure or claim uses an unknown signal or event, or if the program is invalid."""
         self._program()
-        for name, sentence in {**self.measures, **self.claims}.items():
+        for measure_or_claim, sentence in {**self.measures, **self.claims}.items():
             try:
                 recording.check(self.variation.base.build(), sentence.signals, sentence.events, sentence.axes)
             except UsageError as error:
                 reason = str(error).partition("when=")[2] or str(error)
-                raise UsageError(f"{name}: {reason}") from None
+                raise UsageError(f"{measure_or_claim}: {reason}") from None
 
     def _program(self) -> running.Program:
         return running.scene_program() if self.job.program is None else running.load(self.job.program)
@@ -134,7 +134,7 @@ class Runner:
         return None if self.job.for_s is None else max(to_ns(self.job.for_s), bench.now)
 
     def _finish(self, bench: Bench) -> str:
-        """Run the bench until the run ends, and return the reason why the run ends: for, rest or bound."""
+        """Run the bench until the run ends, and return the reason, e.g. "rest" if nothing moves any more."""
         if self.job.for_s is not None:
             bench.clock.run_to(max(to_ns(self.job.for_s), bench.now))
             return "for"
@@ -174,11 +174,11 @@ def _note(name: str, finding: Finding) -> list[str]:
     return [f"{name}: {finding.reason}"] if finding.reason else []
 
 
-def _named(name: str, text: str, read: Callable[[str], Sentence]) -> Sentence:
+def _named(measure_or_claim: str, text: str, read: Callable[[str], Sentence]) -> Sentence:
     try:
         return read(text)
     except UsageError as reason:
-        raise UsageError(f"{name}: {reason}") from None
+        raise UsageError(f"{measure_or_claim}: {reason}") from None
 
 
 def _function(name: str) -> Callable[[Bench], object]:

@@ -188,5 +188,5 @@ def check_plan(place: Path, old: Plan, new: Plan) -> None:
     new = json.loads(json.dumps(new))
     for key in dict.fromkeys((*old, *new)):
         if old.get(key) != new.get(key):
-            was, now = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
-            raise UsageError(f"{place} belongs to another sweep ({key} was {was}, now {now}): choose another --out")
+            before, now = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
+            raise UsageError(f"{place} belongs to another sweep ({key} was {before}, now {now}): choose another --out")

@@ -118,7 +118,7 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
         for table in tables:
             names.append(table.get("name") or free_name(table["kind"], names))
         if rest[0] not in names:
-            raise UsageError(f"{path}: the scene has no fault {rest[0]!r}, {_there(rest[0], names)}")
+            raise UsageError(f"{path}: the scene has no fault {rest[0]!r}, {_suggestion(rest[0], names)}")
         number = names.index(rest[0])
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
@@ -126,11 +126,11 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
             raise UsageError(f"{path}: expected an index below {len(tables)}, the number of [[{kind}]] tables")
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
-        raise UsageError(f"{path}: a sweep cannot vary {'.'.join(rest[1:])!r}, {_there(rest[1], known)}")
+        raise UsageError(f"{path}: a sweep cannot vary {'.'.join(rest[1:])!r}, {_suggestion(rest[1], known)}")
     return (kind, number, rest[1])
 
 
-def _there(word: str, known: Sequence[str]) -> str:
+def _suggestion(word: str, known: Sequence[str]) -> str:
     return instead(word, known) if known else "there are none"
 
 

@@ -225,7 +225,7 @@ class Recording:
 
 
 def check(bench: Bench, signals: Sequence[str], events: Sequence[str], axes: Sequence[str]) -> None:
-    """Raise UsageError if a bench lacks a signal, an event, or an axis whose energy is modelled."""
+    """Raise UsageError if the bench lacks a signal, an event or an axis that a measure or claim needs."""
     with Recording(bench, signals, events) as record:
         for name in axes:
             record.energy(name)

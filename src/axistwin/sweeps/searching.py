@@ -45,9 +45,9 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest robustness of all claims in a run, limited to ±`FAR`.
+    """Return the smallest robustness of all claims in a run; the search minimises this number.
 
-    The value is `FAR` if no claim has a robustness.
+    The number is limited to ±`FAR`, and is `FAR` if no claim has a robustness.
     """
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]

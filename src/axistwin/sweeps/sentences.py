@@ -82,7 +82,10 @@ def _read(text: str, forms: tuple[Form, ...], measure_or_claim: str) -> Sentence
 
 
 def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
-    """Return the name in a text such as `X` or `|X|` (magnitude of X), and a function that returns the values."""
+    """Parse a signal, given by its name `X` or as its magnitude `|X|`.
+
+    Returns the name of the signal, and a function that returns its values.
+    """
     name = text.strip("|").strip()
     if not name or " " in name or (text.startswith("|") is not text.endswith("|")):
         raise UsageError(f"invalid signal {shortened(text)}: expected e.g. table.X.velocity or |motor.RPE|")
@@ -348,7 +351,8 @@ def _until_value(first: Series, second: Series, end_ns: int) -> float:
     """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))  # least earlier value of `first`
+    # `before` contains the least earlier value of `first` at each time
+    before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
     return float(np.max(np.minimum(values[:, 1], before)))
 
 

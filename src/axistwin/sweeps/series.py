@@ -15,7 +15,7 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Series:
-    """A signal over time: `values[n]` is valid from `times[n]` to `times[n + 1]`, and the last value to `end_ns`."""
+    """A signal over time: `values[n]` is valid from `times[n]` to `times[n + 1]`, the last value until `end_ns`."""
 
     times: Times
     values: NDArray[Any]

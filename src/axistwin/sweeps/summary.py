@@ -87,7 +87,7 @@ def _is_without_effect(
 
 
 def lines(found: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the lines of text of a sweep's summary."""
+    """Yield the summary of a sweep, line by line."""
     ended = ", ".join(f"{count} {name}" for name, count in found["ended"].items())
     yield f"{found['runs']} runs (ended: {ended or 'none'}), hash {found['hash']}"
     if found["measures"]:

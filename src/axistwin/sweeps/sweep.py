@@ -74,7 +74,7 @@ class Sweep:
         try:
             self.varied[path] = read(values)
         except UsageError as reason:
-            raise UsageError(f"{path}: {reason}") from None
+            raise UsageError(f"cannot vary {path}: {reason}") from None
         return self
 
     def measure(self, name: str, sentence: str) -> Self:

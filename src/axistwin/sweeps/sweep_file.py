@@ -99,7 +99,7 @@ def load(file: Path) -> SweepFile:
         line, column = place_of(tuple(first["loc"]), places(text))
         key = ".".join(map(str, first["loc"]))
         reason = first["msg"].lower()
-        raise SceneError(f"{key}: {reason}", file=str(file), line=line, column=column) from None
+        raise SceneError(f"invalid key {key}: {reason}", file=str(file), line=line, column=column) from None
 
 
 def check(file: Path) -> None:

@@ -133,7 +133,7 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield the lines that set these values in the user's programs and scene file."""
+        """Yield the lines that set the given values in the user's programs and scene file."""
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
         for place, value in zip(variation.places, values.values(), strict=True):

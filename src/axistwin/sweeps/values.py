@@ -41,7 +41,7 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """A few values, which are checked before the sweep: all values of a short list, three of a long list."""
+        """A few of the values, which are checked before the first run."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -161,11 +161,11 @@ DISTRIBUTIONS: dict[str, tuple[Callable[..., float], str, Callable[[list[float]]
 def _distribution(text: str, name: str, given: str) -> Values:
     if name not in DISTRIBUTIONS:
         raise UsageError(f"unknown distribution {name!r} in {text}: expected one of {', '.join(DISTRIBUTIONS)}")
-    value_at, form, fits = DISTRIBUTIONS[name]
+    value_at, notation, fits = DISTRIBUTIONS[name]
     try:
         numbers = [real(part) for part in given.split(",")]
     except NumberError:
-        raise UsageError(f"invalid distribution {text}: expected {form}") from None
-    if len(numbers) != form.partition(")")[0].count(",") + 1 or not fits(numbers):
-        raise UsageError(f"invalid distribution {text}: expected {form}")
+        raise UsageError(f"invalid distribution {text}: expected {notation}") from None
+    if len(numbers) != notation.partition(")")[0].count(",") + 1 or not fits(numbers):
+        raise UsageError(f"invalid distribution {text}: expected {notation}")
     return Values(text, (), partial(value_at, *numbers))

@@ -253,7 +253,7 @@ class _Worker:
 
 
 def work() -> None:
-    """Main function of a worker process: perform the runs that standard input requests."""
+    """Main function of a worker process: perform the runs that the parent process requests."""
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
@@ -262,7 +262,7 @@ def work() -> None:
     runner = Runner(job)
     prepare(runner)
     with suppress(EOFError, BrokenPipeError):  # these errors mean that the parent process has ended
-        pickle.dump(True, rows)  # the first object means that the worker is ready
+        pickle.dump(True, rows)  # the first object tells the parent process that the worker is ready
         rows.flush()
         while True:
             number, values = pickle.load(tasks)  # noqa: S301

@@ -89,7 +89,7 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
     if not files:
         raise UsageError("nothing to check: expected a program or a scene, e.g. axistwin check if1 moves.if1")
     if made is not None and made.check is None:
-        raise UsageError(f"programs for a {made.model} cannot be checked: expected a model with a checker, e.g. if1")
+        raise UsageError(f"{made.model} programs cannot be checked: expected a model with a checker, e.g. if1")
     return made, files
 
 

@@ -37,7 +37,7 @@ def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[
     """Call `callback` in the event loop when the process receives the signal with this number."""
     try:
         loop.add_signal_handler(number, callback)
-    except NotImplementedError:  # Windows has no signal handlers in the event loop
+    except NotImplementedError:  # the event loop has no signal handlers on Windows
         signal.signal(number, lambda *_: loop.is_closed() or loop.call_soon_threadsafe(callback))
 
 

@@ -341,7 +341,7 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 def _freeze_objects() -> None:
     """Exclude all present objects from garbage collection, so that its pauses are shorter."""
-    gc.freeze()  # a full collection before `freeze` would delay the start
+    gc.freeze()  # a full garbage collection before `freeze` would delay the start
 
 
 def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:

@@ -212,7 +212,7 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait until a board reports an event, or until `other` is done."""
+        """Wait until a board reports an event, or until the task `other` is done."""
         self._changed.clear()
         waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
         _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
@@ -260,5 +260,5 @@ def _read_words(said: Callable[[str], None]) -> None:
     if sys.stdin is not None and not sys.stdin.closed:
         try:
             loop.add_reader(sys.stdin, read)
-        except (OSError, ValueError):  # stdin can be a file without events
+        except (OSError, ValueError):  # the event loop cannot read a file
             return

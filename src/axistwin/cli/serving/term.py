@@ -108,8 +108,8 @@ def term(
     if target.lower() in FAMILIES:
         made = partial(_bench, target, state=state, line=line, **read_options(options))
         return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, not no_init, tutor))
-    if virtual_only := [name.replace("_", "-") for name, given in local.items() if given]:
-        raise UsageError(f"--{virtual_only[0]} is only for a virtual controller: expected a MODEL instead of a port")
+    if option := next((name.replace("_", "-") for name, given in local.items() if given), None):
+        raise UsageError(f"--{option} is only for a virtual controller: expected a MODEL instead of a port")
     return asyncio.run(_port(target, line, ENDS[end], keyboard))
 
 

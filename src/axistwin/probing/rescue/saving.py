@@ -55,9 +55,9 @@ def rescue(end: End, found: Found, out: Path, report: Callable[[int], None] = la
     try:
         contents = family.read(exchange)
     except AxistwinError as error:
-        if (talk := _saved_talk(exchange, out)) is None:
+        if (file := _saved_talk(exchange, out)) is None:
             raise
-        raise LinkError(f"{error}; received data: {talk}") from None
+        raise LinkError(f"{error}; received data: {file}") from None
     done = Rescue(found, contents)
     done.files = _scene(found, contents) | {TALK: exchange.talk()}
     scratch = _scratch(out)

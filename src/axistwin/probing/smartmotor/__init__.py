@@ -83,7 +83,10 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return the form of an answer: `0` replaces each number and checksum, `P` the letter of a mode."""
+    """Return an answer in which `0` replaces each number and checksum, for a comparison without values.
+
+    `P` replaces the letter of a mode.
+    """
     return re.sub(rb"\b[0-9A-F]{6}\b|-?\d+", b"0", re.sub(rb"^[A-Z]\r", b"P\r", answer))
 
 
