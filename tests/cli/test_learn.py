@@ -37,4 +37,7 @@ def test_wrong_uses(tmp_path):
     spoilt = learn("if1", "--progress", tmp_path / "done.json")
     assert spoilt.code == 2
     assert "delete the file" in spoilt.err
-    assert ":task is for lessons: axistwin learn MODEL" in run("term", "if1", "--speed", "max", typed=":task\n").out
+    assert (
+        ":task works only in a lesson: start a lesson with axistwin learn MODEL"
+        in run("term", "if1", "--speed", "max", typed=":task\n").out
+    )

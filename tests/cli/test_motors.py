@@ -144,7 +144,7 @@ chain: ! line 1200
 """
     assert play(parse(talk), bench) is None
     assert bench.port("chain").host.baudrate == 1200
-    with pytest.raises(ProgramError, match="controller is missing"):
+    with pytest.raises(ProgramError, match="the line names no controller"):
         play(parse("> RP\\r\n= A low"), bench)
 
 

@@ -152,7 +152,7 @@ def test_a_port_in_use_is_one_line():
         code, words = refused("serve", "if1", "--tcp", address)
     assert code == 2
     assert words == (
-        f"axistwin: cannot listen on tcp://{address}: address already in use: "
+        f"axistwin: cannot listen on tcp://{address}: address already in use; "
         "choose another address, or port 0 for any free port\n"
     )
 

@@ -71,11 +71,11 @@ def test_what_a_local_command_does_not_know():
     lines = after_initialisation(
         term("if1", typed=":what\n:drive nothing high\n:drive input1 up\n:speed no\n:wait x\n:quit\nE\n").out
     )
-    assert lines[1] == "no command :what: expected one of those listed by :help"
+    assert lines[1] == "unknown command :what: expected a command that :help lists"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
     assert lines[5] == "invalid level 'up': expected high, on, low, off, release"
-    assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 (real time) or 0.5, or max"
-    assert lines[9] == "'x' is not a number of seconds: expected e.g. :wait 0.5"
+    assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 for real time, or max"
+    assert lines[9] == "invalid time 'x': expected a number of seconds, e.g. :wait 0.5"
     assert lines[10:] == ["> :quit"]
 
 
@@ -174,7 +174,7 @@ def test_a_controller_at_a_port(urls):
         "> E",
         "< C<CR>",
         "> :pins",
-        "this command is for a virtual controller: a port transfers characters only",
+        "this command needs a virtual controller: a port transfers characters only",
     ]
     for url in (urls["tcp"].replace("tcp", "socket"), urls["rfc2217"], urls["pty"], urls["pty"][4:]):
         assert term(url, typed="N\n").out.splitlines() == ["> N", "< 100<CR>"], url

@@ -125,8 +125,8 @@ return found
 """,
     )
     assert found == [
-        "BadInvalidState", "no home switch: name its input, e.g. home_input=1", "BadOutOfRange", "BadOutOfRange",
-        "BadOutOfRange", "BadUserAccessDenied", False, 42, "BadUserAccessDenied",
+        "BadInvalidState", "no input for a home switch: expected the option home_input, e.g. home_input=1",
+        "BadOutOfRange", "BadOutOfRange", "BadOutOfRange", "BadUserAccessDenied", False, 42, "BadUserAccessDenied",
     ]  # fmt: skip
 
 
@@ -206,7 +206,7 @@ def test_errors_of_the_command_line(tmp_path, capsys):
             [*at, "--listen", "0.0.0.0"],
             "--listen 0.0.0.0 admits other machines: add --users FILE and --certificates DIR",
         ),
-        ([*at, "--users", str(users)], "users.txt:1: expected NAME PASSWORD operator|viewer"),
+        ([*at, "--users", str(users)], "users.txt:1: invalid user: expected NAME PASSWORD operator|viewer"),
         ([*at, "--users", str(tmp_path / "none")], "cannot be read"),
         (["COM3"], "the model of the controller at the port is missing"),
     ):

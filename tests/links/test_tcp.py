@@ -78,7 +78,7 @@ def test_only_a_name_or_an_ipv6_address_is_looked_up(host, looked_up):
 
 
 def test_a_port_in_use_is_one_line(served, port):
-    with pytest.raises(LinkError, match=rf"cannot listen on {port}: address already in use: choose") as caught:
+    with pytest.raises(LinkError, match=rf"cannot listen on {port}: address already in use; choose") as caught:
         served.open(served.add(), str(port))
     assert "\n" not in str(caught.value)
 

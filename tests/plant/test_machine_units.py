@@ -106,11 +106,27 @@ def test_a_scene_with_units(directory):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"-1 mm"', '"-1 cm"', ":6:59: controller.axes.motor.limits: 'cm' is not the unit of the axis: expected mm"),
-        ("per = 80", "per = 0", 'units.per: expected the pulses or counts of one unit, e.g. 80, 6.4 or "6400/360"'),
-        ('"mm" }', '"m m" }', 'units.of: expected the name of a unit, e.g. "mm", "deg" or "rev", not "m m"\n'),
+        (
+            '"-1 mm"',
+            '"-1 cm"',
+            ":6:59: controller.axes.motor.limits: invalid position: 'cm' is not the unit of the axis: expected mm",
+        ),
+        (
+            "per = 80",
+            "per = 0",
+            'units.per: invalid unit: expected the pulses or counts of one unit, e.g. 80, 6.4 or "6400/360"',
+        ),
+        (
+            '"mm" }',
+            '"m m" }',
+            'units.of: invalid unit: expected the name of a unit, e.g. "mm", "deg" or "rev", not "m m"\n',
+        ),
         ("per = 80", "pre = 80", "'per' is missing: add per = …"),
-        ("45 °", "45 mm", ":15:1: when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis: expected °"),
+        (
+            "45 °",
+            "45 mm",
+            ":15:1: invalid position in when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis: expected °",
+        ),
         ('"-90 °"', '"-90"', None),
         ('"180°"', '"x"', ":11:56: axis shaft: limits=['-90 °', 'x']: expected a position, e.g. 1000 or '12.5 °'"),
         ('"2000/360"', "true", "axis shaft: units: expected the pulses or counts of one unit"),

@@ -184,7 +184,7 @@ def test_wrong_options_are_rejected(tmp_path, directory, capsys):
             (trace, "-o", tmp_path / "a.pdf"),
             "invalid file name 'a.pdf' for a picture: expected a name that ends in .svg or .png",
         ),
-        ((trace, "--signals", "if1.Q.*"), "no signal 'if1.Q.*' here: there are if1."),
+        ((trace, "--signals", "if1.Q.*"), "no signal matches 'if1.Q.*': there are if1."),
         ((tmp_path / "no.csv",), "cannot be read: No such file or directory"),
     ):
         code, _, err = run(capsys, "plot", *arguments)

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from axistwin.bench.fitting import Plug, fit_second_port
-from axistwin.controllers.product import Device, Follower, Listing, Product, Register
+from axistwin.controllers.product import Awaited, Device, Follower, Listing, Product, Register
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
@@ -183,6 +183,11 @@ class Controller:
         problem.
         """
         return self._abilities.hint()
+
+    @property
+    def awaited(self) -> Awaited | None:
+        """The input for which the controller waits before it continues; None if it waits for no input."""
+        return self._abilities.awaited()
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(line)` for each new status hint.  Return an unsubscribe function."""
