@@ -210,5 +210,5 @@ def test_two_runs_are_identical():
 
 
 def test_a_state_directory_that_cannot_be(bench):
-    with pytest.raises(UsageError, match=r"not a state directory: 'a\\x00b': embedded null"):
+    with pytest.raises(UsageError, match=r"invalid state directory 'a\\x00b': expected a path without NUL"):
         bench.add("if2", state="a\0b")

@@ -107,7 +107,7 @@ def test_what_national_keyboards_send(keyboard, typed, sent):
 def test_a_national_keyboard_is_for_an_if1():
     result = term("1811", "--keyboard", "uk")
     assert result.code == 2
-    assert "--keyboard uk is for an IF1 or IF2" in result.err
+    assert "--keyboard uk is only for an IF1 or IF2" in result.err
 
 
 def test_a_sequence_is_no_local_command():
@@ -135,10 +135,13 @@ def test_a_controller_that_does_not_answer_is_told():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["if9"], "no model or port 'if9': expected if1, if2, 1810, 1811, smartmotor or e.g. socket://127.0.0.1:5001"),
+        (
+            ["if9"],
+            "no model or port 'if9': expected if1, if2, 1810, 1811, smartmotor, or a port such as socket://127.0.0.1:5001",
+        ),
         (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
-        (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is for a virtual controller, not for a port"),
+        (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is only for a virtual controller"),
         (["if1", "--speed", "fast"], "invalid speed 'fast': expected a number"),
         (["if1", "--line", "fast"], "invalid line format 'fast': expected a text such as"),
     ],

@@ -153,7 +153,7 @@ def test_how_long_it_has_been_on(replay):
 
 
 def test_it_must_be_said_what_answers(replay):
-    with pytest.raises(UsageError, match="names no model"):
+    with pytest.raises(UsageError, match="contains no model"):
         replay("> (\n")
 
 

@@ -188,7 +188,10 @@ def test_another_version_of_axistwin_is_refused(unpacked):
         (["--command", "start: > X"], "command 'start': no controller in '> X'"),
         (["--command", "start: knife: = D low"], "command 'start': invalid line 'knife: = D low'"),
         (["--command", "start: knife: ! Q low"], "command 'start': unknown name 'Q'"),
-        (["--command", "a: knife: ! D low", "--command", "a: knife: ! D high"], "--command a is given twice"),
+        (
+            ["--command", "a: knife: ! D low", "--command", "a: knife: ! D high"],
+            "two --command options have the name a",
+        ),
     ],
 )
 def test_errors_are_one_line_and_nothing_is_written(scene, words, told, monkeypatch):

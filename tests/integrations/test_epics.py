@@ -181,17 +181,17 @@ def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
     from axistwin.cli.main import main
 
     for words, message in (
-        (["COM3"], "a port needs its model: expected also --model"),
+        (["COM3"], "the model of the controller at the port is missing: add --model"),
         (["tcp://127.0.0.1:1", "--model", "if1"], "if1: cannot open tcp://127.0.0.1:1"),
         (["COM3", "--model", "if3"], "no model 'if3'"),
         (["COM3", "--model", "if1", "--units", "W=1 per mm"], "no axis 'W': expected one of X, Y, Z"),
         (["COM3", "--model", "if1", "--registers", "a"], "an IF1 has no registers"),
         (
             ["COM3", "--model", "if1", "--option", "echoes=1"],
-            "no option 'echoes' for if1: expected timeout, echo, speed_range",
+            "no option 'echoes' for if1: expected one of timeout, echo, speed_range",
         ),
-        (["COM3", "--model", "if1", "--speed", "2"], "--speed is for a scene"),
-        (["lab.toml", "--model", "if1"], "--model and --baud are for a PORT"),
+        (["COM3", "--model", "if1", "--speed", "2"], "--speed is only for a scene"),
+        (["lab.toml", "--model", "if1"], "--model and --baud are only for a PORT"),
     ):
         with pytest.raises(SystemExit) as ended:
             main(["ioc", *words, "--prefix", "LAB:"])
