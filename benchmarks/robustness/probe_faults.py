@@ -144,7 +144,8 @@ def planted(rng: random.Random) -> list[Planted]:
     reply, low = rng.choice((8.0, 15.0, 30.0)), rng.randrange(2)
     motor = "smartmotor"
     return [
-        Planted("if1", "the wire to CTS is broken", "does not answer request E", options=(("wiring", "3-wire unlinked"),)),
+        Planted("if1", "the wire to CTS is broken", "does not answer request E",
+                options=(("wiring", "3-wire unlinked"),)),
         Planted(motor, f"the port has {baud} baud", "check the line format",
                 defect=lambda one: _host(one, UartFormat(baud))),
         Planted(motor, f"RK{label} reports a wrong digit", f"RK{label}: report",
