@@ -35,7 +35,7 @@ def kind_of(program: Path) -> str:
 
 
 def check_kind(program: Path, made: Product) -> None:
-    """Raise UsageError if the suffix of a program file belongs to another family of controllers.
+    """Raise UsageError if a program is for another family of controllers than the product `made`.
 
     A conversation is for any family.
     """
@@ -46,7 +46,7 @@ def check_kind(program: Path, made: Product) -> None:
 
 
 def product_for(suffix: str, text: str) -> Product:
-    """Return the product that a program is for: that of its header `; model:`, or else that of its file suffix.
+    """Return the product for a program, by the header `; model:` of the program or by its file suffix.
 
     Raises UsageError if the model is unknown.
     """
@@ -59,7 +59,7 @@ def product_for(suffix: str, text: str) -> Product:
 
 
 def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
-    """Return all errors and warnings of a program file.  Raises UsageError or ProgramError if it cannot be read."""
+    """Return all errors and warnings of a program file.  Raises UsageError or ProgramError for an unreadable file."""
     return _diagnose(load(program), kind_of(program), checker, codec, str(program))
 
 
@@ -113,7 +113,10 @@ def host_programs(
 def diagnose_named(
     text: str, suffix: str, endpoint: str, models: Mapping[str, Product], file: str = ""
 ) -> list[Diagnostic]:
-    """Return all errors and warnings of a program.  Lines that name no endpoint are for `endpoint`."""
+    """Return all errors and warnings of a program that is sent to `endpoint`.
+
+    Lines of a conversation may name other endpoints.
+    """
     sent, unread = host_programs(text, suffix, endpoint, models, file)
     return sorted([*unread, *(found for each in sent for found in each.found)])
 

@@ -20,7 +20,7 @@ LONGEST = 200
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
-    """Return a dictionary from the title of each table of codes to the rules in this table."""
+    """Return the rules for all diagnostic codes, in a dictionary by the family of controllers."""
     return {**{title: product(model).rules for title, (model, _) in FAMILIES.items()}, OURS: rules.RULES}
 
 
@@ -31,7 +31,7 @@ def suffix_of(rule: Rule) -> str:
 
 
 def select(code: str) -> list[Rule]:
-    """Return the rules whose code begins with `code`, e.g. `DP` or `SM3`.  Raises UsageError if there are none."""
+    """Return the rules whose code begins with `code`, e.g. `DP` or `SM3`.  Raises UsageError if no code matches."""
     listed = {rule.code: rule for table in tables().values() for rule in table}
     found = [rule for each, rule in listed.items() if each.startswith(code.upper())]
     if not found:

@@ -33,12 +33,12 @@ class Example:
 
     @property
     def scene(self) -> str:
-        """Name of the scene file of the example; "" for an example without a scene."""
+        """Name of the scene file of the example, or "" if the example has no scene."""
         return next((str(file.relative_to(self.root)) for file in self.files if file.suffix == LOOSE), "")
 
     @property
     def command(self) -> str:
-        """Command that runs the example's scene, without the file, e.g. `axistwin run`; "" without a scene."""
+        """Command that runs the scene of the example, e.g. `axistwin run`, or "" if the example has no scene."""
         if not self.scene:
             return ""
         text = (self.root / self.scene).read_text(encoding="utf-8")

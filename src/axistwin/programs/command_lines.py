@@ -57,7 +57,7 @@ def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -
 
 
 def named_keyboard(lines: Iterable[str]) -> str:
-    """Return the keyboard that a first comment names, e.g. `; keyboard: germany`; "us" without this comment."""
+    """Return the national keyboard in a comment such as `; keyboard: germany`; the default is "us"."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -131,7 +131,7 @@ class _LineSender:
         return interfaces[0]
 
     def prepare(self, act: Act) -> Callable[[], bool]:
-        """Return a function that performs one line of the file, and returns False if the deadline comes first."""
+        """Return a function that performs one line.  The function returns False if the deadline comes first."""
         match act:
             case Wait():
                 return partial(self._wait, act.ns)
@@ -154,7 +154,7 @@ class _LineSender:
                 break
         else:
             raise ProgramError(
-                f"{self.controller.name} does not answer the open bracket at {wanted.baudrate} baud: expected a U",
+                f"{self.controller.name} does not answer the open bracket at {wanted.baudrate} baud: expected U",
                 file=self.file,
             )
         unsubscribe()
@@ -187,12 +187,12 @@ class _LineSender:
 
 def _characters(words: str, number: int, file: str) -> bytes:
     if odd := re.search(r"[^ -~\t]", words):
-        character, hint = odd[0], ""
+        character, keyboard_hint = odd[0], ""
         if character in NATIONAL:
-            hint = ": for a national keyboard write, for example, ; keyboard: germany in the first line"
+            keyboard_hint = ": for a national keyboard write, for example, ; keyboard: germany in the first line"
         column, code = odd.start() + 1, rules.NO_ASCII.code
         raise ProgramError(
-            f"{character!r} is not an ASCII character{hint}", file=file, line=number, column=column, code=code
+            f"{character!r} is not an ASCII character{keyboard_hint}", file=file, line=number, column=column, code=code
         )
     return words.replace("\t", " ").encode()
 

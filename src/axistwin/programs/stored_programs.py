@@ -26,7 +26,10 @@ _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 
 
 def load_source(path: Path) -> bytes:
-    """Read the source of a stored program, and return the bytes to send.  Raises UsageError if it cannot be read."""
+    """Read the source file of a stored program, and return the bytes to send to the motor.
+
+    Raises UsageError if the file cannot be read.
+    """
     return as_sent(read_source(path))
 
 
@@ -78,15 +81,14 @@ def check(source: bytes, file: str, controller: Controller) -> None:
     check_motor(controller)
     if controller.name not in controller.ports:
         raise UsageError(
-            f"{controller.name} shares its serial line with other motors: "
-            "a stored program needs a port of this motor alone"
+            f"{controller.name} shares its serial line with other motors: expected a motor that is alone on its line"
         )
     alike = Bench().add(controller.product.model, controller.name, **controller.given)
     store(source, file, alike)
 
 
 def store(source: bytes, file: str, motor: Controller) -> None:
-    """Load a program into a motor, and cycle the motor's power.  Raises ProgramError if the motor refuses it."""
+    """Load a program into a motor and cycle its power.  Raises ProgramError if the motor refuses the program."""
     port = motor.serial
     instant, port.instant = port.instant, True
     try:

@@ -87,5 +87,5 @@ class _Sender:
 
 
 def _index(error: Diagnostic, characters: Sequence[Sent], on_line: Sequence[int]) -> int:
-    """Return the index of the character at which an error begins, or the index of the line's last character."""
+    """Return the index of the character at which an error begins, at most that of the line's last character."""
     return next((index for index in on_line if characters[index].column >= error.column), on_line[-1])

@@ -63,7 +63,7 @@ def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[T
 
 @pytest.fixture
 def axistwin_port(axistwin_twin: "Twin") -> "Url":
-    """URL for pyserial of the port of the first controller."""
+    """URL at which pyserial opens the port of the first controller."""
     return next(iter(axistwin_twin.ports.values()))
 
 

@@ -98,7 +98,7 @@ class _Service(NamedTuple):
 
 
 class Twin:
-    """A bench whose controllers are served on real ports during a `with` block.  The function `serve` returns it."""
+    """A bench whose controllers are served on real ports during a `with` block.  `serve` returns a Twin."""
 
     def __init__(
         self, bench: Bench, wanted: list[tuple[str, PortUrl]], speed: Speed, writers: Iterable[Writer] = ()
@@ -187,7 +187,7 @@ class Twin:
         return result
 
     def do(self, action: Callable[[], T]) -> T:
-        """Call a function in the bench's own thread, at the present time.
+        """Call a function in the thread that runs the bench, at the present time of the bench.
 
         If `speed` is a number, the present time is that of the wall clock.  All events due by then are executed
         before the call, and all events that the call makes due are executed after it.
