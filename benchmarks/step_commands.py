@@ -1,11 +1,15 @@
 """Step commands for moves of 20,000 pulses of an IF1, an 1811 and a SmartMotor, planned as a whole for a 16 MHz clock.
 
-    python benchmarks/step_commands.py [--pulses 20000]
+    python benchmarks/step_commands.py [--pulses 20000] [--least]
 
 The pulses of step outputs must be within 0.5 µs of their times.  The counts of a SmartMotor are known to a sample of
 246 µs; their tolerance is a quarter of the time between two.  The typical moves must take at most 150 commands.  Each
 velocity level of a fast ramp needs commands of its own, so the other moves must take at most 2.5 for each level.
 Prints the figures and a verdict; the exit code is 1 if one fails.
+
+The pulse times of a command are a quadratic function of the pulse number.  `--least` (needs SciPy) also prints the
+smallest number of quadratic functions, of any real coefficients, that are within the tolerance of all pulse times: no
+planner can take fewer commands.
 """
 
 import argparse
@@ -38,11 +42,14 @@ class Figures(NamedTuple):
     levels: int
     worst_us: float
     tolerance_us: float
+    least: int
+    """Smallest number of commands that any planner could take; 0: not computed."""
 
     def __str__(self) -> str:
         return (
             f"{self.pulses} pulses in {self.commands} commands, {self.levels} velocity levels, worst error "
             f"{self.worst_us:.2f} of {self.tolerance_us:.2f} µs"
+            + (f", no planner can take fewer than {self.least} commands" if self.least else "")
         )
 
 
@@ -92,7 +99,7 @@ def smartmotor(acceleration: int, velocity: int) -> Prepare:
     return prepare
 
 
-def figures(prepare: Prepare, pulses: int) -> Figures:
+def figures(prepare: Prepare, pulses: int, least: bool) -> Figures:
     """Make a move, plan its pulses and return the figures."""
     bench = Bench()
     controller, start = prepare(bench, pulses)
@@ -111,7 +118,49 @@ def figures(prepare: Prepare, pulses: int) -> Figures:
         at, made, commands = at + steps.ticks, made + steps.count, commands + 1
     moves = axis.train.moves if hasattr(axis, "train") else []
     levels = sum(len(move.profile.segments) for move in moves)
-    return Figures(made, commands, levels, worst / MHZ, tolerance / MHZ)
+    fewest = least_commands(wanted, tolerance) if least else 0
+    return Figures(made, commands, levels, worst / MHZ, tolerance / MHZ, fewest)
+
+
+def least_commands(times: "np.typing.NDArray[np.float64]", tolerance: float) -> int:
+    """Return the smallest number of quadratic functions that cover all times, in order, within the tolerance."""
+    done = found = 0
+    while done < len(times):
+        left = times[done:]
+        fits, fails = min(3, len(left)), len(left) + 1
+        while fails - fits > 1:
+            tried = min(2 * fits, (fits + fails) // 2)
+            if quadratic(left[:tried], tolerance):
+                fits = tried
+            else:
+                fails = tried
+        done, found = done + fits, found + 1
+    return found
+
+
+def quadratic(times: "np.typing.NDArray[np.float64]", tolerance: float) -> bool:
+    """True if a quadratic function of the pulse number is within the tolerance of all times.
+
+    Linear programming finds the best function for some of the pulses; the pulse with the largest error joins them.
+    """
+    from scipy.optimize import linprog
+
+    count = len(times)
+    wanted, scaled = times - times.mean(), np.linspace(-1, 1, count)
+    powers = np.stack([np.ones(count), scaled, scaled**2], axis=1)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, 12)).astype(int))
+    while True:
+        some, slack = powers[chosen], -np.ones((len(chosen), 1))
+        above, below = np.hstack([some, slack]), np.hstack([-some, slack])
+        bounds = np.concatenate([wanted[chosen], -wanted[chosen]])
+        *coefficients, error = linprog([0, 0, 0, 1], np.vstack([above, below]), bounds, bounds=(None, None)).x
+        if error > tolerance * (1 + 1e-9):
+            return False
+        errors = np.abs(powers @ coefficients - wanted)
+        worst = int(errors.argmax())
+        if errors[worst] <= tolerance * (1 + 1e-6) or worst in chosen:
+            return True
+        chosen = np.append(chosen, worst)
 
 
 def collected(bench: Bench, driven: Motor) -> "np.typing.NDArray[np.int64]":
@@ -141,11 +190,12 @@ def main() -> int:
     """Print the figures of all moves."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--pulses", type=int, default=20_000)
-    pulses, held = parser.parse_args().pulses, True
+    parser.add_argument("--least", action="store_true")
+    given, held = parser.parse_args(), True
     for name, prepare in (TYPICAL | FAST).items():
-        found = figures(prepare, pulses)
+        found = figures(prepare, given.pulses, given.least)
         most = MOST_COMMANDS if name in TYPICAL else MOST_PER_LEVEL * found.levels
-        good = found.pulses == pulses and found.commands <= most and found.worst_us <= found.tolerance_us + 1e-9
+        good = found.pulses == given.pulses and found.commands <= most and found.worst_us <= found.tolerance_us + 1e-9
         held = held and good
         print(f"{'held' if good else 'FAILED'}: {name}: {found}", flush=True)
     return 0 if held else 1

@@ -15,7 +15,7 @@ _long_word = re.compile(rf"\S{{{MOST_WORD + 1},}}")
 
 
 def one_line(message: str) -> str:
-    """Convert a message to one readable line; a long message is shortened in the middle."""
+    """Return a message as one printable line; the middle of a long message is left out."""
     if len(message) <= MOST_WORD and message.isprintable():
         return message
     shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message.strip())
@@ -24,12 +24,12 @@ def one_line(message: str) -> str:
 
 
 def with_article(noun: str) -> str:
-    """Return a noun with its article: an IF1, an 1811, a SmartMotor."""
+    """Return a noun with its article, e.g. "an IF1" or "a SmartMotor"."""
     return f"{'an' if noun.lower().startswith((*'aeiou', '18')) else 'a'} {noun}"
 
 
 class AxistwinError(Exception):
-    """An error that the user can correct.  The message is one line with the remedy."""
+    """An error that the user can correct.  The message is one line and contains the remedy."""
 
 
 class UsageError(AxistwinError):
@@ -44,23 +44,23 @@ class MissingExtraError(UsageError):
 
 
 def installed(library: str) -> bool:
-    """True if a library can be imported; its module has its name, or its name in lower case."""
+    """True if a Python module with the name of the library, or with this name in lower case, is installed."""
     return find_spec(library) is not None or find_spec(library.lower()) is not None
 
 
 def require(library: str, extra: str) -> None:
-    """Raise MissingExtraError if the library of an extra is not installed."""
+    """Raise MissingExtraError if a library that an optional extra needs is not installed."""
     if not installed(library):
         raise MissingExtraError(library=library, extra=extra)
 
 
 def installation(extra: str, library: str) -> str:
-    """Return the commands that install an extra: the libraries by name, and the extra itself in a clone."""
-    from importlib.metadata import PackageNotFoundError, requires  # lazy import: slow
+    """Return the pip commands that install the libraries of an optional extra."""
+    from importlib.metadata import PackageNotFoundError, requires  # this import is lazy because it is slow
 
     try:
         wanted = requires("axistwin") or []
-    except PackageNotFoundError:  # axistwin is not installed, but runs from its source directory
+    except PackageNotFoundError:  # axistwin can run from its source directory without installation
         wanted = []
     markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
     parts = [one.partition(";") for one in wanted]
@@ -70,7 +70,7 @@ def installation(extra: str, library: str) -> str:
 
 
 class PlacedError(AxistwinError):
-    """Raised for an error in a user's file: `file:line:column: message`.
+    """Raised for an error at a place in a user's file; its text is `file:line:column: message`.
 
     For checkers: `code` of the violated rule; `width` in columns; `instead`: a possible replacement, or, if `sure`, the
     only possible one.
@@ -95,7 +95,7 @@ class PlacedError(AxistwinError):
         super().__init__(f"{place}: {message}" if place else message)
 
     def at(self, file: str, line: int, column: int) -> Self:
-        """Return the same error at another place."""
+        """Return a copy of this error with another file, line and column."""
         return type(self)(
             self.message,
             file=file,
@@ -109,7 +109,7 @@ class PlacedError(AxistwinError):
 
 
 class SceneError(PlacedError):
-    """Raised if no bench can be built from a scene file."""
+    """Raised if a scene file is invalid."""
 
 
 class NoSceneError(SceneError, UsageError):
@@ -125,4 +125,4 @@ class TraceError(AxistwinError):
 
 
 class LinkError(AxistwinError):
-    """Raised if a port, socket, pty or serial device cannot be opened."""
+    """Raised if a port cannot be opened, or if the controller at the port does not answer."""

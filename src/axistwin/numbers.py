@@ -27,19 +27,19 @@ class NumberError(UsageError, ValueError):
 
 
 def clipped(text: str) -> str:
-    """Return a text for use in an error message; the end of a long text is cut off."""
+    """Return a text for an error message; a long text is cut after 40 characters."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}… ({len(text)} characters)"
 
 
 def shortened(text: str) -> str:
-    """Return a text in quotes for use in an error message; the end of a long text is cut off."""
+    """Return a text in quotes for an error message; a long text is cut after 40 characters."""
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
 
 def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) -> int:
-    """Parse a whole number in base 2, 10 or 16; with base 0, the prefix `0x` or `0b` selects the base.
+    """Parse a whole number from `low` to `high`.  Raises NumberError.
 
-    Raises NumberError for a number outside the range `low` to `high`.
+    `base`: 2, 10, 16, or 0 for a number whose prefix `0x` or `0b` selects its base.
     """
     words = _bounded(text, "whole number")
     try:
@@ -64,7 +64,7 @@ def real(text: str) -> float:
 
 
 def decimal(text: str) -> Decimal:
-    """Parse an exact decimal number below 1e30, with at most `MOST_CHARACTERS` decimals.  Raises NumberError."""
+    """Parse an exact decimal number below 1e30, without rounding.  Raises NumberError."""
     words = _bounded(text, "number")
     try:
         number = Decimal(words)
@@ -80,8 +80,9 @@ def decimal(text: str) -> Decimal:
 
 
 def check_values(value: object, path: Path = ()) -> None:
-    """Check the numbers in a table that a library has read.  Raises NumberError with the `path` of a number out of
-    range.
+    """Raise NumberError if a table contains a whole number of more than 64 bits.
+
+    The `path` of the error is the place of the number in the table.
     """
     if isinstance(value, Mapping):
         for key, inner in value.items():
@@ -90,12 +91,16 @@ def check_values(value: object, path: Path = ()) -> None:
         for at, inner in enumerate(value):
             check_values(inner, (*path, at))
     elif isinstance(value, int) and not LOWEST <= value <= HIGHEST:
-        raise NumberError("a whole number beyond 64 bits: expected -9223372036854775808 to 9223372036854775807", path)
+        raise NumberError(
+            "a whole number has more than 64 bits: expected -9223372036854775808 to 9223372036854775807", path
+        )
 
 
-def _bounded(text: str, what: str) -> str:
+def _bounded(text: str, kind_of_number: str) -> str:
     if len(text) > MOST_CHARACTERS:
-        raise NumberError(f"{shortened(text)} is too long for a {what}: expected at most {MOST_CHARACTERS} characters")
+        raise NumberError(
+            f"{shortened(text)} is too long for a {kind_of_number}: expected at most {MOST_CHARACTERS} characters"
+        )
     if not text.isascii():
-        raise NumberError(f"{shortened(text)} is not a {what}: expected the digits 0 to 9")
+        raise NumberError(f"{shortened(text)} is not a {kind_of_number}: expected the digits 0 to 9")
     return text

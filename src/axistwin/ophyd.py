@@ -34,9 +34,9 @@ POLL_S = 0.05
 
 
 class Controller:
-    """A controller whose axes are motors of ophyd-async.  The arguments are those of `axistwin.drivers.connect`.
+    """A controller whose axes are motors of ophyd-async.
 
-    The port is opened when the first motor is connected.
+    The arguments are those of `axistwin.drivers.connect`.  The port is opened when the first motor is connected.
     """
 
     def __init__(self, url: str, model: str, *, baud: int | None = None, **options: Any) -> None:
@@ -45,9 +45,9 @@ class Controller:
 
     @classmethod
     def inside(cls, bench: "Bench", name: str, **options: Any) -> "Controller":
-        """Return a controller of a bench, whose time passes only while the driver waits: a scan takes no real time.
+        """Return a controller of a bench, which runs in virtual time, so that a scan takes almost no real time.
 
-        `options`: options of the driver.  Raises UsageError.
+        Virtual time passes only while the driver waits.  `options`: options of the driver.  Raises UsageError.
         """
         from axistwin.integrations import driver_inside  # lazy import: only virtual controllers need the emulator
 
@@ -58,15 +58,15 @@ class Controller:
     def motor(
         self, axis: str, name: str = "", *, counts_per_unit: float = 1.0, unit: str = "counts", poll_s: float = POLL_S
     ) -> "Motor":
-        """Return a motor.  Raises RefusedError if the controller has no such axis."""
+        """Return an axis as a motor of ophyd-async.  Raises RefusedError if the controller has no such axis."""
         if axis not in self.driver.axes:
-            raise RefusedError(f"no axis {axis!r}: expected {', '.join(self.driver.axes)}")
+            raise RefusedError(f"no axis {axis!r}: expected one of {', '.join(self.driver.axes)}")
         found = self.driver.axes[axis]
         found.scale = Scale(counts_per_unit, unit)
         return Motor(self, found, name, poll_s)
 
     async def connect(self) -> None:
-        """Open the port, and find the controller."""
+        """Open the port and find the controller."""
         if not self._connected:
             await self.driver.run(nothing())
             self._connected = True
@@ -78,7 +78,7 @@ class Controller:
 
 
 class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
-    """An axis as a motor of ophyd-async: set, locate, read, stop."""
+    """An axis as a motor of ophyd-async, for bluesky's plans."""
 
     def __init__(self, controller: Controller, axis: AsyncAxis, name: str, poll_s: float) -> None:
         self.controller, self.axis, self._poll_s = controller, axis, poll_s
@@ -95,7 +95,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
         self.readback.set_name(name)
 
     async def connect(self, mock: Any = False, timeout: float = 10.0, force_reconnect: bool = False) -> None:
-        """Open the port, unless the motor is a mock."""
+        """Open the port of the controller, unless the motor is a mock."""
         await super().connect(mock, timeout, force_reconnect)
         if not mock:
             await self.controller.connect()
@@ -109,12 +109,12 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
 
     @AsyncStatus.wrap
     async def trigger(self) -> None:
-        """Read the position, for motors that are used as detectors."""
+        """Read the position of the motor, which a plan can use as a detector."""
         await self._update()
 
     @WatchableAsyncStatus.wrap
     async def set(self, value: float) -> AsyncGenerator[WatcherUpdate[float]]:
-        """Move to a position; done when the final position has been read.  Raises RefusedError if stopped earlier."""
+        """Move to a position and wait for the end of the move.  Raises RefusedError if a fault ends the move."""
         initial = (await self._update()).position
         await self.axis.move_to(value)
         while True:
@@ -124,15 +124,17 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
                 break
             await self.controller.driver.clock.pause(self._poll_s)
         if status.faults:
-            raise RefusedError(f"{self.name} stopped at {status.position:g}: {'; '.join(map(str, status.faults))}")
+            raise RefusedError(
+                f"{self.name} stopped at {status.position:g} because of faults: {'; '.join(map(str, status.faults))}"
+            )
 
     async def stop(self, success: bool = False) -> None:  # noqa: ARG002  # the move that is stopped reports its end
-        """Decelerate, and wait until the axis is at rest."""
+        """Decelerate the axis and wait until the axis is at rest."""
         await self.axis.stop()
         while (await self._update()).moving:
             await self.controller.driver.clock.pause(self._poll_s)
 
     async def locate(self) -> Location[float]:
-        """Return setpoint and position."""
+        """Return the setpoint and the position of the axis."""
         status = await self._update()
         return {"setpoint": status.setpoint, "readback": status.position}

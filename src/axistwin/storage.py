@@ -28,25 +28,25 @@ _log = getLogger("axistwin.state")
 
 
 class MemoryStore:
-    """Non-volatile memory in RAM, which lasts as long as the bench."""
+    """Non-volatile memory of a controller, kept in RAM while the bench exists."""
 
     def __init__(self) -> None:
         self._contents: bytes | None = None
 
     def load(self) -> bytes | None:
-        """Return the contents of the last `save`."""
+        """Return the contents that `save` has stored, or None before the first `save`."""
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Save the contents."""
+        """Store the contents of the memory in RAM."""
         self._contents = contents
 
     def end(self) -> None:
-        """Do nothing: no writes are pending."""
+        """Do nothing, because a memory in RAM has no pending writes."""
 
 
 class FileStore:
-    """Non-volatile memory in a file.  After a crash the file holds the old or the new contents, never a mixture.
+    """Non-volatile memory of a controller in a file.  A crash leaves the old or the new contents, never a mixture.
 
     The directory belongs to this process while one of its controllers stores memory there.  If the file cannot be
     written, the contents stay in RAM until the power is off; the file keeps the last complete image.
@@ -59,7 +59,7 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # contents that are not in the file yet, because a write has failed
+        self._unwritten: bytes | None = None  # this attribute holds the contents of a failed write
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""
@@ -69,11 +69,11 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """Return the contents of the last `save`; None before the first `save`."""
+        """Return the contents of the last `save`; before the first `save`, return the contents of the file."""
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
-        """Write a temporary file, flush the file to disk, and rename it to replace the old file.
+        """Write the contents to a temporary file, flush that file to disk, and replace the old file by it.
 
         If writing fails, the contents stay in RAM; the first failure after each call of `end` is logged.
         """
@@ -92,9 +92,9 @@ class FileStore:
                 _log.warning("%s", warning)
 
     def end(self) -> None:
-        """Retry a failed write once, at power-off or at the end of the program; then discard its contents.
+        """Retry a failed write once, when the controller is switched off or the program ends.
 
-        The number of failed writes since this store was made is logged.
+        The contents are then discarded.  The number of failed writes since this store was made is logged.
         """
         if self._unwritten is not None:
             with suppress(OSError):
@@ -105,7 +105,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """Text for the log: the state of the file after failed writes."""
+        """Description, for the log, of the state of the file after failed writes."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file holds the last whole image"
@@ -122,15 +122,15 @@ class FileStore:
             else:
                 self.path.unlink(missing_ok=True)
         except OSError as error:
-            do = "remove" if self.found is None else "write"
-            raise AxistwinError(f"cannot {do} {self.path}: {reason(error)}") from None
+            remove_or_write = "remove" if self.found is None else "write"
+            raise AxistwinError(f"cannot {remove_or_write} {self.path}: {reason(error)}") from None
         self._given_up, self._unwritten, self._counted = True, None, self._failures
 
     def _read(self) -> bytes | None:
-        """Return the file's contents; None: no file yet.  Raises UsageError if the path is not a file."""
+        """Return the contents of the file, or None if the file does not exist.  Raises UsageError."""
         try:
             if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
-                raise UsageError(f"cannot read {self.path}: not a file")
+                raise UsageError(f"cannot read {self.path}: expected a regular file")
             with self.path.open("rb") as file:
                 contents = file.read(MOST_BYTES + 1)
         except FileNotFoundError:
@@ -138,19 +138,19 @@ class FileStore:
         except OSError as error:
             raise UsageError(f"cannot read {self.path}: {reason(error)}") from None
         if len(contents) > MOST_BYTES:
-            raise UsageError(f"cannot read {self.path}: more than {MOST_BYTES} bytes: delete it")
+            raise UsageError(f"{self.path} is larger than {MOST_BYTES} bytes: delete the file")
         return contents
 
 
 class _Directory:
-    """A directory that belongs to this process; other processes cannot hold it until this object or process ends."""
+    """A directory that other processes cannot use until this object is deleted or this process ends."""
 
     _held: ClassVar[WeakValueDictionary[tuple[int, Path], "_Directory"]] = WeakValueDictionary()
 
     def __init__(self, path: Path) -> None:
-        from filelock import FileLock, Timeout  # lazy import: only needed to keep state
+        from filelock import FileLock, Timeout  # this import is lazy because only state directories need it
 
-        (path / LOCK).touch()  # a directory that cannot be written is reported as such, not as locked
+        (path / LOCK).touch()  # `touch` fails if the directory is read-only
         self._lock = FileLock(path / LOCK, timeout=0, thread_local=False)
         try:
             self._lock.acquire()
@@ -167,7 +167,7 @@ class _Directory:
 
     @classmethod
     def held(cls, path: Path) -> "_Directory":
-        """Return the directory, which is created if necessary, for use by this process only.
+        """Create the directory if necessary, and reserve the directory for this process.
 
         Raises UsageError if another process holds the directory, or if the directory is not writable.
         """
@@ -182,30 +182,34 @@ class _Directory:
 
 @contextmanager
 def _readable_errors(path: Path) -> Iterator[None]:
-    """Within a `with` block, convert system errors about a state directory to UsageError."""
+    """Convert an OSError within a `with` block to a UsageError about the state directory."""
     try:
         yield
     except OSError as error:
-        wrong = "cannot be written" if path.is_dir() else "cannot be made"
-        raise UsageError(f"state directory {path} {wrong}: {reason(error)}: choose another directory") from None
-    except ValueError as error:  # the path contains a NUL character
-        raise UsageError(f"not a state directory: {str(path)!r}: {error}") from None
+        write_or_make = "write" if path.is_dir() else "make"
+        raise UsageError(
+            f"cannot {write_or_make} state directory {path} ({reason(error)}): choose another directory"
+        ) from None
+    except ValueError:
+        raise UsageError(
+            f"invalid state directory {str(path)!r}: expected a path without NUL characters, e.g. ./state"
+        ) from None
 
 
 def _holder(path: Path) -> str:
-    """Return a description of the process that uses a directory, or "" if it is not known."""
+    """Return the number and name of the process that uses a directory, or "another process"."""
     try:
         with (path / HOLDER).open("rb") as file:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal() or not _alive(int(number)):  # the process that the file names has been killed
+    if not number.isdecimal() or not _alive(int(number)):  # the process may have been killed
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 
 
 def _alive(number: int) -> bool:
-    """Return False if there is certainly no process with this number."""
+    """Return False if no process with this number exists; return True if this is unknown."""
     if os.name == "nt":
         return True
     try:
@@ -218,7 +222,7 @@ def _alive(number: int) -> bool:
 
 
 def _program() -> str:
-    """Return a short description of this process, without its options, which may contain secrets."""
+    """Return the command of this process without its options, because options may contain secrets."""
     path, *arguments = [str(argument) for argument in getattr(sys, "argv", None) or [""]]
     name = Path(path).parent.name if Path(path).name == "__main__.py" else Path(path).name
     words = [name if name not in ("", "-c", "-m") else "python"]
@@ -249,14 +253,14 @@ def write_whole(path: Path, contents: bytes) -> None:
 
 
 def _sweep(path: Path) -> None:
-    """Remove temporary files of a process that was killed while it wrote this file."""
+    """Remove the temporary files that a killed process has left beside this file."""
     for left in path.parent.glob(f"{escape(path.name)}*.new"):
         with suppress(OSError):
             left.unlink()
 
 
 def _sync(path: Path) -> None:
-    """Flush a directory (its list of names) to disk, if the system supports this."""
+    """Flush the list of file names in a directory to disk, if the system supports this."""
     if os.name == "nt":
         return
     directory = os.open(path, os.O_RDONLY)
@@ -282,18 +286,18 @@ def user_cache() -> Path:
 
 
 def reason(error: OSError) -> str:
-    """Return the operating system's text for an error."""
+    """Return the operating system's description of an error, in lower case."""
     return (error.strerror or str(error)).lower()
 
 
 def excerpt(text: object) -> str:
-    """Return a text, or the text of an error, as one short line."""
+    """Return a text as one line of at most `LONGEST` printable characters."""
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
 
 
 def encoding_of(data: bytes) -> str:
-    """Return the encoding of a text file: that of its byte order mark, or UTF-8, or a code page.
+    """Return the encoding of a text file: the encoding of its byte order mark, else UTF-8, else a code page.
 
     In code pages 437 and 850 most national letters are bytes from 80h to 9Fh, which are no letters in Latin-1.
     """

@@ -12,15 +12,15 @@ MOST_NS = 1 << 63
 
 
 def to_ns(seconds: float | Fraction) -> int:
-    """Return seconds as the nearest whole number of nanoseconds.  Raises UsageError beyond the end of virtual time."""
+    """Convert seconds to the nearest whole number of nanoseconds.  Raises UsageError for more than 292 years."""
     ns = seconds * S
     if not -MOST_NS < ns < MOST_NS:
-        raise UsageError(f"{_shown(seconds)} is too long: expected less than 292 years, 9.2e9 s")
+        raise UsageError(f"{_shown(seconds)} is too long: expected less than 292 years (9.2e9 s)")
     return round(ns)
 
 
 def to_seconds(ns: int) -> float:
-    """Return nanoseconds as seconds, for messages and plots."""
+    """Convert nanoseconds to seconds."""
     return ns / S
 
 

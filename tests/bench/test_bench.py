@@ -96,7 +96,7 @@ def test_controllers_have_names_and_a_free_one_is_found():
     first, second, third = bench.add("if1"), bench.add("if1"), bench.add("IF2", name="drill")
     assert [first.name, second.name, third.name] == ["if1", "if1-2", "drill"]
     assert bench["drill"] is third
-    with pytest.raises(UsageError, match="there is a controller 'drill' already"):
+    with pytest.raises(UsageError, match="the name 'drill' is in use by a controller"):
         bench.add("if1", name="drill")
 
 
@@ -104,27 +104,30 @@ def test_controllers_have_names_and_a_free_one_is_found():
     ("call", "message"),
     [
         ({"model": "if3"}, "no model 'if3': expected one of if1, if2"),
-        ({"model": "if1", "speed": 1}, "if1 has no option 'speed': it takes X, Y, Z, wiring"),
-        ({"model": "if1", "X": {"limit": 1}}, "axis X has no option 'limit': it takes limits, home"),
+        ({"model": "if1", "speed": 1}, "if1 has no option 'speed': expected one of X, Y, Z, wiring"),
+        ({"model": "if1", "X": {"limit": 1}}, "axis X has no option 'limit': expected one of limits, home"),
         ({"model": "if1", "X": {"home": (0, 1)}}, "if1 has no home input"),
         ({"model": "if1", "wiring": "7-wire"}, "expected one of '5-wire', '3-wire'"),
         ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: expected a number from 0 to 60"),
-        ({"model": "if1", "line": "9600 9N1"}, "invalid line format '9600 9N1': expected e.g. '9600 8N2'"),
-        ({"model": "if1", "line": "96 8"}, "invalid line format '96 8': expected e.g. '9600 8N2'"),
-        ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "axis X: 'torque'"),
+        ({"model": "if1", "line": "9600 9N1"}, "invalid line format '9600 9N1': expected a text such as '9600 8N2'"),
+        ({"model": "if1", "line": "96 8"}, "invalid line format '96 8': expected a text such as '9600 8N2'"),
+        ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "invalid option of axis X: 'torque'"),
         (
             {"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}},
-            "axis X: invalid torque curve: expected points with",
+            "invalid option of axis X: invalid torque curve: expected points",
         ),
-        ({"model": "if1", "X": 5}, 'axis X=5: expected its options, e.g. X={"limits": (-100, 5000)}'),
-        ({"model": "if1", "X": {"motor": 1}}, "axis X: "),
-        ({"model": "if1", "X": {"limits": "foo"}}, "axis X: limits='foo': expected two positions, e.g. [-100, 5000]"),
-        ({"model": "if1", "X": {"limits": (5, -1)}}, "axis X: limits=(5, -1): expected two positions"),
-        ({"model": "if1", "X": {"limits": (0, 1, 2)}}, "axis X: limits=(0, 1, 2): expected two positions"),
+        ({"model": "if1", "X": 5}, 'invalid options X=5 of an axis: expected a table, e.g. X={"limits": (-100, 5000)}'),
+        ({"model": "if1", "X": {"motor": 1}}, "invalid option of axis X: "),
+        (
+            {"model": "if1", "X": {"limits": "foo"}},
+            "invalid limits='foo' of axis X: expected two positions, e.g. [-100, 5000]",
+        ),
+        ({"model": "if1", "X": {"limits": (5, -1)}}, "invalid limits=(5, -1) of axis X: expected two positions"),
+        ({"model": "if1", "X": {"limits": (0, 1, 2)}}, "invalid limits=(0, 1, 2) of axis X: expected two positions"),
         ({"model": "if1", "history": 0}, "history=0: expected a number of moves, 2 or more"),
         (
             {"model": "if1", "X": {"encoder": {"pulses_per_rev": 0}}},
-            "axis X: invalid encoder: expected counts and pulses per",
+            "invalid option of axis X: invalid encoder: expected counts and pulses per",
         ),
     ],
 )
@@ -207,5 +210,5 @@ def test_two_runs_are_identical():
 
 
 def test_a_state_directory_that_cannot_be(bench):
-    with pytest.raises(UsageError, match=r"not a state directory: 'a\\x00b': embedded null"):
+    with pytest.raises(UsageError, match=r"invalid state directory 'a\\x00b': expected a path without NUL"):
         bench.add("if2", state="a\0b")

@@ -72,19 +72,19 @@ def test_it_is_asked_at_every_sample_while_a_servo_moves(bench):
 def test_what_others_have_not(bench):
     if1, board, motor = bench.add("if1"), bench.add("1811"), bench.add("smartmotor")
     for broken, words in (
-        (lambda: if1.rs485, "if1 has no second serial channel: that is for SmartMotors"),
-        (lambda: board.rs485, "1811 has no second serial channel"),
-        (lambda: if1.ambient, "if1 is no motor and has no `ambient`"),
-        (lambda: setattr(if1, "ambient", 30), "if1 is no motor and has no `ambient`"),
-        (lambda: board.master, "1811 is no motor and has no `master`: that is for SmartMotors"),
+        (lambda: if1.rs485, "if1 has no RS-485 channel: expected a SmartMotor"),
+        (lambda: board.rs485, "1811 has no RS-485 channel"),
+        (lambda: if1.ambient, "if1 has no attribute `ambient`"),
+        (lambda: setattr(if1, "ambient", 30), "if1 has no attribute `ambient`"),
+        (lambda: board.master, "1811 has no attribute `master`: expected a SmartMotor"),
         (lambda: motor.bus, "smartmotor is not on a bus"),
-        (lambda: bench.chain(motor, if1), "if1 cannot be in a daisy chain: that is for SmartMotors"),
+        (lambda: bench.chain(motor, if1), "if1 cannot be in a daisy chain: expected a SmartMotor"),
         (lambda: bench.chain(board), "1811 cannot be in a daisy chain"),
-        (lambda: bench.chain(), r"chain\(\) joins motors: expected at least one"),
-        (lambda: bench.rs485(motor, motor), "smartmotor is on 'this line' already: expected each motor once"),
-        (lambda: bench.chain(Bench().add("smartmotor", "far")), "far is not on this bench"),
+        (lambda: bench.chain(), r"no motors in chain\(\): expected one or more motors"),
+        (lambda: bench.rs485(motor, motor), r"smartmotor is given twice to rs485\(\): expected each motor once"),
+        (lambda: bench.chain(Bench().add("smartmotor", "far")), "far is on another bench"),
         (lambda: bench.add("smartmotor", shaft={"home": (0, 1)}), "axis shaft has no option 'home'"),
-        (lambda: bench.port("nobody"), "no controller 'nobody' here: there are if1, 1811, smartmotor"),
+        (lambda: bench.port("nobody"), "no controller 'nobody' on the bench: expected one of if1, 1811, smartmotor"),
     ):
         with pytest.raises(UsageError, match=words):
             broken()
@@ -100,9 +100,11 @@ def test_a_chain_of_motors(bench):
     assert bench.lines["chain"].motors == (first, second)
     assert bench.ports == {"chain": port}
     for motor in (first, second):
-        with pytest.raises(UsageError, match="is in the daisy chain 'chain': use the port that `chain` returned"):
+        with pytest.raises(
+            UsageError, match=r"is in the daisy chain 'chain': use the port that `Bench\.chain` returned"
+        ):
             _ = motor.serial
-    with pytest.raises(UsageError, match="m2 is on 'chain' already"):
+    with pytest.raises(UsageError, match="m2 is connected to 'chain' already"):
         bench.chain(second)
 
 
@@ -151,7 +153,7 @@ def test_lines_have_names(bench):
     bench.chain(two)
     bench.chain(three, name="third")
     assert list(bench.lines) == ["chain", "chain-2", "third"]
-    with pytest.raises(UsageError, match="there is a line 'third' already"):
+    with pytest.raises(UsageError, match="the name 'third' is in use by a line"):
         bench.add("if1", name="third")
 
 

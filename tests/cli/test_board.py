@@ -110,7 +110,7 @@ def test_a_program_that_cannot_be_read(tmp_path):
     program.write_text("70\ngo_relative x\n")
     code, _, told = run("run", "1811", program)
     assert code == 1
-    assert f"{program}:2:13: distance: 'x' is invalid" in told
+    assert f"{program}:2:13: invalid distance 'x'" in told
 
 
 def test_a_program_for_something_else(tmp_path):

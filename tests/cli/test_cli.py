@@ -140,8 +140,11 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
     [
         (["run", "if1", "a.if1", "--for", "nan"], "'nan' is not a number"),
         (["run", "if1", "a.if1", "--option", "state=/x"], "use --state"),
-        (["run", "if1", "a.if1", "--option", "X=5"], "axis X=5: expected its options"),
-        (["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"], "X already has a value"),
+        (["run", "if1", "a.if1", "--option", "X=5"], "invalid options X=5 of an axis: expected a table"),
+        (
+            ["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"],
+            "an earlier --option has already set X",
+        ),
         (["run", "if1", "-"], "-: unknown kind of program"),
     ],
 )

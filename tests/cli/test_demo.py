@@ -37,5 +37,5 @@ def test_the_picture_may_be_drawn_elsewhere(demo, tmp_path):
 
 
 def test_a_picture_of_no_kind_is_refused_before_anything_happens(demo):
-    with pytest.raises(UsageError, match=r"'a\.bmp' is not a name for a picture"):
+    with pytest.raises(UsageError, match=r"invalid file name 'a\.bmp' for a picture"):
         demo("--plot", "a.bmp")

@@ -36,5 +36,8 @@ def test_wrong_uses(tmp_path):
     (tmp_path / "done.json").write_text("{")
     spoilt = learn("if1", "--progress", tmp_path / "done.json")
     assert spoilt.code == 2
-    assert "remove it to begin with lesson 1" in spoilt.err
-    assert ":task is for lessons: axistwin learn MODEL" in run("term", "if1", "--speed", "max", typed=":task\n").out
+    assert "delete the file" in spoilt.err
+    assert (
+        ":task works only in a lesson: start a lesson with axistwin learn MODEL"
+        in run("term", "if1", "--speed", "max", typed=":task\n").out
+    )

@@ -99,7 +99,7 @@ def test_a_conversation():
     ("line", "words"),
     [
         ("! A 2,5V", "invalid level '2,5V': expected high, on, low, off, release or a voltage, e.g. 2.5V"),
-        ("! A 24V", "24V would destroy the pin: expected 0 to 5 V"),
+        ("! A 24V", "voltage 24V would destroy the pin: expected 0 to 5 V"),
         ("! master 4000", "invalid encoder move '4000': expected COUNTS in SECONDS, e.g. 4000 in 2"),
         ("! ambient hot", "'hot' is not a number"),
         ("! dtr low", "unknown name 'dtr': expected one of A, B, C, D, E, F, G, brake, index, power, break, line"),
@@ -107,7 +107,7 @@ def test_a_conversation():
         ("= shaft.pulses 3", "unknown name 'shaft.pulses'"),
         ("= brake.volts 3", "unknown name 'brake.volts'"),
         ("chain: > RP", "no controller 'chain' on the bench: expected one of smartmotor"),
-        ("nobody.rs485: > RP", "no controller 'nobody.rs485' here: there are smartmotor"),
+        ("nobody.rs485: > RP", "no controller 'nobody.rs485' on the bench: expected one of smartmotor"),
     ],
 )
 def test_what_a_motor_does_not_have_is_told_before_anything_is_done(line, words):
@@ -144,7 +144,7 @@ chain: ! line 1200
 """
     assert play(parse(talk), bench) is None
     assert bench.port("chain").host.baudrate == 1200
-    with pytest.raises(ProgramError, match="controller is missing"):
+    with pytest.raises(ProgramError, match="the line names no controller"):
         play(parse("> RP\\r\n= A low"), bench)
 
 
@@ -469,12 +469,12 @@ def test_a_scene_with_a_chain_and_a_line(scene):
 
 WRONG = {
     "a key of a servo axis": (
-        SCENE.replace("limits =", "limit ="), "4:16: axis shaft has no option 'limit': it takes limits, motor, load",
+        SCENE.replace("limits =", "limit ="), "4:16: axis shaft has no option 'limit': expected one of limits, motor",
     ),
-    "a data sheet": (SCENE.replace('"frame23"', '"frame99"'), "4:39: axis shaft: motor"),
-    "a load": (SCENE.replace("inertia_kg_m2", "mass"), "4:67: axis shaft: load"),
+    "a data sheet": (SCENE.replace('"frame23"', '"frame99"'), "4:39: invalid option of axis shaft: unknown motor"),
+    "a load": (SCENE.replace("inertia_kg_m2", "mass"), "4:67: invalid option of axis shaft: unknown figure 'mass'"),
     "a motor that is not there": (SCENE.replace('["left",', '["middle",'), "11:11: no controller 'middle': there are"),
-    "a motor twice": (SCENE.replace('["left", "right"]', '["left", "left"]'), "10:1: left is on 'this line' already"),
+    "a motor twice": (SCENE.replace('["left", "right"]', '["left", "left"]'), "10:1: motor left is given twice"),
     "no motors": (SCENE.replace('["left", "right"]', "[]"), "11:1: chain.motors: list should have at least 1 item"),
     "a port": (SCENE.replace("tcp://127.0.0.1:0", "tcp"), "12:10: invalid port 'tcp'"),
     "a stepper in a chain": (

@@ -152,7 +152,7 @@ def test_a_port_in_use_is_one_line():
         code, words = refused("serve", "if1", "--tcp", address)
     assert code == 2
     assert words == (
-        f"axistwin: cannot listen on tcp://{address}: address already in use: "
+        f"axistwin: cannot listen on tcp://{address}: address already in use; "
         "choose another address, or port 0 for any free port\n"
     )
 
@@ -165,7 +165,7 @@ def test_a_port_in_use_is_one_line():
         (["if1", "--port", "ftp://x"], "invalid port 'ftp://x'"),
         (["if1", "--line", "quick"], "invalid line format 'quick'"),
         (["if1", "--option", "colour=red"], "no option 'colour'"),
-        (["no.toml", "--line", "instant"], "are for a MODEL"),
+        (["no.toml", "--line", "instant"], "are only for a MODEL"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments, words):
@@ -252,7 +252,7 @@ def test_a_board_on_its_bus_and_what_a_c_host_needs():
 
 def test_a_board_has_no_serial_port():
     code, words = refused("serve", "1811", "--tcp", ":0")
-    assert (code, "reached through its `bus`" in words) == (2, True)
+    assert (code, "use its attribute `bus`" in words) == (2, True)
 
 
 def test_a_scene_is_called_as_it_calls_itself(tmp_path):

@@ -71,11 +71,11 @@ def test_what_a_local_command_does_not_know():
     lines = after_initialisation(
         term("if1", typed=":what\n:drive nothing high\n:drive input1 up\n:speed no\n:wait x\n:quit\nE\n").out
     )
-    assert lines[1] == "no command :what: expected one of those listed by :help"
+    assert lines[1] == "unknown command :what: expected a command that :help lists"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
-    assert lines[5] == "invalid level 'up': expected high, on, low, off, release"
-    assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 (real time) or 0.5, or max"
-    assert lines[9] == "'x' is not a number of seconds: expected e.g. :wait 0.5"
+    assert lines[5] == "invalid level 'up': expected one of high, on, low, off, release"
+    assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 for real time, or max"
+    assert lines[9] == "invalid time 'x': expected a number of seconds, e.g. :wait 0.5"
     assert lines[10:] == ["> :quit"]
 
 
@@ -107,7 +107,7 @@ def test_what_national_keyboards_send(keyboard, typed, sent):
 def test_a_national_keyboard_is_for_an_if1():
     result = term("1811", "--keyboard", "uk")
     assert result.code == 2
-    assert "--keyboard uk is for an IF1 or IF2" in result.err
+    assert "--keyboard uk is only for an IF1 or IF2" in result.err
 
 
 def test_a_sequence_is_no_local_command():
@@ -135,12 +135,15 @@ def test_a_controller_that_does_not_answer_is_told():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["if9"], "no model or port 'if9': expected if1, if2, 1810, 1811, smartmotor or e.g. socket://127.0.0.1:5001"),
+        (
+            ["if9"],
+            "no model or port 'if9': expected if1, if2, 1810, 1811, smartmotor, or a port such as socket://127.0.0.1:5001",
+        ),
         (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
-        (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is for a virtual controller, not for a port"),
+        (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is only for a virtual controller"),
         (["if1", "--speed", "fast"], "invalid speed 'fast': expected a number"),
-        (["if1", "--line", "fast"], "invalid line format 'fast': expected e.g."),
+        (["if1", "--line", "fast"], "invalid line format 'fast': expected a text such as"),
     ],
 )
 def test_what_cannot_be_opened(arguments, message):
@@ -171,7 +174,7 @@ def test_a_controller_at_a_port(urls):
         "> E",
         "< C<CR>",
         "> :pins",
-        "this command is for a virtual controller: a port transfers characters only",
+        "this command needs a virtual controller: a port transfers characters only",
     ]
     for url in (urls["tcp"].replace("tcp", "socket"), urls["rfc2217"], urls["pty"], urls["pty"][4:]):
         assert term(url, typed="N\n").out.splitlines() == ["> N", "< 100<CR>"], url

@@ -62,10 +62,10 @@ def test_errors_for_machines(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("run", "if1"), "the PROGRAM for an IF1 is missing"),
-        (("serve", "1811", "--tcp", ":0"), "an 1811 is reached through its `bus`"),
-        (("serve", "if2", "--bus", ":0"), "an IF2 is reached through its `serial` port"),
-        (("serve", "smartmotor", "--bus", ":0"), "a SmartMotor is reached through its `serial` port"),
+        (("run", "if1"), "the PROGRAM is missing: expected a file for an IF1"),
+        (("serve", "1811", "--tcp", ":0"), "1811 has no serial port: use its attribute `bus`"),
+        (("serve", "if2", "--bus", ":0"), "if2 is not on a bus: use its attribute `serial`"),
+        (("serve", "smartmotor", "--bus", ":0"), "smartmotor is not on a bus: use its attribute `serial`"),
     ],
 )
 def test_models_have_their_article(words, message):

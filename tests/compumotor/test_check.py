@@ -31,7 +31,7 @@ def check(tmp_path, capsys):
         (["70 00 00 01"], "1:10 error surplus byte 01: expected 00 after the 0 bytes of the parameters"),
         (["08 08"], "1:4 error 08 is out of range: expected bits 0…7"),
         ([f"{DEFAULT[:-1]}0", "33 80 00 00 00"], "2:4 error 80 00 00 00 is out of range"),
-        (["set_user_bit 3"], "1:14 error bit: '3' is invalid"),
+        (["set_user_bit 3"], "1:14 error invalid bit '3'"),
         (["nonsense"], "1:1 error no command 'nonsense'"),
         (["FE"], "1:1 warning"),
         (["D9 01", "70", "D8"], "2:1 error stop (70) is not allowed in a sequence"),

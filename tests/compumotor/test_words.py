@@ -42,10 +42,10 @@ def test_a_command(text, command):
         ("jump", 1, "no command 'jump'"),
         ("go_relative", 1, "go_relative has 0 values: expected distance"),
         ("stop 1", 1, "stop has 1 value: expected nothing"),
-        ("go_relative far", 13, "distance: 'far' is invalid"),
-        ("perform_move 51", 14, "move: '51' is invalid: expected a number, move 1…50"),
+        ("go_relative far", 13, "invalid distance 'far'"),
+        ("perform_move 51", 14, "invalid move '51': expected a number, move 1…50"),
         ("define_relative_move 1 60 1 1 1", 24, "expected the digits of velocity range (0 to 5)"),
-        ("write_user_bits 8", 17, "bits: '8' is invalid"),
+        ("write_user_bits 8", 17, "invalid bits '8'"),
         (" ".join(["00"] * 17), 49, "at most 16 bytes"),
     ],
 )

@@ -327,7 +327,7 @@ def test_what_is_refused_is_neither_done_nor_recorded(model):
     (axis, *_) = controller.axes.values()
     with recording(bench) as recorder:
         for torque in (float("nan"), float("inf"), -1001.0):
-            with pytest.raises(UsageError, match="expected a number from -1000 to 1000"):
+            with pytest.raises(UsageError, match="expected -1000 to 1000 N·m"):
                 axis.load(torque)
         with pytest.raises(UsageError):
             axis.encoder.displace(10**30)

@@ -217,7 +217,7 @@ def test_a_log_without_results_is_complete(check):
         (("if1",), UsageError, "nothing to check"),
         (("if9", "fine.if1"), UsageError, "no model 'if9'"),
         (("fine.if1", "nowhere.if1"), UsageError, "nowhere.if1 cannot be read"),
-        (("nowhere.toml",), SceneError, "nowhere.toml: cannot be read"),
+        (("nowhere.toml",), SceneError, "nowhere.toml: the scene file cannot be read"),
         (("whose.talk",), UsageError, "model of this conversation is unknown"),
     ],
 )

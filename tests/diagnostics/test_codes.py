@@ -100,5 +100,5 @@ def test_an_unknown_code():
 @pytest.mark.parametrize("form", ["sarif", "github"])
 def test_codes_are_not_printed_in_formats_for_diagnostics(form):
     """Formats for diagnostics such as SARIF cannot contain a table of codes."""
-    with pytest.raises(UsageError, match=f"--codes has no format {form}: expected text or json"):
+    with pytest.raises(UsageError, match=f"invalid --format {form} for --codes: expected text or json"):
         explain("--codes", "CM4", "--format", form)

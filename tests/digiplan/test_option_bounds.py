@@ -35,7 +35,7 @@ def test_figures_that_are_refused(name, value):
 
 @pytest.mark.parametrize("value", [0, 0.0])
 def test_a_strobe_takes_time(value):
-    with pytest.raises(UsageError, match=r"^strobe_ms=0: expected a number above 0$"):
+    with pytest.raises(UsageError, match=r"^strobe_ms=0: expected a number above 0, e.g. 1$"):
         Bench().add("if1", strobe_ms=value)
 
 

@@ -133,7 +133,7 @@ def test_a_drive_fault_in_motion_loses_the_position(twin, if1):
     x.move_at(900)
     drive(twin, "x_fault", not twin.do(lambda: model_of(twin).pins["x_fault"].level))
     assert "drive fault" in x.wait(5).lost
-    with pytest.raises(PositionLostError, match="home the axis or call set_position"):
+    with pytest.raises(PositionLostError, match="home the axis, or call set_position"):
         x.position()
     drive(twin, "x_fault", not twin.do(lambda: model_of(twin).pins["x_fault"].level))
     x.clear_faults()
@@ -232,11 +232,11 @@ def test_the_other_families_are_not_an_if1(monkeypatch):
 @pytest.mark.parametrize(
     ("answers", "says"),
     [
-        ([b"I\r5\r", b"Q\r", b"K"], "the line is disturbed"),
+        ([b"I\r5\r", b"Q\r", b"K"], "check the line for noise"),
         ([b"5\r", b"x\r"], "expected a number"),
         ([b"", b"", b"hello"], "expected U"),
-        ([b"5\r", b"9" * 5000], "is it the right port"),
-        ([b"I\r5\r", b"F", b"x"], "of the end of F"),
+        ([b"5\r", b"9" * 5000], "check that the controller is at this port"),
+        ([b"I\r5\r", b"F", b"x"], "at the end of F"),
     ],
 )
 def test_garbage_raises_a_clear_error(answers, says):

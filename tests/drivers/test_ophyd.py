@@ -117,7 +117,7 @@ def test_a_driver_inside_waits_in_virtual_time():
         assert "power" in (await x.status()).lost
         await driver.close()
         await driver.clock.pause(0)
-        with pytest.raises(UsageError, match="no controller 'table': expected if1"):
+        with pytest.raises(UsageError, match="no controller 'table': expected one of if1"):
             driver_inside(bench, "table")
 
     asyncio.run(session())

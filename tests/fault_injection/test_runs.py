@@ -118,19 +118,19 @@ def test_a_trigger_accepts_a_program_that_is_stored_later(table):
 @pytest.mark.parametrize(
     ("fixture", "sentence", "message"),
     [
-        ("motor", "motor runs", "when='motor runs': expected e.g. 'motor runs 12'"),
-        ("motor", "motor runs C5", "when='motor runs C5': expected e.g. 'motor runs 12'"),
-        ("motor", "motor runs 1:5", "when='motor runs 1:5': expected e.g. 'motor runs 12'"),
-        ("motor", "motor runs 0", "motor runs no line 0: lines count from 1"),
-        ("motor", "motor runs 3", "motor never runs line 3: C5 takes no time; name line 4, a=a+1"),
-        ("motor", "motor runs 8", "motor never runs line 8: ENDIF takes no time; name line 9, END"),
-        ("motor", "engine runs 8", "no controller 'engine' here: there are motor"),
-        ("table", "table runs 64", "table runs no line 64: lines count from 1 to 63"),
-        ("table", "table runs 3:2", "when='table runs 3:2': expected e.g. 'table runs 12'"),
-        ("board", "board runs 2", "when='board runs 2': expected e.g. 'board runs 3:2'"),
-        ("board", "board runs 3:0", "board runs no line 0: lines count from 1"),
-        ("board", "board runs 16:1", "board has no program 16: there are sequence 1 to sequence 15"),
-        ("board", "board runs ³:1", "when='board runs ³:1': expected e.g. 'board runs 3:2'"),
+        ("motor", "motor runs", "invalid event when='motor runs': expected e.g. 'motor runs 12'"),
+        ("motor", "motor runs C5", "invalid event when='motor runs C5': expected e.g. 'motor runs 12'"),
+        ("motor", "motor runs 1:5", "invalid event when='motor runs 1:5': expected e.g. 'motor runs 12'"),
+        ("motor", "motor runs 0", "motor has no program line 0: expected 1 or more"),
+        ("motor", "motor runs 3", "motor has no event for program line 3: C5 takes no time; use line 4, a=a+1"),
+        ("motor", "motor runs 8", "motor has no event for program line 8: ENDIF takes no time; use line 9, END"),
+        ("motor", "engine runs 8", "no controller 'engine' on this bench: there are motor"),
+        ("table", "table runs 64", "table has no program line 64: expected 1 to 63"),
+        ("table", "table runs 3:2", "invalid event when='table runs 3:2': expected e.g. 'table runs 12'"),
+        ("board", "board runs 2", "invalid event when='board runs 2': expected e.g. 'board runs 3:2'"),
+        ("board", "board runs 3:0", "board has no program line 0: expected 1 or more"),
+        ("board", "board runs 16:1", "board has no program 16: expected sequence 1 to sequence 15"),
+        ("board", "board runs ³:1", "invalid event when='board runs ³:1': expected e.g. 'board runs 3:2'"),
     ],
 )
 def test_errors_have_a_remedy(request, fixture, sentence, message):
@@ -145,7 +145,7 @@ def test_errors_have_a_remedy(request, fixture, sentence, message):
 def test_a_device_without_programs_refuses_the_trigger(table, monkeypatch):
     controller = table["table"]
     monkeypatch.setattr(controller, "product", controller.product._replace(programs=()))
-    with pytest.raises(UsageError, match="table runs no programs: the model if1 stores none"):
+    with pytest.raises(UsageError, match="table runs no programs: the model if1 stores no programs"):
         triggers.read("table runs 1", table)
     monkeypatch.setattr(controller, "_abilities", Abilities())
     assert controller.programs == {}

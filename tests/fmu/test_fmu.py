@@ -164,14 +164,14 @@ def test_a_failed_action_ends_the_step_with_an_error(unpacked):
     tool = Tool(instance(unpacked(end="! mend crash", begin="my-table: ! fault jam X name=crash")))
     tool["end"] = True
     assert tool.machine.do_step(0.0, 0.1).status == 3
-    assert "no fault 'crash' here" in tool.machine.log_queue[-1].msg
+    assert "no fault 'crash' on this bench" in tool.machine.log_queue[-1].msg
 
 
 def test_another_version_of_axistwin_is_refused(unpacked):
     folder = unpacked()
     settings = folder / "resources" / "axistwin.json"
     settings.write_text(json.dumps(json.loads(settings.read_text()) | {"version": "0.0.1"}))
-    with pytest.raises(UsageError, match=r"this FMU needs axistwin 0\.0\.1, installed is .*: install 0\.0\.1, or"):
+    with pytest.raises(UsageError, match=r"this FMU needs axistwin 0\.0\.1, but .* is installed: install 0\.0\.1, or"):
         instance(folder)
 
 
@@ -185,10 +185,13 @@ def test_another_version_of_axistwin_is_refused(unpacked):
         (["--command", "a b: > X"], "invalid name 'a b' of a command"),
         (["--command", "time: > X"], "invalid name 'time' of a command"),
         (["--command", "start: knife: X"], "command 'start': unknown kind of line"),
-        (["--command", "start: > X"], "command 'start': the name of the controller is missing"),
-        (["--command", "start: knife: = D low"], "command 'start': 'knife: = D low' is not an act of a host"),
+        (["--command", "start: > X"], "command 'start': no controller in '> X'"),
+        (["--command", "start: knife: = D low"], "command 'start': invalid line 'knife: = D low'"),
         (["--command", "start: knife: ! Q low"], "command 'start': unknown name 'Q'"),
-        (["--command", "a: knife: ! D low", "--command", "a: knife: ! D high"], "--command a is given twice"),
+        (
+            ["--command", "a: knife: ! D low", "--command", "a: knife: ! D high"],
+            "two --command options have the name a",
+        ),
     ],
 )
 def test_errors_are_one_line_and_nothing_is_written(scene, words, told, monkeypatch):

@@ -47,7 +47,10 @@ def test_nothing_is_overwritten(tmp_path):
             ["examples", "zzz", "x"],
             "no example 'zzz': expected cut-to-length, drill, gains, old-hosts, stand-in, winder, xy-table",
         ),
-        (["examples", "drill"], "the directory for the copy is missing: e.g. axistwin examples drill my-drill"),
+        (
+            ["examples", "drill"],
+            "the directory for the example is missing: try axistwin examples drill my-drill",
+        ),
         (["docs", "prots"], "no page 'prots': did you mean ports?"),
     ],
 )

@@ -141,8 +141,8 @@ print(json.dumps(found))
 def test_caproto_reads_and_writes_fields_pins_and_registers(ioc):
     found = client(ioc, CAPROTO)
     too_fast, too_far = found.pop("refused")
-    assert "VELO: 1e+09 is not above 0 and at most 546.133" in too_fast
-    assert "3.5 is outside the limits -2.14748e+06 to 3" in too_far
+    assert "VELO=1e+09 is out of range: expected above 0, and at most 546.133" in too_fast
+    assert "position 3.5 is outside the limits: expected -2.14748e+06 to 3" in too_far
     assert found == {
         "position": 2.0, "violation": 1, "control": [-2147483.647, 3, "mm", 3], "register": 42, "pin": 0, "fault": "",
     }  # fmt: skip
@@ -173,7 +173,7 @@ def test_p4p_moves_by_pv_access(ioc):
     found = client(ioc, P4P)
     assert found["moved"] == [1234, 1, 0] and found["menu"] == "Go" and found["pin"] == 1
     assert found["LAB:motor:shaft.RBV"] == "this field can only be read"
-    assert found["LAB:motor:shaft.VELO"].startswith("VELO: -1 is not above 0")
+    assert found["LAB:motor:shaft.VELO"].startswith("VELO=-1 is out of range: expected above 0")
 
 
 def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
@@ -181,17 +181,17 @@ def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
     from axistwin.cli.main import main
 
     for words, message in (
-        (["COM3"], "a port needs its model: expected also --model"),
+        (["COM3"], "the model of the controller at the port is missing: add --model"),
         (["tcp://127.0.0.1:1", "--model", "if1"], "if1: cannot open tcp://127.0.0.1:1"),
         (["COM3", "--model", "if3"], "no model 'if3'"),
-        (["COM3", "--model", "if1", "--units", "W=1 per mm"], "no axis 'W': expected X, Y, Z"),
+        (["COM3", "--model", "if1", "--units", "W=1 per mm"], "no axis 'W': expected one of X, Y, Z"),
         (["COM3", "--model", "if1", "--registers", "a"], "an IF1 has no registers"),
         (
             ["COM3", "--model", "if1", "--option", "echoes=1"],
-            "no option 'echoes' for if1: expected timeout, echo, speed_range",
+            "no option 'echoes' for if1: expected one of timeout, echo, speed_range",
         ),
-        (["COM3", "--model", "if1", "--speed", "2"], "--speed is for a scene"),
-        (["lab.toml", "--model", "if1"], "--model and --baud are for a PORT"),
+        (["COM3", "--model", "if1", "--speed", "2"], "--speed is only for a scene"),
+        (["lab.toml", "--model", "if1"], "--model and --baud are only for a PORT"),
     ):
         with pytest.raises(SystemExit) as ended:
             main(["ioc", *words, "--prefix", "LAB:"])

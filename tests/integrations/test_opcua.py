@@ -125,8 +125,8 @@ return found
 """,
     )
     assert found == [
-        "BadInvalidState", "no home switch: name its input, e.g. home_input=1", "BadOutOfRange", "BadOutOfRange",
-        "BadOutOfRange", "BadUserAccessDenied", False, 42, "BadUserAccessDenied",
+        "BadInvalidState", "no input for a home switch: expected the option home_input, e.g. home_input=1",
+        "BadOutOfRange", "BadOutOfRange", "BadOutOfRange", "BadUserAccessDenied", False, 42, "BadUserAccessDenied",
     ]  # fmt: skip
 
 
@@ -204,11 +204,11 @@ def test_errors_of_the_command_line(tmp_path, capsys):
     for words, message in (
         (
             [*at, "--listen", "0.0.0.0"],
-            "other machines can connect to 0.0.0.0: expected also --users and --certificates",
+            "--listen 0.0.0.0 admits other machines: add --users FILE and --certificates DIR",
         ),
-        ([*at, "--users", str(users)], "users.txt:1: expected NAME PASSWORD operator|viewer"),
+        ([*at, "--users", str(users)], "users.txt:1: invalid user: expected NAME PASSWORD operator|viewer"),
         ([*at, "--users", str(tmp_path / "none")], "cannot be read"),
-        (["COM3"], "a port needs its model"),
+        (["COM3"], "the model of the controller at the port is missing"),
     ):
         with pytest.raises(SystemExit) as ended:
             main(["opcua", *words])

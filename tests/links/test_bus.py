@@ -178,7 +178,7 @@ def test_a_board_without_power_drives_nothing(served, port):
         ("w 0", "error: unknown request"),
         ("w 0 100", "error: invalid byte '100': expected two hex digits"),
         ("w 0 33 xx", "error: invalid byte 'xx'"),
-        ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: too many bytes (257): expected at most 256"),
+        ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: too many bytes in one request (257): expected at most 256"),
         ("s 2", "error: unknown request"),
         ("init now", "error: unknown request"),
         ("x" * (LONGEST + 1), "error: line too long: expected at most 1024 characters"),

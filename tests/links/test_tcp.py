@@ -78,7 +78,7 @@ def test_only_a_name_or_an_ipv6_address_is_looked_up(host, looked_up):
 
 
 def test_a_port_in_use_is_one_line(served, port):
-    with pytest.raises(LinkError, match=rf"cannot listen on {port}: address already in use: choose") as caught:
+    with pytest.raises(LinkError, match=rf"cannot listen on {port}: address already in use; choose") as caught:
         served.open(served.add(), str(port))
     assert "\n" not in str(caught.value)
 
@@ -90,7 +90,7 @@ def test_an_address_that_is_not_ours_is_one_line(served):
 
 def test_only_controllers_on_the_bench_have_ports(served):
     served.add()
-    with pytest.raises(UsageError, match="no controller 'if2' here"):
+    with pytest.raises(UsageError, match="no controller 'if2' on the bench"):
         served.do(lambda: served.bench["if2"])
 
 

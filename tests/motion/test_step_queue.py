@@ -70,5 +70,5 @@ def test_a_command_knows_its_times():
 
 
 def test_a_pulse_before_the_last_one_is_refused():
-    with pytest.raises(ValueError, match="a pulse -92 ticks after the previous one: expected 1 to"):
+    with pytest.raises(ValueError, match="interval of -92 ticks between two pulses: expected 1 to"):
         list(plan(np.array([900.0]), 1000, 8.0))

@@ -49,7 +49,7 @@ def test_a_bounded_history_says_what_it_has_forgotten():
     assert len(train.moves) == 3
     assert train.move.position_at(10 * S) == 5
     assert len(train.pulse_times(2 * S, 10 * S)) == 3
-    with pytest.raises(UsageError, match=r"before 2 s are no longer stored: begin at that time, or .*history=6"):
+    with pytest.raises(UsageError, match=r"before 2 s are no longer stored: request later pulses, or .*history=6"):
         train.pulse_times(0, 10 * S)
 
 

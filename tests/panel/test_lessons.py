@@ -133,7 +133,8 @@ def test_commands_of_the_terminal_are_typed(written):
         await say(visit, ":wait 2")
         assert visit.bench.now == before + 2_500_000_000, "two seconds, and half a second after each line"
         for line, message in (
-            (":wait long", "invalid time 'long': expected seconds"), (":speed 3", "no command :speed: expected one of"),
+            (":wait long", "invalid time 'long': expected seconds"),
+            (":speed 3", "unknown command :speed: expected one of"),
             (":drive nothing high", "nothing"),
         ):  # fmt: skip
             await say(visit, line)

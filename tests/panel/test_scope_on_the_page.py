@@ -46,7 +46,7 @@ def test_it_shows_how_axes_move_to_begin_with_and_what_is_chosen_after_that():
 
         visit.choose("scope-signals", "if1.Q.*")
         visit.press("scope-show")
-        assert "no signal 'if1.Q.*' here" in visit.messages[-1]
+        assert "no signal matches 'if1.Q.*'" in visit.messages[-1]
         assert screen_of(visit).names == ("if1.led", "if1.X.pulses")
 
     played(play)

@@ -80,5 +80,5 @@ def test_another_rate_in_the_same_direction_needs_no_zero(stick):
 @pytest.mark.parametrize("rate", [2_000_001, -3_000_000])
 def test_it_is_no_faster_than_the_input_takes(stick, rate):
     """Appendix C: the input accepts a "repetition rate of 2 megahertz", so the joystick is not faster."""
-    with pytest.raises(UsageError, match="from -2000000 to 2000000"):
+    with pytest.raises(UsageError, match="expected -2000000 to 2000000 pulses per second"):
         stick[1].deflect(rate)

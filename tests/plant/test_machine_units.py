@@ -46,12 +46,12 @@ def test_a_shown_position_is_the_same_count_when_read(counts, per, parts):
     ("text", "units", "message"),
     [
         ("3 cm", MM, "'cm' is not the unit of the axis: expected mm"),
-        ("3 mm", None, "the axis has no unit 'mm': expected counts, or units = { per = 80, of = "),
-        ("3.5", MM, "'3.5' is not a whole number: expected whole counts, e.g. 1000 or '12.5 mm'"),
+        ("3 mm", None, "unknown unit 'mm': expected counts, or set the option units = { per = 80, of = "),
+        ("3.5", MM, "invalid number of counts '3.5': expected e.g. 1000 or '12.5 mm'"),
         ("3 mm/s", MM, "expected a position, e.g. 1000 or '12.5 mm'"),
-        ("1.2.3 mm", MM, "'1.2.3' is not a number"),
+        ("1.2.3 mm", MM, "invalid number '1.2.3': expected a decimal number below 1e30"),
         ("mm", None, "expected a position, e.g. 1000"),
-        ("999999999999999999 mm", MM, "goes beyond ±9007199254740992 counts"),
+        ("999999999999999999 mm", MM, "is out of range: expected -9007199254740992 to 9007199254740992 counts"),
     ],
 )
 def test_a_wrong_position_is_rejected(text, units, message):
@@ -63,7 +63,9 @@ def test_a_wrong_position_is_rejected(text, units, message):
 def test_a_velocity():
     assert rate("50 mm/s", MM) == 4000
     assert rate(12, MM) == 12
-    with pytest.raises(UsageError, match=r"expected a number of counts/s, or e\.g\. '50 mm/s'"):
+    with pytest.raises(
+        UsageError, match=r"expected a velocity as a number of counts/s, or as a text, e\.g\. '50 mm/s'"
+    ):
         rate("50 mm", MM)
 
 
@@ -106,14 +108,34 @@ def test_a_scene_with_units(directory):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"-1 mm"', '"-1 cm"', ":6:59: controller.axes.motor.limits: 'cm' is not the unit of the axis: expected mm"),
-        ("per = 80", "per = 0", 'units.per: expected the pulses or counts of one unit, e.g. 80, 6.4 or "6400/360"'),
-        ('"mm" }', '"m m" }', 'units.of: expected the name of a unit, e.g. "mm", "deg" or "rev", not "m m"\n'),
+        (
+            '"-1 mm"',
+            '"-1 cm"',
+            ":6:59: controller.axes.motor.limits: invalid position: 'cm' is not the unit of the axis: expected mm",
+        ),
+        (
+            "per = 80",
+            "per = 0",
+            'units.per: invalid unit: expected a number of pulses or counts per unit, e.g. 80, 6.4 or "6400/360"',
+        ),
+        (
+            '"mm" }',
+            '"m m" }',
+            'units.of: invalid unit: expected the name of a unit, e.g. "mm", "deg" or "rev", not "m m"\n',
+        ),
         ("per = 80", "pre = 80", "'per' is missing: add per = …"),
-        ("45 °", "45 mm", ":15:1: when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis: expected °"),
+        (
+            "45 °",
+            "45 mm",
+            ":15:1: invalid position in when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis: expected °",
+        ),
         ('"-90 °"', '"-90"', None),
-        ('"180°"', '"x"', ":11:56: axis shaft: limits=['-90 °', 'x']: expected a position, e.g. 1000 or '12.5 °'"),
-        ('"2000/360"', "true", "axis shaft: units: expected the pulses or counts of one unit"),
+        (
+            '"180°"',
+            '"x"',
+            ":11:56: invalid limits=['-90 °', 'x'] of axis shaft: expected a position, e.g. 1000 or '12.5 °'",
+        ),
+        ('"2000/360"', "true", "invalid units of axis shaft: expected a number of pulses or counts per unit"),
     ],
 )
 def test_a_wrong_scene_is_rejected(directory, old, new, message):
@@ -204,7 +226,7 @@ def test_the_bounds_of_a_stand_in(tmp_path):
     assert (wiring.axes[0].travel, wiring.axes[0].max_rate) == ((-80, 23_200), 4000)
     for old, new, message in (
         ("290 mm", "290 cm", ":14:1: 'cm' is not the unit of the axis: expected mm"),
-        ("50 mm/s", "50 mm", ":15:1: expected a number of counts/s, or e.g. '50 mm/s'"),
+        ("50 mm/s", "50 mm", ":15:1: expected a velocity as a number of counts/s, or as a text, e.g. '50 mm/s'"),
         ('"50 mm/s"', "-3", ":15:1: stand-in.axis.max_rate: expected a rate above 0, e.g. 4000 or '50 mm/s', not -3"),
         ('"-1 mm"', "1.5", ":14:11: stand-in.axis.travel: expected a position, e.g. 1000 or '12.5 mm', not 1.5"),
     ):

@@ -111,9 +111,9 @@ def test_its_ratio_is_told(clock):
 @pytest.mark.parametrize("counts", [10**30, -(10**18), 1.5, True])
 def test_counts_that_no_encoder_has_are_refused(counts):
     motor = Bench().add("smartmotor")
-    with pytest.raises(UsageError, match=r"^move\("):
+    with pytest.raises(UsageError, match=r"^invalid number of counts in move\("):
         motor.master.move(counts, 1)
-    with pytest.raises(UsageError, match=r"^displace\("):
+    with pytest.raises(UsageError, match=r"^invalid number of counts in displace\("):
         motor.axes["shaft"].encoder.displace(counts)
 
 

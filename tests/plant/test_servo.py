@@ -30,18 +30,18 @@ def test_a_motor_by_name_or_by_values():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("frame42", "motor='frame42': expected one of frame17, frame23, frame34, or values"),
-        (7, "motor=7: expected one of"),
-        ({"model": "big"}, "motor='big': expected one of"),
-        ({"volts": 24}, "motor: unknown name volts: expected one of model, torque_constant_nm_per_a"),
-        ({"supply_voltage_v": 0}, "motor: supply_voltage_v=0: expected a number above 0 to 1e[+]06"),
-        ({"supply_voltage_v": "24"}, "motor: supply_voltage_v='24': expected a number"),
-        ({"supply_voltage_v": inf}, "motor: supply_voltage_v=inf: expected a number"),
-        ({"coulomb_friction_nm": -0.1}, "motor: coulomb_friction_nm=-0.1: expected a number from 0"),
-        ({"counts_per_rev": 1000}, "motor: counts_per_rev=1000: expected 2000 or 4000"),
-        ({"kp": 65536}, "motor: kp=65536: expected a number from 0 to 65535"),
-        ({"kp": 1.5}, "motor: kp=1.5: expected a whole number"),
-        ({"ks": 0}, "motor: ks=0: expected a number from 1 to 65535"),
+        ("frame42", "unknown motor 'frame42': expected one of frame17, frame23, frame34, or a table of figures"),
+        (7, "unknown motor 7: expected one of"),
+        ({"model": "big"}, "unknown motor 'big': expected one of"),
+        ({"volts": 24}, "unknown figure 'volts' of the motor: expected one of model, torque_constant_nm_per_a"),
+        ({"supply_voltage_v": 0}, "invalid motor supply_voltage_v=0: expected a number above 0 to 1e[+]06"),
+        ({"supply_voltage_v": "24"}, "invalid motor supply_voltage_v='24': expected a number"),
+        ({"supply_voltage_v": inf}, "invalid motor supply_voltage_v=inf: expected a number"),
+        ({"coulomb_friction_nm": -0.1}, "invalid motor coulomb_friction_nm=-0.1: expected a number from 0"),
+        ({"counts_per_rev": 1000}, "invalid counts_per_rev=1000 of a motor: expected 2000 or 4000"),
+        ({"kp": 65536}, "invalid motor kp=65536: expected a number from 0 to 65535"),
+        ({"kp": 1.5}, "invalid motor kp=1.5: expected a whole number"),
+        ({"ks": 0}, "invalid motor ks=0: expected a number from 1 to 65535"),
     ],
 )
 def test_a_wrong_motor_is_told_in_one_line(given, message):
@@ -52,10 +52,10 @@ def test_a_wrong_motor_is_told_in_one_line(given, message):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("heavy", "load='heavy': expected values, e.g."),
-        ({"mass": 1}, "load: unknown name mass: expected one of inertia_kg_m2"),
-        ({"inertia_kg_m2": -1}, "load: inertia_kg_m2=-1: expected a number from 0"),
-        ({"gravity_torque_nm": True}, "load: gravity_torque_nm=True: expected a number"),
+        ("heavy", "invalid load 'heavy': expected a table of figures, e.g."),
+        ({"mass": 1}, "unknown figure 'mass' of the load: expected one of inertia_kg_m2"),
+        ({"inertia_kg_m2": -1}, "invalid load inertia_kg_m2=-1: expected a number from 0"),
+        ({"gravity_torque_nm": True}, "invalid load gravity_torque_nm=True: expected a number"),
     ],
 )
 def test_a_wrong_load_is_told_in_one_line(given, message):

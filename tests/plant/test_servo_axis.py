@@ -174,7 +174,7 @@ def test_torque_jam_and_heat_outlast_their_source(clock, axis):
     assert motor.calls == [(0.25, False, 25.0), (0.25, True, 25.0), (0.25, True, 40.0)]
     axis.disconnect()
     assert (axis.outside_torque, axis.jammed, axis.ambient) == (0.25, True, 40.0)
-    with pytest.raises(UsageError, match="ambient=200: expected a temperature from -40 to 150 °C"):
+    with pytest.raises(UsageError, match="invalid ambient temperature 200: expected -40 to 150 °C"):
         axis.ambient = 200
 
 
@@ -209,11 +209,11 @@ def test_a_switch_works_when_the_source_says_that_the_window_has_been_left(clock
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"limit": 1}, "axis shaft has no option 'limit': it takes limits, motor, load"),
+        ({"limit": 1}, "axis shaft has no option 'limit': expected one of limits, motor, load"),
         ({"encoder": {}}, "axis shaft has no option 'encoder'"),
-        ({"limits": (5, 1)}, "axis shaft: limits=(5, 1): expected two positions"),
-        ({"motor": "frame99"}, "axis shaft: motor"),
-        ({"motor": "frame23", "load": {"mass": 1}}, "axis shaft: load"),
+        ({"limits": (5, 1)}, "invalid limits=(5, 1) of axis shaft: expected two positions"),
+        ({"motor": "frame99"}, "invalid option of axis shaft: unknown motor"),
+        ({"motor": "frame23", "load": {"mass": 1}}, "invalid option of axis shaft: unknown figure 'mass' of the load"),
     ],
 )
 def test_wrong_options_are_told(clock, given, message):

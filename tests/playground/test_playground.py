@@ -110,7 +110,7 @@ def test_a_link_of_another_version_is_opened_with_a_note(playground):
     ("fragment", "message"),
     [
         ("!!", "the link is"),
-        ("eJw", "the link is cut off"),
+        ("eJw", "the link is incomplete"),
         (encode(Shared({"scene.toml": "x" * 1000}, 5))[:-9], "the link is"),
         ("x" * (LONGEST_LINK + 1), "the link has 200001 characters"),
         (encode(Shared({}, 0)), "the link is damaged"),

@@ -178,13 +178,13 @@ def test_wrong_options_are_rejected(tmp_path, directory, capsys):
     trace = directory / "a.csv"
     for arguments, message in (
         ((trace, "--from", 2, "--to", 1), "--from 2 --to 1: expected --to after --from"),
-        ((trace, "--from", 1000), "--from 1000: expected a time before the trace's end at "),
+        ((trace, "--from", 1000), "invalid --from 1000: expected a time before the end of the trace at "),
         ((trace, "--from", 1e300), "1e+300 s is too long: expected less than 292 years"),
         (
             (trace, "-o", tmp_path / "a.pdf"),
-            "'a.pdf' is not a name for a picture: expected a name that ends in .svg or .png",
+            "invalid file name 'a.pdf' for a picture: expected a name that ends in .svg or .png",
         ),
-        ((trace, "--signals", "if1.Q.*"), "no signal 'if1.Q.*' here: there are if1."),
+        ((trace, "--signals", "if1.Q.*"), "no signal matches 'if1.Q.*': there are if1."),
         ((tmp_path / "no.csv",), "cannot be read: No such file or directory"),
     ):
         code, _, err = run(capsys, "plot", *arguments)
@@ -194,7 +194,10 @@ def test_wrong_options_are_rejected(tmp_path, directory, capsys):
 
 def test_without_a_screen(directory, capsys):
     code, _, err = run(capsys, "plot", directory / "a.csv", "--show")
-    assert (code, err) == (2, "axistwin: no screen is available: give a file with --out\n")
+    assert (code, err) == (
+        2,
+        "axistwin: no screen is available: write the picture to a file, e.g. --out chart.svg\n",
+    )
 
 
 # Differences

@@ -132,8 +132,8 @@ def test_a_stored_program_forbids_settings():
 @pytest.mark.parametrize(
     ("model", "said", "error"),
     [
-        ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then start again"),
-        ("1811", b"\xd9\x0f", "the board does not answer 90h (received nothing): end the definition"),
+        ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run the probe again"),
+        ("1811", b"\xd9\x0f", "the board does not answer request 90h (received nothing): send D8h"),
     ],
 )
 def test_a_controller_that_cannot_be_probed(model, said, error):
@@ -162,7 +162,7 @@ def test_a_command_that_another_host_has_not_ended_does_not_start():
 
 def test_a_silent_port():
     _, end = controller("if1", wiring="3-wire unlinked")
-    with pytest.raises(LinkError, match="does not answer E"):
+    with pytest.raises(LinkError, match="does not answer request E"):
         probe("if1", end)
 
 
@@ -185,15 +185,15 @@ def test_a_real_port(model, scheme):
 
 
 def test_wrong_ports():
-    with pytest.raises(UsageError, match="is not a bus socket, and this model is a board on a bus"):
+    with pytest.raises(UsageError, match="is not a bus socket: expected a bus socket for this board"):
         open_end("/dev/ttyUSB0", None)
-    with pytest.raises(UsageError, match="is a bus socket: give a serial port"):
+    with pytest.raises(UsageError, match="is a bus socket: expected a serial port"):
         open_end("bus://127.0.0.1:1", product("if1").line)
-    with pytest.raises(LinkError, match=r"cannot open bus://127\.0\.0\.1:1: .*check the address"):
+    with pytest.raises(LinkError, match=r"cannot open bus://127\.0\.0\.1:1 \(.*check the address"):
         open_end("bus://127.0.0.1:1", None)
     done = run("probe", "/dev/no-such-port", "--model", "if1")
     assert done.code == 2
-    assert done.err.startswith("axistwin: cannot open /dev/no-such-port: ")
+    assert done.err.startswith("axistwin: cannot open /dev/no-such-port (")
     assert "Errno" not in done.err
     assert run("probe", "/dev/no-such-port", "--model", "if1", "--report", "x.txt").code == 2
 

@@ -25,7 +25,7 @@ def test_other_files_are_refused(contents, code, tmp_path):
     file = tmp_path / "p.if1"
     file.write_bytes(contents)
     assert run("check", file)[:2] == (
-        code, f"{file}:1:1: error: is not a text file in UTF-8, Latin-1, or code page 437 or 850 [AX100]\n",
+        code, f"{file}:1:1: error: the file is not text: expected UTF-8, Latin-1, or code page 437 or 850 [AX100]\n",
     )  # fmt: skip
 
 

@@ -153,22 +153,22 @@ WRONG = {
     "a key like no other": (controllers("if1", more="zzz = 1"), "3:1: unknown key 'zzz': there are model, name, line"),
     "a line format": (
         controllers("if1", more="line = 'fast'"),
-        "3:1: invalid line format 'fast': expected e.g. '9600 8N2'",
+        "3:1: invalid line format 'fast': expected a text such as '9600 8N2'",
     ),
     "a misspelt option": (
         controllers("if1", more="options.wirring = 1"),
-        "3:1: options: unknown key 'wirring': did you",
+        "3:1: unknown key 'wirring' in options: did you",
     ),
     "an option's value": (
         controllers("if1", more="options = {busy = 'hold', wiring = '4'}"),
         "3:27: wiring='4': expected one of '5-wire'",
     ),
-    "an axis": (controllers("if1", more="axes.W.limits = [1, 2]"), "3:1: axes: unknown key 'W': there are X, Y, Z"),
+    "an axis": (controllers("if1", more="axes.W.limits = [1, 2]"), "3:1: unknown key 'W' in axes: there are X, Y, Z"),
     "a key of an axis": (controllers("if1", more="axes.X.limit = [1, 2]"), "3:1: unknown key 'limit': did you mean 'l"),
     "one limit": (controllers("if1", more="axes.X.limits = [1]"), "3:1: controller.axes.X.limits: expected two num"),
     "limits in words": (
         controllers("if1", more="axes.X.limits = [1, 'b']"),
-        '3:21: controller.axes.X.limits: expected a position, e.g. 1000, not "b"',
+        '3:21: controller.axes.X.limits: invalid position: expected a position, e.g. 1000, not "b"',
     ),
     "limits crossed": (
         controllers("if1", more="axes.X.limits = [2, 1]"),
@@ -180,7 +180,7 @@ WRONG = {
     ),
     "a motor's key": (controllers("if1", more="axes.X.motor = {pull = 3}"), "3:1: 'torque' is missing: add torque = …"),
     "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: invalid address 'tcp:/x': expected ADDRESS:PORT"),
-    "two of a name": (controllers("if1", "if1"), "4:1: there is a controller 'if1' already: expected another name"),
+    "two of a name": (controllers("if1", "if1"), "4:1: there is a controller 'if1' already: expected a different name"),
     "a name with a blank": (
         controllers("if1", more="name = 'a b'"),
         "3:1: controller.name: expected only letters, dig",
@@ -255,15 +255,15 @@ WRONG = {
     ),
     "a wire from a board's pulses": (
         controllers("1810", "1811", more="[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'"),
-        "6:1: 1810.step cannot drive a wire",
+        "6:1: the pulses of 1810.step are too fast for a wire",
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor is in [[chain]] 'chain', which has the `ports` of its host: remove these",
+        "3:1: `ports` is not allowed for smartmotor: expected only the `ports` of [[chain]] 'chain'",
     ),
     "a motor on a shared pair with a port": (
         controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor is in [[rs485]] 'rs485', which has the `ports`",
+        "3:1: `rs485_ports` is not allowed for smartmotor: expected only the `ports` of [[rs485]]",
     ),
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")
@@ -276,19 +276,19 @@ WRONG = {
     ),
     "a board on a line": (
         controllers("1811", more="ports = ['tcp://:5001']"),
-        "3:10: tcp://:5001: an 1810 or 1811 is on a bus: expected e.g. bus://127.0.0.1:1811",
+        "3:10: tcp://:5001 is no port for an 1810 or 1811: expected a bus, e.g. bus://127.0.0.1:1811",
     ),
     "a motor on a bus": (
         controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
-        "5:10: bus://:1811: only an 1810 or 1811 is on a bus: expected e.g. tcp://127.0.0.1:5001",
+        "5:10: bus://:1811 is only for an 1810 or 1811: expected e.g. tcp://127.0.0.1:5001",
     ),
     "an invalid name of a state": (
         controllers("if2", more='state = "a\\u0000b"'),
-        '3:1: controller.state: a file name cannot contain NUL, not "a\\u0000b"',
+        '3:1: controller.state: a file name cannot contain the character NUL, not "a\\u0000b"',
     ),
     "an invalid name of a link": (
         controllers("if2", more='ports = ["pty:/tmp/\\u0000b"]'),
-        "3:10: invalid port 'pty:/tmp/\\x00b': expected no NUL character",
+        "3:10: invalid port 'pty:/tmp/\\x00b': expected a URL without NUL characters",
     ),
     "a delay into the past": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = -1"),
@@ -328,7 +328,7 @@ def test_errors_of_a_scene_have_a_place_and_a_remedy(scene, tmp_path, text, mess
 
 
 def test_a_missing_scene(tmp_path):
-    with pytest.raises(SceneError, match=r"nowhere\.toml: cannot be read: No such file"):
+    with pytest.raises(SceneError, match=r"nowhere\.toml: the scene file cannot be read: No such file"):
         Scene.load(tmp_path / "nowhere.toml")
 
 

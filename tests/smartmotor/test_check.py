@@ -68,7 +68,7 @@ def test_the_sample_of_4_3_has_rules_that_are_no_comments():
 
 WRONG = {
     # syntax
-    "a=1\n  b=2+": "2:7 error: a value is missing at the end of the expression",
+    "a=1\n  b=2+": "2:7 error: a value is missing at the end of the expression: expected e.g. a+1",
     "A100": "1:1 error: A100: an assignment needs its equal sign, A=100",
     "g=5 endif": "1:5 error: unknown command endif: commands are upper case",
     "a = 1": "1:1 error: a is a value, not a command: Ra reports it",
@@ -97,8 +97,8 @@ WRONG = {
     "IF a": "1:1 error: IF: ENDIF is missing",
     "a=1 LOOP": "1:5 error: LOOP: no WHILE before this statement",
     # values
-    "E=40000": "1:3 error: 40000 is out of range: error 0…32000 counts",
-    "F=256": "1:3 error: 256 is out of range: functions 0…255",
+    "E=40000": "1:3 error: 40000 is out of range: expected error 0…32000 counts",
+    "F=256": "1:3 error: 256 is out of range: expected functions 0…255",
     "a=aw[102]": "1:6 error: there is no aw[102]: aw[0] to aw[101]",
     "ab[204]=1": "1:4 error: there is no ab[204]: ab[0] to ab[203]",
     "al[49] 1 2 3.": "1:4 error: there is no al[51]: al[0] to al[50]",
@@ -121,7 +121,7 @@ WRONG = {
     # cam
     WIRED + "BASE=800 SIZE=3 MC G": "1:28 warning: SIZE=3: a cam needs 4 to 101 intervals, but the motor accepts fewer",
     WIRED + "BASE=800 SIZE=0 MC G": "1:28 error: SIZE=0: a cam table has at least one interval",
-    WIRED + "BASE=800 SIZE=102 MC": "1:26 error: 102 is out of range: highest index 0…101",
+    WIRED + "BASE=800 SIZE=102 MC": "1:26 error: 102 is out of range: expected highest index 0…101",
     WIRED + "BASE=0 SIZE=5 MC": "1:26 error: BASE=0: a cam cycle has a positive length",
     WIRED + "BASE=4 SIZE=4 MC": "1:26 warning: BASE=4: the master must move less than a quarter of BASE in a sample",
     WIRED + "BASE=9 SIZE=10 MC": "1:27 error: BASE=9 is less than SIZE=10",
@@ -190,7 +190,7 @@ def test_what_a_host_sends():
     assert shown("ZS KGON A100\naw[0] 1 2 3. WHILE", stored=False) == [
         "1:4 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
         "1:9 error: A100: an assignment needs its equal sign, A=100",
-        "2:19 error: a value is missing at the end of the expression",
+        "2:19 error: a value is missing at the end of the expression: expected e.g. a+1",
     ]
     assert shown("WAIT=5", stored=False) == ["1:1 error: WAIT= is valid only in a program"]
     assert shown("x" * 70, stored=False) == ["1:1 error: this command is longer than 64 characters: Bc is set"]

@@ -187,7 +187,9 @@ def test_a_motor_that_cannot_follow_trips_at_e(bench, what, error):
             st.sampled_from(
                 ["BRKRLS", "OFF", "MTB", "MV", "MT", "T=500", "GOSUB1", "GOSUB2", "STACK", "RETURNF", "RETURNI", "Z"]
             ),
-            st.binary(max_size=6).map(lambda data: bytes(b & 0x7F for b in data).decode("ascii")),
+            st.binary(max_size=6)
+            .map(lambda data: bytes(b & 0x7F for b in data).decode("ascii"))
+            .filter(lambda text: "LOAD" not in text),  # LOAD stores all later characters as a program
         ),
         max_size=25,
     )

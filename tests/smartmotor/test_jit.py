@@ -70,7 +70,7 @@ def test_a_numba_that_does_not_work_is_told_in_one_line(afresh):
     afresh.setitem(sys.modules, "numba", None)
     jit._numba.cache_clear()
     with pytest.raises(
-        UsageError, match=r"^numba cannot be loaded \(.*\): repair the installation, or set AXISTWIN_JIT=off$"
+        UsageError, match=r"^numba cannot be loaded \(.*\): install numba again, or set AXISTWIN_JIT=off$"
     ):
         jit.best(inner)
 

@@ -193,9 +193,9 @@ def text(out: Ints, n: int) -> int:
 @pytest.mark.parametrize(
     ("function", "words"),
     [
-        (not_sampled, "not_sampled calls quotient, which is not sampled"),
-        (both, "both: value has two types, integer and float"),
-        (text, "text calls len, which is not sampled"),
+        (not_sampled, "not_sampled calls quotient: expected a function marked with @sampled"),
+        (both, "variable value of both changes its type: expected one type"),
+        (text, "text calls len: expected a function marked with @sampled"),
     ],
 )
 def test_what_is_outside_the_subset_is_refused(function, words):

@@ -75,6 +75,24 @@ def test_a_drifting_clock(drift):
     assert np.abs(metal.errors_us(2, times)).max() < 25
 
 
+class LateResponses(SmallBoard):
+    """A board whose responses take up to half a millisecond longer, and once 60 ms longer."""
+
+    def responses(self, now):
+        if 10.3 < now < 10.36:
+            return []
+        return [(now + random.Random(now).uniform(0, 0.0005), self.transmitted())]
+
+
+def test_late_responses_do_not_delay_the_start():
+    """The clock's line is fitted to 40 samples at intervals of 20 ms, with one pause of 60 ms."""
+    metal = Metal(LateResponses()).start(1.1)
+    assert metal.board.connection.clock.error_s < 50e-6
+    times = metal.even(2000, 250)
+    metal.move("table.X", +1, times)
+    assert np.abs(metal.errors_us(2, times)).max() < 50
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_bad_cable_loses_no_pulse(seed):
     rng = random.Random(seed)
@@ -202,7 +220,7 @@ def test_after_a_reset_of_the_board_the_position_is_unknown():
     metal.board.fail("unplugged")
     metal.board.restart(metal.now)
     metal.run(1.0)
-    assert kinds(metal, Failed)[-1].reason.startswith("the board was reset, so its position is unknown")
+    assert kinds(metal, Failed)[-1].reason.startswith("the board was reset, so its positions are unknown")
 
 
 def test_late_pulses_stop_the_motors_with_a_reason():
@@ -266,7 +284,7 @@ def test_a_board_with_another_configuration():
 def test_a_queue_that_is_too_small():
     metal = Metal(SmallBoard(moves=20))
     metal.run(1.0)
-    assert kinds(metal, Failed)[0].reason == "the board's queue has 20 entries: expected at least 31: use fewer axes"
+    assert kinds(metal, Failed)[0].reason == "the board's queue has 20 entries, but this scene needs 31: use fewer axes"
 
 
 @pytest.mark.parametrize(
@@ -278,7 +296,11 @@ def test_a_queue_that_is_too_small():
             "pin P2 has two uses, table.X step and table.input1 input",
         ),
         ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
-        ((X,), (InputPin("other.limit", BoardPin("P9"), stops=0),), "other.limit stops other: expected"),
+        (
+            (X,),
+            (InputPin("other.limit", BoardPin("P9"), stops=0),),
+            "other.limit stops other, which has no axis",
+        ),
     ],
 )
 def test_conflicts_of_the_wiring(axes, inputs, message):
@@ -288,7 +310,10 @@ def test_conflicts_of_the_wiring(axes, inputs, message):
 
 @pytest.mark.parametrize(
     ("pin", "message"),
-    [("P77", "the board has no pin P77: it has P0, P1"), ("P0", "pin P0 is the board's serial: choose another pin")],
+    [
+        ("P77", "the board has no pin P77 for table.input2 input: expected one of P0, P1"),
+        ("P0", "is reserved for serial: choose another pin"),
+    ],
 )
 def test_pins_that_the_board_lacks_or_reserves(pin, message):
     wiring = Wiring("small", (X,), (INPUT, InputPin("table.input2", BoardPin(pin)), LIMIT))

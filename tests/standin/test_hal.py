@@ -132,7 +132,9 @@ def test_limits_of_the_scene_and_open_switches_forbid_motion():
 
 def test_an_open_emergency_stop_and_a_new_component():
     twin = HalTwin(closed=False)
-    assert twin.lines == ["stopped: hal: table.estop is open: close it, then try again"]
+    assert twin.lines == [
+        "stopped: hal: the emergency stop table.estop is open: close the emergency stop, then try again"
+    ]
     twin.pins["table.estop"] = True
     twin.driver.go_on(twin.now)
     assert "setup" in twin.board.commands.popleft()
@@ -266,8 +268,8 @@ def test_step_generators_of_hal_make_every_pulse(hal):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("loadrt nothing_of_this_name\n", "halcmd -f test.hal: "),
-        ("", "no signal is linked to axistwin.table.X.position-fb, axistwin.table.limit_plus: link it in "),
+        ("loadrt nothing_of_this_name\n", "`halcmd -f test.hal` has failed: "),
+        ("", "HAL pins without a signal: axistwin.table.X.position-fb, axistwin.table.limit_plus; link each pin to "),
     ],
 )
 def test_a_wrong_hal_file_is_an_error(hal, text, reason):

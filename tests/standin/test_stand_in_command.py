@@ -87,19 +87,19 @@ def test_the_dry_run_in_the_documentation(capsys, monkeypatch):
     ("old", "new", "message"),
     [
         ('"^P8"', '"P2"', ": pin P2 has two uses, table.X step and table.limit_plus input: expected one"),
-        ("table.X", "table.W", ": no axis 'table.W': there are table.X, table.Y, table.Z"),
+        ("table.X", "table.W", ": no axis 'table.W': expected one of table.X, table.Y, table.Z"),
         ('"!P4"', '"P 4"', "stand-in.axis.enable"),
-        ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms 2000 is above horizon_ms 1000"),
-        ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of the controller"),
+        ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms is 2000: expected at most horizon_ms, which is 1000"),
+        ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of a controller"),
         ('"table.output1"', '"table.input1"', "table.input1 is not a switched output"),
-        ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': there are table.shaft"),
+        ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': expected one of table.shaft"),
         ('step = "P2"', "", 'step is missing: expected a pin of the board, e.g. step = "PD2"'),
-        ('port = "BOARD"', "", 'expected port = "/dev/..." of a board with Klipper\'s firmware, or hal = "FILE.hal"'),
-        ('port = "BOARD"', 'port = "BOARD"\nhal = "x.hal"', 'expected port = "/dev/..."'),
+        ('port = "BOARD"', "", 'expected port = "/dev/ttyACM0" or hal = "FILE.hal"'),
+        ('port = "BOARD"', 'port = "BOARD"\nhal = "x.hal"', 'expected port = "/dev/ttyACM0"'),
         (
             'port = "BOARD"',
             'hal = "x.hal"',
-            "step is a pin of a board: at HAL, link the component's pins in the HAL file",
+            "the key step is not allowed with LinuxCNC HAL: link the component's pins in the HAL file",
         ),
     ],
 )
@@ -132,7 +132,7 @@ def test_a_dry_run_prints_the_pins_of_the_hal_component(scene, capsys, tmp_path)
         assert line in out.splitlines()
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE), "--board", "/dev/ttyACM0")
     assert (code, err.count("\n")) == (2, 1)
-    assert "the scene drives its motors by LinuxCNC HAL" in err
+    assert "the scene uses LinuxCNC HAL: remove the option --board" in err
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE.replace("table", "t" * 30)), "--dry-run")
     assert code == 1
     assert "is too long: expected at most 47 characters" in err
@@ -143,7 +143,7 @@ def test_hal_refuses_root_and_the_position_stays_known(scene, capsys, tmp_path):
     (tmp_path / "table.journal").write_text("end table.X=3\n")
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE))
     assert code == 1
-    assert re.search(r"(refuses root: start axistwin as another user|no halcmd: install LinuxCNC)", err)
+    assert re.search(r"(does not run as root: start axistwin as another user|halcmd is missing: install LinuxCNC)", err)
     assert last_positions(tmp_path / "table.journal") == {"table.X": 3}
 
 
@@ -151,7 +151,7 @@ def test_a_missing_board(scene, capsys, tmp_path):
     code, _, err = run(capsys, "stand-in", scene())
     assert code == 2
     assert err.splitlines()[0].startswith("axistwin is not a safety controller")
-    assert "axistwin boards` lists what is connected" in err
+    assert "axistwin boards` lists the connected boards" in err
     code, out, _ = run(capsys, "boards", tmp_path / "board")
     assert code == 1
     assert out.count("\n") == 1

@@ -54,14 +54,14 @@ def test_numbers_of_a_program_and_variables_of_a_motor(tmp_path):
     [
         ("table.X.lod.torque", "did you mean 'load'?"),
         ("tabel", "is not in the scene"),
-        ("table.limits.5", "no element 5"),
-        ("table.X.limits.5", "no element 5: the list has 2 elements"),
-        ("table.X.home.0", "the list is not in the scene"),
+        ("table.limits.5", "the scene has no list with an element 5"),
+        ("table.X.limits.5", "expected an index below 2, the length of the list"),
+        ("table.X.home.0", "the scene has no list with an element 0"),
         ("fault.cash.at", "did you mean 'crash'?"),
         ("fault.crash", "expected e.g. fault.NAME.parameter"),
-        ("fault.crash.kind", "'kind' cannot be varied"),
-        ("script.1.at", "the scene has 1; the first is 0"),
-        ("wire.0.from", "'from' cannot be varied"),
+        ("fault.crash.kind", "a sweep cannot vary 'kind'"),
+        ("script.1.at", "expected an index below 1, the number of [[script]] tables"),
+        ("wire.0.from", "a sweep cannot vary 'from'"),
     ],
 )
 def test_a_path_that_is_not_in_the_scene_is_refused(tmp_path, path, told):

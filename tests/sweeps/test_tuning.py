@@ -68,13 +68,13 @@ def test_the_command_prints_lines_for_the_program_and_draws_the_study(tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--minimise", "max table.X.position"], "nothing changes"),
-        ([*WORDS], "one of --minimise and --maximise"),
+        (["--minimise", "max table.X.position"], "no value changes"),
+        ([*WORDS], "expected --minimise or --maximise"),
         ([*WORDS, "--minimise", "max table.X.positon"], "did you mean"),
         ([*WORDS, "--minimise", "max table.X.position", "--change", "table.X.load.torque=1..2"], "twice"),
         (["--change", "seed=normal(1, 2)", "--minimise", "count table.input1 rises"], "expected a range or a list"),
         ([*WORDS, "--minimise", "max table.X.position", "--out", "gains.txt"], "ends in .db"),
-        ([*WORDS, "--minimise", "max table.X.position", "--out", "nowhere/gains.db"], "cannot be written"),
+        ([*WORDS, "--minimise", "max table.X.position", "--out", "nowhere/gains.db"], "cannot write the study"),
         ([*WORDS, "--minimise", "max table.X.position", "--subject-to", "low"], "expected NAME:SENTENCE"),
     ],
 )

@@ -250,9 +250,9 @@ def test_a_costly_signal_is_selected_only_by_its_full_name():
 
 
 def test_an_unknown_signal_is_rejected_with_a_suggestion():
-    with pytest.raises(UsageError, match=r"no signal 'if1.outptu1' here: did you mean 'if1.output1'\?"):
+    with pytest.raises(UsageError, match=r"no signal matches 'if1.outptu1': did you mean 'if1.output1'\?"):
         names("if1.outptu1")
-    with pytest.raises(UsageError, match=r"no signal 'nothing\*' here: there are if1.input1, if1.input2, .* …"):
+    with pytest.raises(UsageError, match=r"no signal matches 'nothing\*': there are if1.input1, if1.input2, .* …"):
         names("nothing*")
 
 
@@ -441,10 +441,10 @@ def test_other_files_are_rejected(tmp_path, name, data):
         ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "invalid change"),
         ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "invalid change"),
         ("csv", "# end_ns: ", "# end_ns: x", "invalid time"),
-        ("csv", "if1.input1", "if1.\udce4", "not a text in UTF-8"),
+        ("csv", "if1.input1", "if1.\udce4", "is not a trace: expected text in UTF-8"),
         ("vcd", "\n#0\n", "\n#abc\n", "invalid time"),
         ("vcd", "\n#0\n", "\n#99999999999999999999\n", "invalid time"),
-        ("vcd", "$timescale 1 ns", "$timescale 10 ps", "the time scale is 10 ps"),
+        ("vcd", "$timescale 1 ns", "$timescale 10 ps", "expected a time scale of 1 ns, not 10 ps"),
         ("vcd", "\nb0 ", "\nbx ", "invalid change"),
     ],
 )

@@ -19,13 +19,17 @@ Load = Callable[[str, str], Callable[[], object]]
 """Function that prepares to load a program; its arguments are the controller's name and the file."""
 
 
-def no_programs(who: str, file: str) -> Callable[[], object]:
+def no_programs(controller: str, file: str) -> Callable[[], object]:
     """Raise UsageError, because programs cannot be loaded on this bench."""
-    raise UsageError(f"{file} cannot be loaded into {who} here: expected a scene that loads the file")
+    raise UsageError(f"cannot load {file} into {controller} without a scene: run a scene that loads the file")
 
 
 class ActionRunner:
-    """Performs actions on one bench.  `load`: function for programs.  `own`: True for actions of a scene's script."""
+    """Performs the actions of a conversation on one bench.
+
+    `load`: function that prepares to load a program.  `own`: True for actions of a scene's script, which are not
+    reported as manual actions.
+    """
 
     def __init__(self, bench: Bench, load: Load = no_programs, *, own: bool = False) -> None:
         self.bench, self._load, self._own = bench, load, own
@@ -49,7 +53,7 @@ class ActionRunner:
         return partial(self._by_hand, act.controller, do) if act.target in BUS_ACTS else do
 
     def leave(self, name: str) -> None:
-        """Stop the attendant of this board (a host that does the handshakes), if there is one."""
+        """Remove the simulated host of a board on a bus, so that an action can access the registers directly."""
         if name in self.bench.attendants:
             self.bench.attendants.pop(name).close()
 
@@ -60,7 +64,7 @@ class ActionRunner:
             return
         if name not in self.bench.attendants:
             self.bench.attendants[name] = attend(self.bench[name].bus)
-            # takes and discards each message, so that the board can send the next one
+            # the board sends its next message only after the attendant has taken a message
             self.bench.attendants[name].subscribe_received(lambda _: None)
         self.bench.attendants[name].write(data)
 

@@ -77,7 +77,9 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
 
 
 def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs the action `! target value` at a controller, a second channel, or a shared line.
+    """Return a function that performs the action `! target value` at an endpoint.
+
+    An endpoint is a controller, a second channel, or a shared line.
 
     Faults may have any name.  Raises ProgramError or UsageError for an invalid action.
     """
@@ -89,11 +91,14 @@ def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], obje
 
 
 def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs `! fault lose 3` or `! mend lose`; `here`: the controller meant by default."""
+    """Return a function that injects or ends a fault, e.g. `! fault lose 3` or `! mend lose`.
+
+    `here`: the controller of a fault whose sentence does not name one.
+    """
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
-    from axistwin.fault_injection import sentences  # lazy import: needed only for conversations with faults
+    from axistwin.fault_injection import sentences  # lazy import: only conversations with faults need this module
 
     try:
         return sentences.read(value, bench.faults, here)
@@ -107,7 +112,7 @@ def attributes(axis: Axis) -> tuple[str, ...]:
 
 
 def motor_of(controller: Controller) -> ServoAxis | None:
-    """Return the controller's servo axis; None if the controller is not a SmartMotor."""
+    """Return the servo axis of a SmartMotor; None for any other controller."""
     return next((axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)), None)
 
 
@@ -117,7 +122,7 @@ def voltage(volts: float) -> str:
 
 
 def lead_value(pin: Pin) -> str:
-    """Return the value of the action `! PIN value` that gives a pin its present level, voltage or release."""
+    """Convert the present state of a pin's test lead to the value of an action: a level, a voltage or `release`."""
     lead = pin.lead
     if lead is None:
         return "release"
@@ -127,7 +132,7 @@ def lead_value(pin: Pin) -> str:
 
 
 def action_value(target: str, *values: float) -> str:
-    """Return the exact value of the action `! target value` that repeats an action of a person."""
+    """Convert the values of a manual action to text, as in the line `! target value` of a conversation."""
     if target == "master":
         counts, seconds = values
         return f"{counts} in {_exact(seconds)}"
@@ -136,7 +141,7 @@ def action_value(target: str, *values: float) -> str:
 
 
 def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
-    """Return target and value of the action `! target value` that repeats an event at the host's end of a line."""
+    """Return the target and value of the action `! target value` that repeats a host's action at a serial line."""
     match act:
         case SendBreak(seconds):
             return "break", f"{Decimal(seconds).quantize(Decimal('1e-9')):f}"
@@ -160,7 +165,7 @@ def _exact(value: float) -> str:
 
 
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Return a function that accesses the registers directly: `write 0 33 00`, `read 0 16`, `init on`."""
+    """Return a function for direct access to the registers, e.g. `write 0 33 00`, `read 0 16` or `init on`."""
     bus = controller.bus
     match target:
         case "init":
@@ -180,18 +185,18 @@ def _write(bus: RegisterPort, offset: int, data: bytes) -> None:
 
 
 def _register(value: str) -> tuple[int, int]:
-    """Parse the value of `! read`: the register, and the number of reads."""
+    """Parse the value of an action `! read`, e.g. `0 16`: a register number and a number of reads."""
     found = _READ.fullmatch(value)
     if found is None or not 0 < int(found["count"] or 1) <= MOST_AT_ONCE:
-        raise ProgramError(f"invalid register {value!r}: expected 0 or 1 and the number of reads, e.g. 0 16")
+        raise ProgramError(f"invalid read {value!r}: expected register 0 or 1, then the number of reads, e.g. 0 16")
     return int(found["offset"]), int(found["count"] or 1)
 
 
 def _contents(value: str) -> tuple[int, bytes]:
-    """Parse the value of `! write`: the register, and the bytes."""
+    """Parse the value of an action `! write`, e.g. `0 33 00`: a register number and bytes."""
     found = _WRITTEN.fullmatch(value)
     if found is None:
-        raise ProgramError(f"invalid write {value!r}: expected a register, 0 or 1, and hex bytes, e.g. 0 33 00")
+        raise ProgramError(f"invalid write {value!r}: expected register 0 or 1, then hex bytes, e.g. 0 33 00")
     return int(found["offset"]), bytes.fromhex(found["data"])
 
 
@@ -204,11 +209,11 @@ def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
         return partial(pin.drive, LEVELS[value])
     found = _VOLTS.fullmatch(value)
     if found is None:
-        expected = f"{', '.join((*LEVELS, 'release'))} or a voltage, e.g. 2.5V"
-        raise ProgramError(f"invalid level {value!r}: expected {expected}")
+        levels = ", ".join((*LEVELS, "release"))
+        raise ProgramError(f"invalid level {value!r}: expected {levels} or a voltage, e.g. 2.5V")
     volts = _real(found["volts"])
     if not LEAST_VOLTS <= volts <= MOST_VOLTS:
-        raise ProgramError(f"{value} would destroy the pin: expected 0 to 5 V")
+        raise ProgramError(f"voltage {value} would destroy the pin: expected 0 to 5 V")
     return partial(pin.drive, volts)
 
 
@@ -220,20 +225,23 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
         return _sitting(controller, sits)
     found = _RUN.fullmatch(value)
     if found is None:
-        expected = "expected COUNTS in SECONDS, e.g. 4000 in 2, or on AXIS times N/D, e.g. on table.X times 3/2"
-        raise ProgramError(f"invalid encoder move {value!r}: {expected}")
+        raise ProgramError(
+            f"invalid encoder move {value!r}: expected COUNTS in SECONDS, e.g. 4000 in 2, "
+            "or on AXIS times N/D, e.g. on table.X times 3/2"
+        )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """Return a function that mounts the external encoder on an axis: `master on table.X times 3/2`."""
+    """Return a function that mounts the external encoder on an axis, e.g. `master on table.X times 3/2`."""
     assert controller.bench is not None, "a controller with actions is part of a bench"
     name, _, axis = sits["axis"].rpartition(".")
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
-        raise ProgramError(f"no axis {sits['axis']!r} here: expected the controller and its axis, e.g. table.X")
+        axis_name = sits["axis"]
+        raise ProgramError(f"unknown axis {axis_name!r}: expected the names of a controller and its axis, e.g. table.X")
     above, below = int(sits["above"] or 1), int(sits["below"] or 1)
     if below == 0:
-        raise ProgramError(f"{above}/0 is not a ratio: expected e.g. 3/2")
+        raise ProgramError(f"invalid ratio {above}/0: expected a denominator above 0, e.g. 3/2")
     return partial(controller.master.follow, controller.bench[name].axes[axis], Fraction(above, below))
 
 
@@ -245,7 +253,10 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
 
 
 def targets(controller: Controller) -> tuple[str, ...]:
-    """Return the valid targets of an action `! target value`; AXIS stands for the name of an axis."""
+    """Return the targets that are valid in an action `! target value`.
+
+    AXIS stands for the name of an axis.
+    """
     port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
@@ -255,7 +266,7 @@ def targets(controller: Controller) -> tuple[str, ...]:
 
 
 def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs an action of the host at its serial line.  Raises ProgramError."""
+    """Return a function that performs an action at the host's end of a serial line.  Raises ProgramError."""
     if target not in _line_targets(port):
         raise _unknown_name(name=target, known=_line_targets(port))
     match target:
@@ -273,7 +284,7 @@ def port_action(port: SerialPort, target: str, value: str) -> Callable[[], objec
             return partial(setattr, port, "instant", _level(value))
         case "drop":
             if value != "pending":
-                raise ProgramError(f"invalid drop {value!r}: expected pending")
+                raise ProgramError(f"invalid value {value!r} of the action drop: expected the word pending")
             return port.drop_pending
     return partial(setattr, port.host, "format", _line(value, port))
 
@@ -287,7 +298,7 @@ def _flow(value: str) -> Flow:
         return Flow(value)
     except ValueError:
         raise ProgramError(
-            f"invalid flow control {value!r}: expected {', '.join(flow.value for flow in Flow)}"
+            f"invalid flow control {value!r}: expected one of {', '.join(flow.value for flow in Flow)}"
         ) from None
 
 
@@ -296,7 +307,9 @@ def _unknown_name(name: str, known: Iterable[str]) -> ProgramError:
 
 
 def question(controller: Controller, subject: str) -> Callable[[], Value]:
-    """Return a function that reads the subject of an expectation `= subject value`.  Raises ProgramError."""
+    """Return a function that reads the value that a line `= subject value` of a conversation checks.  Raises
+    ProgramError.
+    """
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
     if subject in _lines(controller):
@@ -317,14 +330,17 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the valid subjects of an expectation `= subject value`; PIN stands for the name of a pin."""
+    """Return the subjects that a line `= subject value` of a conversation can check.
+
+    PIN stands for the name of a pin.
+    """
     axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
     others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
     return ("clock", *controller.pins, *_lines(controller), *others, *axes)
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the control lines that can be read."""
+    """Return the names of the control lines that a conversation can check."""
     if on_a_bus(controller):
         return ("interrupt",)
     port = controller.ports.get(controller.name)
@@ -332,16 +348,19 @@ def _lines(controller: Controller) -> tuple[str, ...]:
 
 
 def agrees(value: Value, wanted: str) -> bool:
-    """True if a value is as expected; a number is compared to as many decimals as the expectation has."""
+    """True if a value equals the expected text.
+
+    A number is rounded to as many decimals as the expected text has.
+    """
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # the expected number has more digits than any real value
+    with localcontext(prec=3 * MOST_CHARACTERS):  # `round` needs a precision above the digits of any expected number
         return round(Decimal(value), _decimals(number)) == number
 
 
 def shown(value: Value) -> str:
-    """Format a value as in a conversation."""
+    """Format a value as text, as in a conversation."""
     if isinstance(value, bool):
         return level_name(value)
     return str(value) if isinstance(value, int) else f"{value:.9f}".rstrip("0").rstrip(".")
@@ -355,18 +374,21 @@ def _axis_action(axis: Axis, what: str, value: str) -> Callable[[], object]:
     return partial(axis.encoder.displace, _count(value))
 
 
-def _level(value: str, *others: str) -> bool:
+def _level(value: str, *other_values: str) -> bool:
     try:
         return LEVELS[value]
     except KeyError:
-        raise ProgramError(f"invalid level {value!r}: expected {', '.join((*LEVELS, *others))}") from None
+        raise ProgramError(f"invalid level {value!r}: expected one of {', '.join((*LEVELS, *other_values))}") from None
 
 
 def _duration(text: str, *, above_zero: bool = False) -> float:
-    """Parse a duration in seconds; `above_zero`: True if 0 and negative numbers are errors."""
+    """Parse a duration in seconds.  Raises ProgramError.
+
+    `above_zero`: True if 0 and negative numbers are errors.
+    """
     seconds = _real(text)
     if above_zero and seconds <= 0:
-        raise ProgramError(f"{text} is out of range: expected a number above zero")
+        raise ProgramError(f"duration {text} s is out of range: expected more than 0 s")
     try:
         to_ns(seconds)
     except UsageError as error:
@@ -375,10 +397,10 @@ def _duration(text: str, *, above_zero: bool = False) -> float:
 
 
 def _count(text: str, most: int = MOST_COUNTS) -> int:
-    """Parse a number of pulses or counts from -`most` to `most`; decimals are ignored."""
+    """Parse a number of pulses or counts, and drop its decimals.  Raises ProgramError beyond ±`most`."""
     number = _number(text)
     if abs(number) > most:
-        raise ProgramError(f"{shortened(text)} is out of range: expected {-most} to {most}")
+        raise ProgramError(f"number {shortened(text)} is out of range: expected {-most} to {most} pulses or counts")
     return int(number)
 
 
@@ -394,7 +416,7 @@ def _real(text: str) -> float:
 
 @contextmanager
 def _placing_errors() -> Iterator[None]:
-    """Within a `with` block, convert an error in a number to an error with the place of its line."""
+    """Convert NumberError to ProgramError within a `with` block."""
     try:
         yield
     except NumberError as error:

@@ -5,7 +5,10 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Act:
-    """Base class for one line of a conversation: its number in the file, and the controller that it names."""
+    """Base class for the lines of a conversation.
+
+    `line`: number of the line in the file.  `controller`: the controller that the line names.
+    """
 
     line: int = field(default=0, kw_only=True, compare=False)
     controller: str = field(default="", kw_only=True)
@@ -13,7 +16,7 @@ class Act:
 
 @dataclass(frozen=True)
 class Comment(Act):
-    """A comment in a conversation; it has no effect."""
+    """A comment line of a conversation, which has no effect."""
 
     text: str = ""
 
@@ -34,8 +37,9 @@ class Say(Act):
 
 @dataclass(frozen=True)
 class Hear(Act):
-    """A line of a conversation: the host receives these data; empty data mean that it has received nothing since the
-    last line.
+    """A line of a conversation: the host receives `data`.
+
+    Empty data mean that the host has received nothing since the last line.
     """
 
     data: bytes
@@ -43,7 +47,7 @@ class Hear(Act):
 
 @dataclass(frozen=True)
 class Do(Act):
-    """A line of a conversation with a manual action, e.g. drive a pin or switch the power."""
+    """A line of a conversation: a manual action, e.g. drive a pin or switch the power."""
 
     target: str
     value: str
@@ -51,7 +55,7 @@ class Do(Act):
 
 @dataclass(frozen=True)
 class Expect(Act):
-    """A line of a conversation with the expected value of a pin, an axis or the clock."""
+    """A line of a conversation: the expected value of a pin, an axis or the clock."""
 
     subject: str
     value: str

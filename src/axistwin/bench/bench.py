@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 
 class SharedLine(NamedTuple):
-    """A daisy chain or an RS-485 line: the host's port, and the motors in order."""
+    """A serial line that several motors share: a daisy chain or an RS-485 line.
+
+    `port`: the host's end.  `motors`: in the order of their connection.
+    """
 
     port: SerialPort
     motors: tuple[Controller, ...]
@@ -56,7 +59,9 @@ class Bench:
     def faults(self) -> "Faults":
         """The fault injector of the bench, e.g. `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
         if self._faults is None:
-            from axistwin.fault_injection.injector import Faults  # lazy import: needed only for benches with faults
+            from axistwin.fault_injection.injector import (
+                Faults,
+            )  # lazy import: only benches with faults need this module
 
             self._faults = Faults(self)
         return self._faults
@@ -72,12 +77,12 @@ class Bench:
         return to_seconds(self.clock.now)
 
     def __getitem__(self, name: str) -> Controller:
-        """Return the controller of this name.  Raises UsageError if there is none."""
+        """Return the controller with this name.  Raises UsageError for an unknown name."""
         try:
             return self.controllers[name]
         except KeyError:
-            known = ", ".join((*self.controllers, *self.lines))
-            raise UsageError(f"no controller {name!r} here: there are {known}") from None
+            names = ", ".join((*self.controllers, *self.lines))
+            raise UsageError(f"no controller {name!r} on the bench: expected one of {names}") from None
 
     @property
     def ports(self) -> dict[str, SerialPort]:
@@ -86,7 +91,7 @@ class Bench:
         return own | {name: line.port for name, line in self.lines.items()}
 
     def port(self, name: str) -> SerialPort:
-        """Return the host's end of an endpoint: `motor`, its second channel `motor.rs485`, or a shared line `chain`.
+        """Return the host's end of a serial endpoint, e.g. `motor`, `motor.rs485` or `chain`.
 
         Raises UsageError if nothing has this name.
         """
@@ -103,7 +108,7 @@ class Bench:
         The sentences are those of faults' triggers.  `here`: the controller whose parts may be named without its
         name.  Return an unsubscribe function.  Raises UsageError for an invalid sentence.
         """
-        from axistwin.fault_injection import triggers  # lazy import: needed only for benches with triggers
+        from axistwin.fault_injection import triggers  # lazy import: only benches with triggers need this module
 
         return triggers.read(sentence, self, here)(happens)
 
@@ -150,7 +155,7 @@ class Bench:
         history: int = HISTORY,
         **options: Any,
     ) -> Controller:
-        """Add a controller to the bench; its power has just been switched on.
+        """Add a controller to the bench, and switch its power on.
 
         `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
         format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of stored moves per
@@ -164,7 +169,7 @@ class Bench:
         for_axes = {axis: axis_options(axis, options.pop(axis, None) or {}) for axis in made.axes}
         own_options = model_options(made, options)
         if type(history) is not int or history < 2:
-            raise UsageError(f"history={history!r}: expected a number of moves, 2 or more")
+            raise UsageError(f"invalid history={history!r}: expected a number of moves, 2 or more")
         if line is not None and made.line is None:
             raise UsageError(f"{made.model} has no serial port: leave out the option `line`")
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in for_axes.items()}
@@ -187,7 +192,7 @@ class Bench:
         return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
 
     def rs485(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """Connect motors to an RS485 line (one pair of wires), and return the host's end of the line.
+        """Connect motors to a shared RS-485 line, and return the host's end of the line.
 
         Two simultaneous senders garble each other's characters.  The line replaces the motors' own `rs485` ports.
         """
@@ -196,7 +201,7 @@ class Bench:
     def _share(
         self,
         channel: str,
-        kind: str,
+        method: str,
         wiring: Callable[..., Wiring],
         uarts: list[Uart],
         motors: tuple[Controller, ...],
@@ -204,15 +209,16 @@ class Bench:
     ) -> SerialPort:
         """Connect the same channel of several motors to one shared line."""
         if not motors:
-            raise UsageError(f"{kind}() joins motors: expected at least one")
+            raise UsageError(f"no motors in {method}(): expected one or more motors on the bench")
         for motor in motors:
             if self.controllers.get(motor.name) is not motor:
-                raise UsageError(f"{motor.name} is not on this bench: expected motors of one bench")
-            if channel in motor._lines or motors.count(motor) > 1:
-                raise UsageError(
-                    f"{motor.name} is on {motor._lines.get(channel, 'this line')!r} already: expected each motor once"
-                )
-        name = name or self._free_name(kind)
+                raise UsageError(f"motor {motor.name} is on another bench: expected motors of one bench")
+            if channel in motor._lines:
+                line = motor._lines[channel]
+                raise UsageError(f"motor {motor.name} is connected to {line!r} already: expected one line per motor")
+            if motors.count(motor) > 1:
+                raise UsageError(f"motor {motor.name} is given twice to {method}(): expected each motor once")
+        name = name or self._free_name(method)
         self._check_name(name)
         plug = motors[0]._plug
         assert plug is not None, "motors with channels have a plug"
@@ -224,8 +230,8 @@ class Bench:
 
     def _check_name(self, name: str) -> None:
         if name in self.controllers or name in self.lines:
-            kind = "a controller" if name in self.controllers else "a line"
-            raise UsageError(f"there is {kind} {name!r} already: choose another name")
+            owner = "a controller" if name in self.controllers else "a line"
+            raise UsageError(f"the name {name!r} is in use by {owner}: choose another name")
 
     def _free_name(self, model: str) -> str:
         taken = self.controllers.keys() | self.lines.keys()

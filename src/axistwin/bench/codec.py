@@ -1,7 +1,7 @@
 r"""Codecs: convert data to readable text and back.
 
-Characters on a serial line: printable text, and `\r
-\\ \xNN` for the rest.  Commands and messages on a bus: hex.
+Characters on a serial line: printable text, and `\r`, `\n`, `\\` or `\xNN` for the rest.
+Commands and messages on a bus: hex.
 """
 
 import re
@@ -17,31 +17,31 @@ _SHOWN = [chr(byte) if 0x20 <= byte < 0x7F else f"\\x{byte:02X}" for byte in ran
 _SHOWN[ord("\r")], _SHOWN[ord("\n")], _SHOWN[ord("\\")] = r"\r", r"\n", r"\\"
 _BLANK = r"\x20"
 _MEANT = {"r": b"\r", "n": b"\n", "\\": b"\\"}
-_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # matches one character or one escape sequence of a valid text
+_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # `_WRITTEN` matches one character or escape sequence
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL)
 
 
 class Codec(Protocol):
-    """Interface of a codec, which converts messages to and from a line of text."""
+    """Interface that converts data of a serial line or bus to a line of text, and back."""
 
     def show(self, data: bytes) -> str:
-        """Return bytes as text."""
+        """Return data as one line of readable text."""
 
     def read(self, text: str) -> bytes:
-        """Convert a text that the host sends to bytes.  Raises ProgramError with the column."""
+        """Convert a text that the host sends to bytes.  Raises ProgramError with the column of the error."""
 
     def hear(self, text: str) -> bytes:
-        """Convert a text that the controller sends to bytes.  Raises ProgramError with the column."""
+        """Convert a text that the controller sends to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
         """Yield the column (from 0) and the width of each byte in a text that the host sends."""
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Return the meaning of a message in words; "" if the message needs no explanation."""
+        """Return an explanation of a message in plain words; "" if the message needs no explanation."""
 
 
 class Characters:
-    """Codec for RS232 characters, which become printable text."""
+    """Codec for the characters of a serial line, which become printable text."""
 
     def show(self, data: bytes) -> str:
         """Return bytes as text; blanks at either end are escaped, because they would be invisible."""
@@ -52,7 +52,7 @@ class Characters:
         return _BLANK * before + middle + _BLANK * after
 
     def read(self, text: str) -> bytes:
-        """Convert a text to bytes."""
+        """Convert a text with escape sequences to bytes."""
         out = bytearray()
         at = 0
         while at < len(text):
@@ -66,7 +66,7 @@ class Characters:
                 at += 1
             else:
                 raise ProgramError(
-                    rf"{text[at]!r} is not a printable ASCII character: write \xNN",
+                    rf"{text[at]!r} is not a printable ASCII character: expected \xNN with two hex digits",
                     column=at + 1,
                     code=rules.NO_ASCII.code,
                 )
@@ -75,7 +75,7 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column and width of each character."""
+        """Return the column and width of each character in the text."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
@@ -90,23 +90,23 @@ class Hex:
     language: Language
 
     def show(self, data: bytes) -> str:
-        """Return two hex digits for each byte."""
+        """Return data as text: two hex digits for each byte."""
         return data.hex(" ").upper()
 
     def read(self, text: str) -> bytes:
-        """Convert a command in hex or by name to bytes."""
+        """Convert a command, written in hex or by name, to bytes."""
         return self.language.read(text)
 
     def hear(self, text: str) -> bytes:
-        """Convert a message in hex to bytes; trailing zeros may be left out."""
+        """Convert a message in hex to bytes; trailing zeros may be omitted."""
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column and width of each byte."""
+        """Return the column and width of each byte in the text."""
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Return the meaning of a command or message in words."""
+        """Return an explanation of a command or message in plain words."""
         return self.language.explain(data) if by_host else self.language.explain_message(data)
 
 
@@ -117,7 +117,7 @@ def _escaped(escape: re.Match[str], at: int) -> bytes:
         return _MEANT[escape["letter"]]
     except KeyError:
         raise ProgramError(
-            rf"{escape.group()} is not an escape sequence: expected \r, \n, \\ and \xNN (two hex digits)",
+            rf"{escape.group()} is not an escape sequence: expected \r, \n, \\ or \xNN with two hex digits",
             column=at + 1,
             code=rules.NO_ESCAPE.code,
             width=len(escape.group()),
@@ -133,5 +133,5 @@ def unpadded(message: bytes) -> bytes:
 
 
 def codec_of(product: Product) -> Codec:
-    """Return the codec for data to and from this product."""
+    """Return the codec for the data of a product's serial line or bus."""
     return CHARACTERS if product.language is None else Hex(product.language)

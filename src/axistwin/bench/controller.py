@@ -6,7 +6,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from axistwin.bench.fitting import Plug, fit_second_port
-from axistwin.controllers.product import Device, Follower, Listing, Product, Register
+from axistwin.controllers.product import Awaited, Device, Follower, Listing, Product, Register
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
@@ -39,14 +39,14 @@ class Controller:
         self.manual_actions = ManualActions(self._clock)
         """Reports actions of a person, e.g. of the power switch."""
         self.powered = False
-        self._turns: deque[bool] = deque()  # positions of the power switch that are still to be set, in order
+        self._turns: deque[bool] = deque()  # `_turns` holds the requested power states that are not set yet
         self.given: Mapping[str, Any] = {}
         """Options that were given to `Bench.add`, except the directory for the state."""
         self.store: MemoryStore | FileStore = MemoryStore()
         self._abilities = device.abilities
         self._second = fit_second_port(self._abilities, plug)
         self._asked_for_second = False
-        self._lines: dict[str, str] = {}  # name of the shared line to which each channel (serial or rs485) is connected
+        self._lines: dict[str, str] = {}  # `_lines` maps a channel (serial, rs485) to the name of its shared line
         self.alarms = self._abilities.alarms
         """Subscriptions to the fault flags of the device; None for a device without fault flags."""
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
@@ -58,24 +58,20 @@ class Controller:
     def serial(self) -> SerialPort:
         """The host's end of the serial port.  Raises UsageError if the controller has no port of its own."""
         if self._plug is None:
-            raise UsageError(f"{self.name} has no serial port: {self.product.indefinite} is reached through its `bus`")
+            raise UsageError(f"controller {self.name} has no serial port: use its attribute `bus`")
         if "serial" in self._lines:
-            raise UsageError(
-                f"{self.name} is in the daisy chain {self._lines['serial']!r}: use the port that `chain` returned"
-            )
+            chain = self._lines["serial"]
+            raise UsageError(f"{self.name} is in the daisy chain {chain!r}: use the port that `Bench.chain` returned")
         return self._plug.port
 
     @property
     def rs485(self) -> SerialPort:
-        """The host's end of the second channel, a pair of wires.  Raises UsageError if the controller has no such
-        channel.
-        """
+        """The host's end of the RS-485 channel.  Raises UsageError if the controller has no such channel."""
         if "rs485" in self._lines:
-            raise UsageError(
-                f"{self.name} is on the shared line {self._lines['rs485']!r}: use the port that `rs485` returned"
-            )
+            line = self._lines["rs485"]
+            raise UsageError(f"{self.name} is on the shared line {line!r}: use the port that `Bench.rs485` returned")
         if self._second is None:
-            raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
+            raise UsageError(f"{self.name} has no RS-485 channel: expected a SmartMotor")
         self._asked_for_second = True
         return self._second
 
@@ -83,9 +79,7 @@ class Controller:
     def bus(self) -> RegisterPort:
         """The registers as the host accesses them on the bus.  Raises UsageError if the controller has no registers."""
         if self._abilities.bus is None:
-            raise UsageError(
-                f"{self.name} is not on a bus: {self.product.indefinite} is reached through its `serial` port"
-            )
+            raise UsageError(f"controller {self.name} is not on a bus: use its attribute `serial`")
         return self._abilities.bus
 
     @property
@@ -98,7 +92,7 @@ class Controller:
 
     @cached_property
     def terminals(self) -> Mapping[str, Pin]:
-        """All terminals with a level: pins, control lines of the serial plug, and the interrupt line of the bus."""
+        """All terminals of the controller: pins, control lines of the serial port, interrupt line of the bus."""
         if self._abilities.bus is not None:
             return {**self.pins, "interrupt": self._abilities.bus.interrupt_line}
         if self._abilities.handshake is None:
@@ -108,9 +102,9 @@ class Controller:
 
     @cached_property
     def joystick(self) -> Joystick:
-        """The joystick at the controller.  Raises UsageError if the controller has no joystick input."""
+        """Joystick at the inputs of the controller.  Raises UsageError if the controller has no joystick input."""
         if self.product.joystick is None:
-            raise UsageError(f"{self.name} has no joystick input")
+            raise UsageError(f"{self.name} has no joystick input: expected an 1810 or an 1811")
         return Joystick(self._clock, self.pins, self.product.joystick)
 
     @cached_property
@@ -119,7 +113,7 @@ class Controller:
         return self._abilities.registers()
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
-        """Call `follower` with every change of these registers.
+        """Call `follower` whenever one of the named registers changes.
 
         Changes may be reported with delay.  Return an unsubscribe function; or None if the registers change only at
         events, so that the caller can read them there.
@@ -129,16 +123,16 @@ class Controller:
 
     @property
     def has_variables(self) -> bool:
-        """True if `assign` sets variables and gains by name."""
+        """True if the controller has variables or gains that `assign` can set."""
         return self._abilities.assign is not None
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable or gain by name, at once and without a host: `motor.assign("KP", 100)`.
+        """Set a variable or gain of a SmartMotor by name, at once: `motor.assign("KP", 100)`.
 
         Raises UsageError if the controller has no such variable.
         """
         if self._abilities.assign is None:
-            raise UsageError(f"{self.name} has no variables: that is for SmartMotors")
+            raise UsageError(f"{self.name} has no variables: expected a SmartMotor")
         self._abilities.assign(name, value)
 
     def read(self, source: str) -> int | str | None:
@@ -165,24 +159,27 @@ class Controller:
 
     @property
     def ambient(self) -> float:
-        """Temperature around the motor, in °C.  Raises UsageError for other controllers than a SmartMotor."""
-        return self._motor("is no motor and has no `ambient`").ambient
+        """Temperature around the motor, in °C.  Raises UsageError unless the controller is a SmartMotor."""
+        return self._motor("ambient").ambient
 
     @ambient.setter
     def ambient(self, celsius: float) -> None:
-        self._motor("is no motor and has no `ambient`").ambient = celsius
+        self._motor("ambient").ambient = celsius
 
     @property
     def master(self) -> Master:
-        """The external encoder at pins A and B.  Raises UsageError if the controller has no encoder input."""
-        return self._motor("is no motor and has no `master`").master
+        """The external encoder at pins A and B of a SmartMotor.  Raises UsageError for other controllers."""
+        return self._motor("master").master
 
     @property
     def hint(self) -> str:
-        """A status hint in one line: the reason why the controller does not move, and the remedy; empty without a
-        problem.
-        """
+        """Reason why the controller does not move, and the remedy, in one line; empty without a problem."""
         return self._abilities.hint()
+
+    @property
+    def awaited(self) -> Awaited | None:
+        """The input for which the controller waits before it continues; None if it waits for no input."""
+        return self._abilities.awaited()
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(line)` for each new status hint.  Return an unsubscribe function."""
@@ -194,7 +191,9 @@ class Controller:
         return self._abilities.busy()
 
     def power(self, on: bool) -> None:
-        """Switch the power on or off.  The data that the real device keeps without power are kept.
+        """Switch the power on or off.
+
+        The controller keeps the data that the real device keeps without power.
 
         If one of the controller's own procedures switches the power (by an edge that has subscribers), the power
         changes when the procedure next yields, in the same nanosecond.
@@ -212,7 +211,10 @@ class Controller:
         self.power(True)
 
     def _switch(self, on: bool) -> None:
-        """Switch the power; a change that a subscriber requests during this call is made afterwards."""
+        """Switch the power on or off.
+
+        A change that a subscriber requests during this call is made afterwards.
+        """
         self._turns.append(on)
         if len(self._turns) > 1:
             return
@@ -229,19 +231,19 @@ class Controller:
         if not on:
             self.store.end()
 
-    def _motor(self, complaint: str) -> ServoAxis:
+    def _motor(self, attribute: str) -> ServoAxis:
         if self._servo is None:
-            raise UsageError(f"{self.name} {complaint}: that is for SmartMotors")
+            raise UsageError(f"{self.name} has no attribute `{attribute}`: expected a SmartMotor")
         return self._servo
 
     def _rs485_uart(self) -> Uart:
         if self._abilities.rs485 is None:
-            raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
+            raise UsageError(f"{self.name} has no RS-485 channel: expected a SmartMotor")
         return self._abilities.rs485
 
     def _serial_uart(self) -> Uart:
         if self._abilities.uart is None or self._abilities.handshake is not None:
-            raise UsageError(f"{self.name} cannot be in a daisy chain: that is for SmartMotors")
+            raise UsageError(f"{self.name} cannot be in a daisy chain: expected a SmartMotor")
         return self._abilities.uart
 
 

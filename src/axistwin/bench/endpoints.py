@@ -10,7 +10,10 @@ if TYPE_CHECKING:
 
 
 def names(bench: Bench) -> list[str]:
-    """Return all endpoint names: `if1`, `motor`, `motor.rs485` (once it is in use), `chain`."""
+    """Return the names of all endpoints, e.g. `if1`, `motor`, `motor.rs485`, `chain`.
+
+    A channel `rs485` is an endpoint once it is in use.
+    """
     boards = [name for name, controller in bench.controllers.items() if on_a_bus(controller)]
     own = [name for name in bench.ports if name not in bench.lines]
     in_order = [name for name in bench.controllers if name in (*boards, *own)]
@@ -23,12 +26,15 @@ def at_a_bus(bench: Bench, name: str) -> bool:
 
 
 def codec_at(bench: Bench, name: str) -> "Codec":
-    """Return the codec for data of this endpoint."""
-    from axistwin.bench.codec import CHARACTERS, codec_of  # lazy import: a server needs no codec to answer
+    """Return the codec for the data of an endpoint."""
+    from axistwin.bench.codec import CHARACTERS, codec_of  # lazy import: a server without conversations needs no codec
 
     return codec_of(bench[name].product) if name in bench.controllers else CHARACTERS
 
 
 def several(bench: Bench) -> bool:
-    """True if the bench has several endpoints; each line of a conversation must then name its endpoint."""
+    """True if the bench has several endpoints.
+
+    Each line of a conversation must then name its endpoint.
+    """
     return len(names(bench)) > 1 or len(bench.controllers) > 1

@@ -26,7 +26,7 @@ from axistwin.sim.serial_port import SerialPort
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """Event: a host sends data, beginning at `time_ns`; on a bus, a whole command."""
+    """Event: a host sends data.  On a bus, the data are one whole command."""
 
     time_ns: int
     controller: str
@@ -35,7 +35,7 @@ class Sent:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """Event: a host has received a character; on a bus, a message is ready for the host."""
+    """Event: a host has received a character.  On a bus, a message is ready for the host."""
 
     time_ns: int
     controller: str
@@ -45,7 +45,7 @@ class Received:
 
 @dataclass(frozen=True, slots=True)
 class LevelChanged:
-    """Event: a terminal has changed its level.  `driven`: True if an operator has forced the level.
+    """Event: the level of a terminal has changed.  `driven`: True if a test lead forces the level.
 
     The lines of a serial connection are called `dtr` and `rts` at the device, `host.dtr` and `host.rts` at the host.
     """
@@ -60,7 +60,10 @@ class LevelChanged:
 
 @dataclass(frozen=True, slots=True)
 class VoltageChanged:
-    """Event: an analog terminal has changed its voltage, after the `LevelChanged` of its level, if any."""
+    """Event: the voltage of an analog terminal has changed.
+
+    If the level has changed too, `LevelChanged` is reported first.
+    """
 
     time_ns: int
     controller: str
@@ -71,7 +74,7 @@ class VoltageChanged:
 
 @dataclass(frozen=True, slots=True)
 class LineBreak:
-    """Event: a host has sent a break with a duration of `seconds`."""
+    """Event: a host has sent a break, which lasts `seconds`."""
 
     time_ns: int
     controller: str
@@ -80,7 +83,10 @@ class LineBreak:
 
 @dataclass(frozen=True, slots=True)
 class FaultChanged:
-    """Event: a fault has begun or ended.  `act` and `words`: the same change as a line of a conversation."""
+    """Event: a fault has begun or ended.
+
+    `act` and `words` describe the change as in a line of a conversation.
+    """
 
     time_ns: int
     controller: str
@@ -90,7 +96,10 @@ class FaultChanged:
 
 @dataclass(frozen=True, slots=True)
 class ManualAction:
-    """Event: a person has acted at the machine; the line `! act value` repeats the action in a conversation."""
+    """Event: a person has acted on the machine.
+
+    The line `! act value` of a conversation repeats the action.
+    """
 
     time_ns: int
     controller: str
@@ -100,7 +109,10 @@ class ManualAction:
 
 @dataclass(frozen=True, slots=True)
 class SettingChanged:
-    """Event: the host's end of a line has new settings; the line `! act value` repeats the change."""
+    """Event: a setting at the host's end of a serial line has changed.
+
+    The line `! act value` of a conversation repeats the change.
+    """
 
     time_ns: int
     controller: str
@@ -114,7 +126,7 @@ Sink = Callable[[Event], None]
 
 @contextmanager
 def observing(bench: Bench, sink: Sink) -> Iterator[None]:
-    """Call `sink` with every event on the bench within a `with` block."""
+    """Within a `with` block, call `sink` with every event on the bench."""
     with ExitStack() as stack:
         for name in endpoints.names(bench):
             if endpoints.at_a_bus(bench, name):
@@ -137,7 +149,7 @@ def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
 
 
 def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
-    """Report the actions of a person at a controller: forced pins, power, axes, joystick, external encoder."""
+    """Report the manual actions at a controller: test leads, power, axes, joystick, external encoder."""
 
     def handled(target: str, *values: float) -> None:
         sink(ManualAction(bench.now, controller.name, target, action_value(target, *values)))
@@ -172,7 +184,7 @@ def _name_of(bench: Bench, axis: object) -> str:
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:
-    """Return all terminals with levels to observe: pins, and control lines of the serial port or the bus."""
+    """Return all terminals whose levels can be observed: pins, and control lines of the serial port or the bus."""
     pins = {name: pin for name, pin in controller.pins.items() if not pin.restless}
     if on_a_bus(controller):
         return {**pins, "interrupt": controller.bus.interrupt_line}

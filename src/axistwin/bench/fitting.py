@@ -27,7 +27,7 @@ class Plug(NamedTuple):
 def fit_plug(
     clock: Clock, abilities: Abilities, line: str | UartFormat | None, usual: UartFormat | None
 ) -> Plug | None:
-    """Return the host's end of a controller's serial plug; None for a device without a serial port.
+    """Connect a host to the serial port of a device, and return the connection; None without a serial port.
 
     The host's DTR goes to the device's DSR and its RTS to the device's CTS, if these exist.
     """
@@ -46,7 +46,7 @@ def fit_plug(
 
 
 def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | None:
-    """Return the host's end of the second serial channel (a pair of wires); None without such a channel."""
+    """Return the host's end of the RS-485 channel; None for a device without this channel."""
     if abilities.rs485 is None:
         return None
     assert plug is not None, "a device with a second channel has a plug"
@@ -54,7 +54,10 @@ def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | Non
 
 
 def fit_switches(made: Product, device: Device, axes: Mapping[str, Axis]) -> None:
-    """Connect position switches: limit switches open beyond `limits`; the home input is high within `home`."""
+    """Connect the limit and home switches of all axes to the inputs of the device.
+
+    Limit switches open beyond `limits`; the home input is high within `home`.
+    """
     minus, plus = [], []
     for name, axis in axes.items():
         if axis.limits is not None:

@@ -17,7 +17,7 @@ from axistwin.units import MS
 
 @dataclass(frozen=True)
 class Host:
-    """Interface of a simulated host."""
+    """Interface of a simulated host, which sends and receives data."""
 
     write: Callable[[bytes], None]
     """Function that sends data as soon as possible."""
@@ -27,12 +27,12 @@ class Host:
 
     @property
     def pending(self) -> int:
-        """Number of bytes or commands that have not been sent yet."""
+        """Number of bytes (on a bus: commands) that have not been sent yet."""
         return self._port.pending
 
     @property
     def pause_ns(self) -> int:
-        """Silence in ns after which the received data are complete."""
+        """Time in ns without received data after which a message is complete."""
         return 3 * self._port.host.format.frame_ns if isinstance(self._port, SerialPort) else 20 * MS
 
 
@@ -42,7 +42,10 @@ def _at_port(port: SerialPort) -> Host:
 
 @contextmanager
 def host_of(controller: Controller) -> Iterator[Host]:
-    """Yield a host for this controller, for use in a `with` block.  On a bus, the host serves the registers."""
+    """Yield a simulated host for a controller, for use in a `with` block.
+
+    On a bus, the host does the handshakes at the registers.
+    """
     attend = controller.product.attend
     if attend is None:
         yield _at_port(controller.serial)
@@ -53,7 +56,10 @@ def host_of(controller: Controller) -> Iterator[Host]:
 
 @contextmanager
 def host_at(bench: Bench, name: str) -> Iterator[Host]:
-    """Yield a host for an endpoint: a controller, its second channel, or a shared line."""
+    """Yield a simulated host for an endpoint, for use in a `with` block.
+
+    An endpoint is a controller, a second channel, or a shared line.
+    """
     if endpoints.at_a_bus(bench, name):
         with host_of(bench[name]) as host:
             yield host

@@ -14,16 +14,19 @@ LINE = re.compile(
 
 
 def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
-    """Parse `"9600 8N2"`, `"instant"` or both; return the format, and True if characters take no time."""
+    """Parse a line format, e.g. "9600 8N2"; return the format, and True if the text contains "instant".
+
+    With "instant", characters take no time.
+    """
     if text is None or isinstance(text, UartFormat):
         return text or usual, False
     if not isinstance(text, str):
-        raise UsageError(f"invalid line format {text!r}: expected e.g. '9600 8N2' or 'instant'")
+        raise UsageError(f"invalid line format {text!r}: expected a text such as '9600 8N2' or 'instant'")
     words = text.replace(",", " ").split()
     instant = "instant" in words
     match = LINE.fullmatch(" ".join(word for word in words if word != "instant"))
     if match is None:
-        raise UsageError(f"invalid line format {shortened(text)}: expected e.g. '9600 8N2' or 'instant'")
+        raise UsageError(f"invalid line format {shortened(text)}: expected a text such as '9600 8N2' or 'instant'")
     baudrate = usual.baudrate if match["baudrate"] is None else whole(match["baudrate"])
     if match["frame"] is None:
         return replace(usual, baudrate=baudrate), instant

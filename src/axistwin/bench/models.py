@@ -15,7 +15,7 @@ FAMILIES = {
 
 
 def product(model: str) -> Product:
-    """Return the product with this model name.  Raises UsageError for an unknown model."""
+    """Return the controller product of a model name, e.g. "1811".  Raises UsageError for an unknown model."""
     try:
         family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
     except KeyError:
@@ -25,16 +25,20 @@ def product(model: str) -> Product:
 
 
 def model_options(made: Product, given: Mapping[str, Any]) -> Any:
-    """Check the given options of a model and return them.  Raises UsageError for an unknown option."""
+    """Check the options of a controller model, and return them.  Raises UsageError for an unknown option."""
     known = [field.name for field in fields(made.options)]
     for name in given:
         if name not in known:
-            raise UsageError(f"{made.model} has no option {name!r}: it takes {', '.join((*made.axes, *known))}")
+            raise UsageError(
+                f"model {made.model} has no option {name!r}: expected one of {', '.join((*made.axes, *known))}"
+            )
     return made.options(**given)
 
 
 def axis_options(name: str, given: object) -> dict[str, Any]:
-    """Return the given options of an axis as a dict.  Raises UsageError for any other type."""
+    """Return the options of an axis as a dict.  Raises UsageError if the options are not a table."""
     if not isinstance(given, Mapping):
-        raise UsageError(f'axis {name}={given!r}: expected its options, e.g. {name}={{"limits": (-100, 5000)}}')
+        raise UsageError(
+            f'invalid options {name}={given!r} of an axis: expected a table, e.g. {name}={{"limits": (-100, 5000)}}'
+        )
     return dict(given)

@@ -6,7 +6,7 @@ from typing import Any
 from axistwin.errors import UsageError
 from axistwin.numbers import check_values, shortened
 
-OWN = {
+ADVICE = {
     "model": "name the MODEL",
     "name": "a controller is named after its model; use a scene for other names",
     "state": "use --state",
@@ -22,26 +22,26 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
         if not equals or not name:
             raise UsageError(f"invalid option {option!r}: expected NAME=VALUE")
         *path, last = name.replace("-", "_").split(".")
-        if name in OWN:
-            raise UsageError(f"--option {name} is invalid: {OWN[name]}")
+        if name in ADVICE:
+            raise UsageError(f"--option cannot set {name}: {ADVICE[name]}")
         place = found
         for part in path:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
-                raise UsageError(f"--option {option}: {part} already has a value")
+                raise UsageError(f"invalid --option {option}: an earlier --option has already set {part}")
         place[last] = _value(text)
     return found
 
 
 def _value(text: str) -> Any:
-    """Parse a text as a TOML value; if this is impossible, return the text."""
-    import tomllib  # lazy import: needed only for controllers with options
+    """Parse a text as a TOML value; return the text itself if it is not TOML."""
+    import tomllib  # lazy import: only controllers with options need this module
 
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:
-        raise UsageError(f"--option: {shortened(text)}: too many nested brackets") from None
-    except ValueError:  # the text is not TOML, or a number with thousands of digits
+        raise UsageError(f"invalid option value {shortened(text)}: expected fewer nested brackets") from None
+    except ValueError:  # ValueError means that the text is not TOML, or is an extremely long number
         return text
     check_values(value)
     return value

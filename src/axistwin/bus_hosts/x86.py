@@ -27,7 +27,7 @@ INSTRUCTION_NS = 2 * US
 
 
 class Computer:
-    """An 8086 with a megabyte of memory.
+    """An emulated 8086 computer with a megabyte of memory and boards on its bus.
 
     `boards`: boards by the base address of their two ports.  `vector`: interrupt number of their common (wire-ORed)
     request line, which is level sensitive.  Ports without a board read FFh.
@@ -50,7 +50,7 @@ class Computer:
         self._buses = [board.bus for board in boards.values()]
         self._time_ns = bench.now
         self._stop_ns = 0
-        self._last = 0  # address of the last instruction
+        self._last = 0  # address of the last executed instruction
         self._halted = False
         self._uc = Uc(UC_ARCH_X86, UC_MODE_16)
         self._uc.mem_map(0, MEMORY)
@@ -62,19 +62,22 @@ class Computer:
     # Memory and registers
 
     def load(self, segment: int, offset: int, data: bytes) -> None:
-        """Write bytes to the memory of the computer."""
+        """Write bytes to the memory of the emulated computer."""
         self._uc.mem_write((segment << 4) + offset, data)
 
     def memory(self, segment: int, offset: int, size: int) -> bytes:
-        """Read bytes from the memory of the computer."""
+        """Read bytes from the memory of the emulated computer."""
         return bytes(self._uc.mem_read((segment << 4) + offset, size))
 
     def set_vector(self, number: int, segment: int, offset: int) -> None:
-        """Set the address of the handler for interrupt `number`."""
+        """Set the address of the handler of an interrupt."""
         self.load(0, 4 * number, offset.to_bytes(2, "little") + segment.to_bytes(2, "little"))
 
     def start_at(self, segment: int, offset: int, stack: int = 0xFFFE) -> None:
-        """Set the address of the first instruction.  DS, ES and SS equal CS; `stack` is the initial stack pointer."""
+        """Set the address of the first instruction.
+
+        DS, ES and SS become equal to CS; `stack` is the initial stack pointer.
+        """
         for register in (x86.UC_X86_REG_CS, x86.UC_X86_REG_DS, x86.UC_X86_REG_ES, x86.UC_X86_REG_SS):
             self._uc.reg_write(register, segment)
         self._uc.reg_write(x86.UC_X86_REG_SP, stack)
@@ -88,13 +91,13 @@ class Computer:
 
     @property
     def stopped(self) -> bool:
-        """True if the processor has halted with interrupts disabled, so that it can never continue."""
+        """True if the processor has executed HLT with interrupts disabled, and can never continue."""
         return self._halted and not self.interruptible
 
     # Running
 
     def run(self, seconds: float) -> None:
-        """Execute instructions for `seconds`, or until `stopped`."""
+        """Execute instructions for some seconds of virtual time, or until the processor has stopped."""
         end_ns = self.bench.now + to_ns(seconds)
         self._time_ns = self.bench.now
         while self._time_ns < end_ns and not self.stopped:
@@ -112,18 +115,18 @@ class Computer:
         return any(bus.interrupt for bus in self._buses)
 
     def _execute(self, end_ns: int) -> None:
-        """Execute instructions up to the next event of the bench; only one instruction if an interrupt is requested."""
+        """Execute instructions until the next event of the bench, or one instruction if an interrupt is pending."""
         due_ns = self.bench.clock.next_event_ns()
         self._stop_ns = min(end_ns, end_ns if due_ns is None else max(due_ns, self._time_ns + 1))
         if self._requested:
             self._stop_ns = self._time_ns + 1
         begin = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
-        self._uc.emu_start(begin, MEMORY)  # a hook stops the processor
+        self._uc.emu_start(begin, MEMORY)  # the hook `_instruction` stops the processor
         self._halted = self._has_just_halted()
         self._catch_up()
 
     def _has_just_halted(self) -> bool:
-        """True if the last executed instruction was HLT and the processor is still halted there."""
+        """Return True if the processor has executed HLT and is still halted."""
         here = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 
@@ -134,7 +137,7 @@ class Computer:
         self._catch_up()
 
     def _catch_up(self) -> None:
-        """Advance virtual time to the processor's time."""
+        """Advance the virtual time of the bench to the time of the processor."""
         if self._time_ns > self.bench.now:
             self.bench.clock.run_to(self._time_ns)
 
@@ -156,7 +159,10 @@ class Computer:
     # Functions that Unicorn calls
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Handle one instruction before Unicorn executes it; after STI, an interrupt waits for one more instruction."""
+        """Advance the processor's time before each instruction, or stop the processor when an event is due.
+
+        The processor does not stop directly after STI, because an interrupt waits for one more instruction.
+        """
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:
             uc.emu_stop()
             return
@@ -181,4 +187,4 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        self._stop_ns = 0  # ends the execution, because the write may have scheduled an earlier event
+        self._stop_ns = 0  # stop the processor, because the write may have scheduled an event

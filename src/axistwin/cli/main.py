@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Command(NamedTuple):
-    """A command of `axistwin`: its name, the folder of its module, its summary."""
+    """Description of a command of `axistwin`: its name, the folder of its module, and its summary."""
 
     name: str
     folder: str
@@ -31,11 +31,11 @@ class Command(NamedTuple):
 
     @property
     def module(self) -> str:
-        """Name of the command's module; the function in the module has the same name."""
+        """Name of the Python module of the command, e.g. `stand_in` for the command `stand-in`."""
         return self.name.replace("-", "_")
 
     def load(self) -> click.Command:
-        """Import the module of the command, and return the command."""
+        """Import the module of the command, and return the click command."""
         loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.module}"), self.module)
         return loaded
 
@@ -89,21 +89,22 @@ OUTPUT_ERRORS = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}
 
 
 class LazyGroup(click.Group):
-    """A group of commands that imports a command only when it is used."""
+    """A group of click commands that imports the module of a command only when the command is used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         """Return the names of all commands in the order of their usual use."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
-        """Import a command; return None for an unknown name."""
+        """Import and return the command with the given name, or return None for an unknown name."""
         return COMMANDS[cmd_name].load() if cmd_name in COMMANDS else None
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that the first word names.  Raises UsageError, with a similar name, for an unknown
-        word.
+        """Return the command that the first word of a command line names.
+
+        Raises UsageError for an unknown word; the message contains a similar name.
         """
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
             raise unknown(kind="command", name=args[0], names=COMMANDS)
@@ -111,14 +112,14 @@ class LazyGroup(click.Group):
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem]":
         """Return the commands that begin with the typed text, without importing the commands."""
-        from click.shell_completion import CompletionItem  # lazy import: needed only for shells
+        from click.shell_completion import CompletionItem  # this import is lazy because only shells need it
 
         found = [command for command in COMMANDS.values() if command.name.startswith(incomplete)]
         options = super(click.Group, self).shell_complete(ctx, incomplete) if incomplete.startswith("-") else []
         return [CompletionItem(command.name, help=command.summary) for command in found] + options
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
-        """Write the commands of each group without importing the commands."""
+        """Write the help text of all commands, without importing the modules of the commands."""
         width = max(map(len, COMMANDS))
         formatter.write_paragraph()
         formatter.write_heading("Commands")
@@ -130,7 +131,7 @@ class LazyGroup(click.Group):
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(VERSION, "--version", prog_name="axistwin")
 def axistwin() -> None:
-    """Legacy motion controllers without the hardware.
+    """Emulate legacy motion controllers, without the hardware.
 
     \b
     axistwin demo                      a demonstration
@@ -140,7 +141,7 @@ def axistwin() -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the program `axistwin`."""
+    """Run the program `axistwin`, and exit with its exit code."""
     sys.exit(_run(arguments))
 
 
@@ -184,8 +185,8 @@ def _run(arguments: list[str] | None) -> int:
 
 
 def _print_error(message: str, code: int, place: PlacedError | None = None) -> None:
-    """Print an error as one JSON object to stderr; a place is given by file, line and column."""
-    import json  # lazy import: needed only for errors
+    """Print an error as one JSON object to stderr, with the file, line and column of the error if known."""
+    import json  # this import is lazy because only errors need it
 
     found: dict[str, object] = {"error": one_line(message), "exit_code": code}
     if place is not None:
@@ -194,8 +195,9 @@ def _print_error(message: str, code: int, place: PlacedError | None = None) -> N
 
 
 def _prepare_output() -> None:
-    """Set the encoding of the output: UTF-8 for a pipe on Windows; otherwise `?` replaces characters that the encoding
-    lacks.
+    """Set the encoding of stdout and stderr, so that any character can be printed.
+
+    A pipe on Windows gets UTF-8.  Otherwise `?` replaces each character that the encoding lacks.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and stream.encoding.lower() != "utf-8":
@@ -204,5 +206,5 @@ def _prepare_output() -> None:
 
 
 def _discard_output() -> None:
-    """Redirect stdout to null, so that Python's flush at exit does not fail."""
+    """Redirect stdout to the null device, so that Python's flush at exit does not fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

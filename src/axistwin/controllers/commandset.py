@@ -20,7 +20,7 @@ class Field:
     optional: bool = False
 
     def allows(self, value: int) -> bool:
-        """Return True if the value is within the range."""
+        """Return True if the value is within the range of the parameter."""
         return (self.low is None or value >= self.low) and (self.high is None or value <= self.high)
 
     @property
@@ -40,7 +40,7 @@ def _or_blank(value: int | None) -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """A command: one line of a command table.
+    """A command of a controller: one line of a command table.
 
     `accepted`: the controller states in which the command is valid, a `Flag` defined by each family.
     `handler` is None for a command that is not implemented.
@@ -60,11 +60,11 @@ class Command:
 
     @property
     def syntax(self) -> str:
-        """Syntax line for users: the code, then the parameters."""
+        """Syntax of the command for users: the code, followed by the parameters."""
         return " ".join((str(self.code), *(part.form for part in self.parameters)))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the command as data for `axistwin commands --json`."""
+        """Return the command as a dictionary, which `axistwin commands --json` prints."""
         return {
             "code": self.code,
             "name": self.name,
@@ -80,7 +80,7 @@ class Command:
 
 
 class CommandSet:
-    """A command table, in the order of the manual's summary."""
+    """A table of commands, in the order of the manual's command summary."""
 
     def __init__(self, *commands: Command) -> None:
         self._by_code = {command.code: command for command in commands}
@@ -97,9 +97,9 @@ class CommandSet:
         return self._by_code.get(code)
 
     def with_(self, *commands: Command) -> "CommandSet":
-        """Return a copy of the table in which these commands are added or replaced."""
+        """Return a copy of the command table, with these commands added or replaced."""
         return CommandSet(*{**self._by_code, **{command.code: command for command in commands}}.values())
 
     def without(self, *codes: Code) -> "CommandSet":
-        """Return a copy of the table without these commands."""
+        """Return a copy of the command table without the commands that have these codes."""
         return CommandSet(*(command for command in self if command.code not in codes))

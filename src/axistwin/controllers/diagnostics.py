@@ -13,7 +13,7 @@ from axistwin.errors import one_line
 
 
 class Severity(StrEnum):
-    """Severity of a diagnostic."""
+    """Severity of a diagnostic: error or warning."""
 
     ERROR = "error"  # the controller refuses the command
     WARNING = "warning"  # the command is accepted or ignored, but its effect is probably not intended
@@ -47,7 +47,7 @@ class Sent(NamedTuple):
 
 
 class Edit(NamedTuple):
-    """A text edit: `text` replaces the characters from the first place up to the second, which is excluded.
+    """A text edit: `text` replaces the characters from the begin position up to, but not including, the end position.
 
     Lines and columns are counted from 1.
     """
@@ -70,7 +70,7 @@ class Fix:
 
 @dataclass(frozen=True, order=True)
 class Diagnostic:
-    """A problem in a program: its place (line and column from 1), a message, and the manual's chapter."""
+    """A problem that a checker has found: its place in the file, a message, and the chapter of the manual."""
 
     line: int
     column: int
@@ -85,14 +85,17 @@ class Diagnostic:
 
     @property
     def end(self) -> tuple[int, int]:
-        """Line and column just after the end of the wrong text."""
+        """Line and column just after the end of the text that the diagnostic marks."""
         return (self.end_line, self.end_column) if self.end_line else (self.line, self.column + 1)
 
 
 def diagnose(
     rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
 ) -> Diagnostic:
-    """Return a diagnostic of `rule` that marks these characters, at most up to the end of their first line."""
+    """Return a diagnostic that marks these characters as a violation of `rule`.
+
+    The mark ends at the end of the first line at the latest.
+    """
     first = characters[0]
     last = [sent for sent in characters if sent.line == first.line][-1]
     end = max(last.column + last.width, first.column + 1)
@@ -110,7 +113,7 @@ def diagnose(
 
 
 def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
-    """Return the edit that replaces these characters by `text`; empty if they are on several lines."""
+    """Return the edit that replaces these characters by `text`; no edit if the characters are on several lines."""
     first, last = characters[0], characters[-1]
     if first.line != last.line:
         return ()
@@ -118,18 +121,18 @@ def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
 
 
 def put_behind(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` after a character."""
+    """Return the edit that inserts `text` directly after the character `sent`."""
     column = sent.column + sent.width
     return (Edit(sent.line, column, sent.line, column, text),)
 
 
 def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` before a character."""
+    """Return the edit that inserts `text` directly before the character `sent`."""
     return (Edit(sent.line, sent.column, sent.line, sent.column, text),)
 
 
 def fixing(title: str, edits: Iterable[Edit], sure: bool = True) -> Fix | None:
-    """Return a fix, or None if there are no edits."""
+    """Return a fix that consists of these edits, or None if there are no edits."""
     listed = tuple(edits)
     return Fix(title, listed, sure) if listed else None
 

@@ -10,7 +10,7 @@ from typing import Any
 
 
 class Tone(Enum):
-    """The meaning of a lit lamp."""
+    """Meaning of a lamp that is lit: plain, warning or fault."""
 
     PLAIN = "on"
     WARNING = "warning"
@@ -31,7 +31,7 @@ class _Item:
 
 @dataclass(frozen=True)
 class Lamp(_Item):
-    """A lamp for a terminal or a bit of a register."""
+    """A lamp that indicates the level of a terminal or one bit of a register."""
 
     bit: int | None = None
     """Number of the bit in the register, from 0; None: any value but 0 lights the lamp."""
@@ -41,7 +41,7 @@ class Lamp(_Item):
     doc: str = ""
 
     def shows(self, value: int | None) -> bool:
-        """Return True if this level or value lights the lamp.  Without power (None) the lamp is dark."""
+        """Return True if this level or value lights the lamp.  Without power (value None) the lamp is dark."""
         if value is None:
             return False
         on = value != 0 if self.bit is None else value >> self.bit & 1 == 1
@@ -50,7 +50,7 @@ class Lamp(_Item):
 
 @dataclass(frozen=True)
 class Word(_Item):
-    """A register whose values are shown as words."""
+    """A register of the front panel whose values are displayed as words, e.g. the name of a mode."""
 
     words: Mapping[Any, str] = field(default_factory=dict)
     """Words by value; other values are shown as numbers."""
@@ -60,13 +60,13 @@ class Word(_Item):
     """Text that is shown while the power is off."""
 
     def shows(self, value: int | str | None) -> str:
-        """Return the text for this value; None: no power."""
+        """Return the text for a value of the register.  The value None means that the power is off."""
         return self.unpowered if value is None else self.words.get(value, str(value))
 
 
 @dataclass(frozen=True)
 class Reading(_Item):
-    """A register shown as a quantity: its value times `scale`, in a unit."""
+    """A register that is displayed as a number with a unit: its value times `scale`."""
 
     unit: str = ""
     scale: float = 1
@@ -74,7 +74,7 @@ class Reading(_Item):
     doc: str = ""
 
     def shows(self, value: int | None) -> str:
-        """Return the text for this value, without its unit; empty without power (None)."""
+        """Return the value of the register as displayed, without its unit.  Without power, the text is empty."""
         return "" if value is None else f"{value * self.scale:.{self.digits}f}"
 
 
@@ -83,7 +83,7 @@ Item = Lamp | Word | Reading
 
 @dataclass(frozen=True)
 class Group:
-    """Items shown together, with the chapter of the manual that describes them."""
+    """Items of the front panel that are displayed together, with the manual's chapter about these items."""
 
     title: str
     chapter: str

@@ -28,7 +28,7 @@ class Store(Protocol):
         """Return the contents that were saved last, or None if nothing has been saved."""
 
     def save(self, contents: bytes) -> None:
-        """Save the contents; errors are not raised.
+        """Save new contents of the memory.  A failed write raises no exception.
 
         After a crash of the host computer the memory holds either the new or the previous contents.
         """
@@ -56,7 +56,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 
 
 class Listing(NamedTuple):
-    """A program in the memory of a controller."""
+    """A program in the memory of a controller, as lines of text."""
 
     title: str
     lines: tuple[str, ...]
@@ -70,7 +70,7 @@ class Listing(NamedTuple):
 
 
 class ControlLines(NamedTuple):
-    """The four control lines of a serial connector."""
+    """The control lines DTR, RTS, DSR and CTS of a serial connector."""
 
     dtr: Pin
     rts: Pin
@@ -79,11 +79,21 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """Control lines of a serial connector, at the connector and inside the device."""
+    """Control lines of a serial port, at its connector and inside the device."""
 
     plug: ControlLines
     inside: ControlLines
     """The lines inside the device, which depend on the wiring of the connector."""
+
+
+class Awaited(NamedTuple):
+    """An input for which a device waits before it continues."""
+
+    work: str
+    """The work that waits: "the move", "step 3 of the sequence"."""
+    pin: str
+    level: str
+    """The level for which the device waits: "high" or "low"."""
 
 
 class Abilities(NamedTuple):
@@ -117,6 +127,8 @@ class Abilities(NamedTuple):
     """Function that returns the reason why the device does not move, and the remedy; "" if it can move."""
     subscribe_hint: Callable[[Callable[[str], None]], Callable[[], None]] = lambda watcher: lambda: None
     """Function that subscribes `watcher(hint)` to changes of the status hint."""
+    awaited: Callable[[], Awaited | None] = lambda: None
+    """Function that returns the input for which the device waits, or None."""
     assign: Callable[[str, int], None] | None = None
     """Function that sets a variable or gain by name, at once and without a host."""
     busy: Callable[[], bool] = lambda: False
@@ -141,7 +153,7 @@ class Device(Protocol):
 
 
 class Placed(NamedTuple):
-    """A byte of a command, with the column of its text, counted from 0."""
+    """A byte of a command, with the column (from 0) at which the byte is written."""
 
     byte: int
     column: int
@@ -153,13 +165,19 @@ class Language(Protocol):
     """Converter between binary commands or messages and text for users."""
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a command.  Raises ProgramError with the column, counted from 1."""
+        """Return the bytes of a command that is written as text.
+
+        Raises ProgramError with the column, counted from 1.
+        """
 
     def placed(self, text: str) -> Sequence[Placed]:
-        """Return the bytes of a command with their places.  Raises ProgramError with the column, counted from 1."""
+        """Return the bytes of a command, each with the column at which the byte is written.
+
+        Raises ProgramError with the column, counted from 1.
+        """
 
     def message(self, text: str) -> bytes:
-        """Return the bytes of a message, padded to its full length."""
+        """Return the bytes of a message that is written as text, padded to the full length of a message."""
 
     def explain(self, command: bytes) -> str:
         """Return the meaning of a command, in words."""
@@ -169,24 +187,24 @@ class Language(Protocol):
 
 
 class BusHost(Protocol):
-    """Host program for a board on a bus: it sends commands and receives messages, with all handshakes."""
+    """Host program for a board on a bus, which sends commands and receives messages by the board's handshake."""
 
     @property
     def pending(self) -> int:
-        """Number of commands that wait to be sent."""
+        """Number of commands that have not yet been sent to the board."""
 
     def write(self, command: bytes) -> None:
         """Send a command as soon as the board is ready."""
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `callback` with each message.  Return an unsubscribe function."""
+        """Call `callback` with each message that the board sends.  Return an unsubscribe function."""
 
     def close(self) -> None:
-        """Stop using the registers."""
+        """Stop sending commands and receiving messages."""
 
 
 class Order(NamedTuple):
-    """A request that a host sends, e.g. to run a stored program, and its effect."""
+    """A request that a host can send to the device, e.g. to run a stored program."""
 
     label: str
     says: bytes
@@ -252,7 +270,7 @@ class Product(NamedTuple):
 
     @property
     def front(self) -> "tuple[Group, ...]":
-        """The front panel: lamps, words and readings, in groups."""
+        """Front panel of this model: groups of lamps and displayed registers."""
         return self.make_front()
 
     @property

@@ -18,7 +18,7 @@ from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.conversations.conversation import Conversation, write
 from axistwin.conversations.player import Difference, Player, open_channels
 from axistwin.errors import ProgramError
-from axistwin.numbers import NumberError, decimal
+from axistwin.numbers import NumberError, decimal, shortened
 from axistwin.sim.pins import Pin
 from axistwin.units import MS, S, to_ns, to_seconds
 
@@ -30,7 +30,10 @@ LINES = ("dtr", "rts")
 
 @dataclass(frozen=True)
 class Compared:
-    """One compared action of the controller; times are relative to the host's last action, None if unknown."""
+    """An action of the controller in the recording, and the same action of the twin.
+
+    Times are relative to the host's last action, and None if unknown.
+    """
 
     line: int
     """Line number in the file; 0 for an action of the twin that is not in the file."""
@@ -43,7 +46,7 @@ class Compared:
 
     @property
     def same(self) -> bool:
-        """True if twin and hardware sent the same bytes, or made the same change."""
+        """True if the twin and the hardware sent the same bytes, or made the same change."""
         return self.expected == self.got
 
     @property
@@ -67,7 +70,7 @@ class Comparison:
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Pairs of a delay of the twin and its action, the smallest delay first."""
+        """Delays of the twin relative to the hardware, each with its action, in ascending order."""
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
     @property
@@ -98,7 +101,7 @@ def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIEN
 
 
 def recorded_times(acts: Iterable[Act]) -> Iterator[int | None]:
-    """Yield the recorded end time of each action; None for an unknown time.
+    """Yield for each action the time at which the recorded action ended; None if the time is unknown.
 
     A `= clock` line after an answer gives the time.  After an answer without such a line, times are unknown until the
     next `= clock` line.
@@ -120,8 +123,10 @@ def _clock(act: Act) -> int | None:
         return None
     try:
         return round(decimal(act.value) * S)
-    except NumberError as error:
-        raise ProgramError(f"{error}: expected seconds, e.g. = clock 0.25", line=act.line) from None
+    except NumberError:
+        raise ProgramError(
+            f"invalid time {shortened(act.value)}: expected seconds, e.g. = clock 0.25", line=act.line
+        ) from None
 
 
 class _Comparer(Player):
@@ -144,7 +149,7 @@ class _Comparer(Player):
         self._last_recorded_ns: int | None = 0
 
     def subscribe(self, stack: ExitStack) -> None:
-        """Subscribe also to the times of replies and to changes of control lines."""
+        """Subscribe to replies, to the times of replies, and to changes of control lines."""
         super().subscribe(stack)
         for name, when in self._times.items():
             stack.callback(self.hosts[name].subscribe_received(partial(self._note_times, when)))
@@ -166,7 +171,7 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Play actions, and record the results
+    # Actions of the twin and their results
 
     def _played(self, act: Act) -> "partial[None]":
         if self._is_skipped(act):
@@ -174,7 +179,10 @@ class _Comparer(Player):
         return partial(self._do, act, super()._played(act))
 
     def _is_skipped(self, act: Act) -> bool:
-        """True for a `= clock` line, which `recorded_times` reads, and for a control line that the twin lacks."""
+        """True if the comparison skips this line.
+
+        Skipped are `= clock` lines, which `recorded_times` reads, and control lines that the twin lacks.
+        """
         if isinstance(act, Expect) and act.subject == "clock":
             return True
         subject = act.target if isinstance(act, Do) else act.subject if isinstance(act, Expect) else ""
@@ -201,8 +209,9 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the number of received bytes that are compared with this line: up to the expected text, or one
-        message.
+        """Return the number of received bytes to compare with a line whose text differs.
+
+        These are the bytes up to the end of the expected text, or one message.
         """
         received, pause_s = self.received[name], to_seconds(self.hosts[name].pause_ns)
         while received and len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
@@ -231,10 +240,11 @@ class _Comparer(Player):
         return None
 
     def _expect_line(self, act: Expect) -> None:
-        """Find the next change of a control line to the expected level since the last action of the host.
+        """Wait until a control line changes to the expected level, and record the result.
 
-        A recording samples the lines at intervals, and may miss changes before that act.  If the line already has
-        the level, the line is right, but the time of the hardware's change is unknown.
+        The change must follow the last action of the host.  A recording samples the lines at intervals, and may miss
+        changes before that action.  If the line already has the level, the line is right, but the time of the
+        hardware's change is unknown.
         """
         name, wanted = self._endpoint(act), f"{act.subject} {act.value}"
         changes, deadline_ns = self._levels[name, act.subject], self._deadline_ns(act)
@@ -252,7 +262,10 @@ class _Comparer(Player):
         self._note(act, wanted, got, time_ns)
 
     def _deadline_ns(self, act: Act) -> int:
-        """Return the latest accepted time of this action: the recorded time plus the patience."""
+        """Return the virtual time until which the twin may perform this action.
+
+        The limit is the recorded time plus the patience.
+        """
         then_ns, before_ns = self._recorded[id(act)], self._last_recorded_ns
         gap_ns = to_ns(self.patience_s) if then_ns is None or before_ns is None else max(0, then_ns - before_ns)
         return self.bench.now + gap_ns + self._patience_ns
@@ -264,7 +277,7 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Record the remaining replies of the twin, which are not in the recording."""
+        """Record the replies of the twin that remain after the last line of the conversation."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

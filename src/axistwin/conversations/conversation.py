@@ -48,12 +48,15 @@ class Conversation:
 
     @property
     def headers(self) -> dict[str, str]:
-        """Settings of the bench in the first comments: `; model: if1`, `; options: …`, `; line: …`."""
+        """Settings in the comments at the beginning of the conversation, by key.
+
+        For example `; model: if1`, `; options: …`, `; line: …`.
+        """
         return {key: value for key, (_, value) in self._heads.items()}
 
     @property
     def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """Settings of the bench in the first comments, each with its comment."""
+        """Settings in the comments at the beginning of the conversation, each with its comment, by key."""
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
@@ -63,7 +66,10 @@ class Conversation:
         return found
 
     def seconds_in(self, key: str, default: float) -> float:
-        """Return the number of seconds in this header, or `default` without one.  Raises ProgramError with the line."""
+        """Return the seconds that a header such as `; patience: 60` gives; `default` if there is no such header.
+
+        Raises ProgramError with the line.
+        """
         if key not in self.headers:
             return default
         text = self.headers[key]
@@ -73,21 +79,24 @@ class Conversation:
             except NumberError:
                 seconds = -1.0
             if not 0 <= seconds <= MOST_S:
-                raise UsageError(f"{key} {shortened(text)} is not a number of seconds: expected e.g. ; {key}: 2.5")
+                raise UsageError(f"invalid value {shortened(text)} of the header {key}: expected seconds, e.g. 2.5")
         return seconds
 
     @property
     def option_words(self) -> list[str]:
-        """The words in the `; options:` header.  Raises ProgramError with the line if a quotation mark is missing."""
+        """Options in the `; options:` header, split into words.
+
+        Raises ProgramError with the line if a quotation mark is missing.
+        """
         with self.placing_errors_at_header("options"):
             try:
                 return shlex.split(self.headers.get("options", ""))
             except ValueError:
-                raise UsageError("a quotation mark is missing in the options") from None
+                raise UsageError("a quotation mark is missing in the options: expected a pair, e.g. X='a b'") from None
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Within a `with` block, give errors the line of this header, if the conversation has the header."""
+        """Within a `with` block, add the line of a header to errors, if the conversation has this header."""
         if key not in self.headers:
             yield
             return
@@ -96,7 +105,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Within a `with` block, give errors the line of this action."""
+        """Within a `with` block, add the line of this action to errors."""
         try:
             yield
         except (PlacedError, UsageError) as error:
@@ -112,23 +121,25 @@ def load_text(path: Path) -> str:
     """Read a text file named by the user.  Raises UsageError if the file is missing, ProgramError if it is not text."""
     try:
         if path.exists() and not path.is_file():
-            raise UsageError(f"{path} cannot be read: not a file")
+            raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
         if path.stat().st_size > MOST_BYTES:
-            raise UsageError(f"{path} cannot be read: the file is larger than {MOST_BYTES >> 20} MiB")
+            raise UsageError(f"{path} cannot be read: expected a file of at most {MOST_BYTES >> 20} MiB")
         data = path.read_bytes()
     except OSError as error:
-        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
+        reason = error.strerror
+        raise UsageError(f"{path} cannot be read: {reason}") from None
     encoding = encoding_of(data)
     if encoding == "utf-16" or b"\0" in data:
-        raise ProgramError("is not a text file in UTF-8, Latin-1, or code page 437 or 850", file=str(path))
+        raise ProgramError("the file is not text: expected UTF-8, Latin-1, or code page 437 or 850", file=str(path))
     text = data.decode(encoding, "replace").partition(END_OF_FILE)[0]
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def parse(text: str, file: str = "", codec: Codec | None = None, model: str = "") -> Conversation:
-    """Read a conversation.  Raises ProgramError with file, line and column.
+    """Parse the text of a conversation.
 
-    `codec` None: the notation is that of the model in the `; model:` header, or else of `model`.
+    Raises ProgramError with file, line and column.  `codec` None: the notation is that of the model in the `; model:`
+    header, or else of `model`.
     """
     lines = text.splitlines()
     codec = codec or _codec(named_model(lines) or model)
@@ -137,7 +148,7 @@ def parse(text: str, file: str = "", codec: Codec | None = None, model: str = ""
 
 
 def named_model(lines: Iterable[str]) -> str:
-    """Return the model that the first comments name; "" if they name none."""
+    """Return the model that the comments at the beginning of a conversation give, or "" if no model is given."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -152,7 +163,7 @@ def _codec(model: str) -> Codec:
 
 
 def write(conversation: Conversation | Iterable[Act], codec: Codec | None = None) -> str:
-    """Return the text of a conversation.  `codec`: another notation of data than that of the conversation."""
+    """Return the text of a conversation, optionally with another notation of the data (`codec`)."""
     whole = conversation if isinstance(conversation, Conversation) else Conversation(tuple(conversation))
     return "".join(f"{_written(act, codec or whole.codec)}\n" for act in whole.acts)
 
@@ -196,13 +207,15 @@ def _act(mark: str, text: str, codec: Codec, place: dict[str, Any]) -> Act:
 
 def _time_ns(number: str) -> int:
     try:
-        if not _SECONDS.fullmatch(number):
-            raise NumberError(f"{shortened(number)} is not a time")
-        ns = round(decimal(number) * S)
-    except NumberError as error:
+        ns = round(decimal(number) * S) if _SECONDS.fullmatch(number) else None
+    except NumberError:
+        ns = None
+    if ns is None:
         raise ProgramError(
-            f"{error}: expected seconds, e.g. +0.25", code=rules.NO_TIME.code, width=max(1, len(number))
-        ) from None
+            f"invalid time {shortened(number)}: expected seconds, e.g. +0.25",
+            code=rules.NO_TIME.code,
+            width=max(1, len(number)),
+        )
     if ns >= MOST_NS:
         raise ProgramError(
             f"{shortened(number)} s is too long: expected less than 9.2e9 s (292 years)",
@@ -224,7 +237,10 @@ def _name_and_value(text: str, example: str) -> tuple[str, str]:
 
 
 def _without_comment(text: str) -> str:
-    """Remove the comment after a time, a level or a value; data can contain semicolons and are not changed."""
+    """Remove the comment that follows a time or a value in a line of a conversation.
+
+    Data can contain semicolons and are not changed.
+    """
     return text.partition(";")[0].strip()
 
 
@@ -243,4 +259,4 @@ def _written(act: Act, codec: Codec) -> str:
             return f"{name}! {act.target} {act.value}"
         case Expect():
             return f"{name}= {act.subject} {act.value}"
-    raise AssertionError(f"unknown kind of line: {act}")
+    raise AssertionError(f"unknown type of line {act!r}: expected one of the types in `axistwin.bench.acts`")

@@ -25,7 +25,7 @@ PATIENCE_S = 10.0
 
 @dataclass(frozen=True)
 class Difference:
-    """The first deviation from the conversation."""
+    """The first difference between a conversation and the events on the bench."""
 
     file: str
     line: int
@@ -35,7 +35,7 @@ class Difference:
     got: str
 
     def __str__(self) -> str:
-        """Return place, time, and both versions with a caret under the first character that differs."""
+        """Return place, time, expected text and received text.  A caret marks the first character that differs."""
         place = f"{self.file}:{self.line}" if self.file else f"line {self.line}"
         alike = takewhile(lambda pair: pair[0] == pair[1], zip(self.expected, self.got, strict=False))
         caret = " " * len(list(alike)) + "^"
@@ -49,7 +49,7 @@ SECOND = ".rs485"
 
 
 def open_channels(conversation: Conversation, bench: Bench) -> None:
-    """Connect a host to each second channel that the conversation names (`motor.rs485: > RP`).
+    """Connect a host to each second serial channel that the conversation uses, as in `motor.rs485: > RP`.
 
     Raises ProgramError if a channel does not exist.
     """
@@ -102,7 +102,7 @@ class Player:
         return partial(self._do, act, played) if isinstance(act, Do) else played
 
     def _do(self, act: Do, played: Played) -> object:
-        """Perform an action.  Raises ProgramError for a fault whose place or time is no longer valid."""
+        """Perform an action.  Raise ProgramError if the action is a fault whose place or time is no longer valid."""
         with self.conversation.placing_errors(act):
             return played()
 
@@ -122,12 +122,15 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                agrees(read_value(), act.value)  # raises ProgramError for an impossible expected value
+                agrees(read_value(), act.value)  # `agrees` raises ProgramError for an impossible expected value
                 return lambda: self._expect(act, read_value())
-        raise AssertionError(f"unknown kind of line: {act}")
+        raise AssertionError(f"unknown type of line {act!r}: expected one of the types in `axistwin.bench.acts`")
 
     def _controller_name(self, act: Do) -> str:
-        """Return the name of the controller of an action; a fault may name its controller in its place."""
+        """Return the name of the controller to which an action applies.
+
+        A fault may name its controller in the place of the fault.
+        """
         if act.controller in self.received or (act.target in FAULT_ACTS and len(self.bench.controllers) != 1):
             return act.controller
         return self._controller(act).name
@@ -136,10 +139,10 @@ class Player:
         if act.controller or len(self.bench.controllers) == 1:
             return self.bench[act.controller or next(iter(self.bench.controllers))]
         names = ", ".join(self.bench.controllers)
-        raise ProgramError(f"the controller is missing: expected its name and a colon first, one of {names}")
+        raise ProgramError(f"the line names no controller: expected one of {names} and a colon at the beginning")
 
     def _endpoint(self, act: Act) -> str:
-        """Return the name of the host's endpoint for this line."""
+        """Return the name of the port or bus at which the host sends or receives this line."""
         if act.controller:
             if act.controller not in self.received:
                 raise ProgramError(
@@ -148,9 +151,8 @@ class Player:
             return act.controller
         if len(self.received) == 1 or len(self.bench.controllers) == 1:
             return next(iter(self.received))
-        raise ProgramError(
-            f"the controller is missing: expected its name and a colon first, one of {', '.join(self.received)}"
-        )
+        names = ", ".join(self.received)
+        raise ProgramError(f"the line names no controller: expected one of {names} and a colon at the beginning")
 
     def _hear(self, act: Hear, name: str) -> Difference | None:
         received = self.received[name]
@@ -170,7 +172,7 @@ class Player:
         return self.bench.run_until(lambda: len(received) > before, seconds)
 
     def _wrong_reply(self, act: Hear, name: str, received: bytearray) -> Difference:
-        """Return the difference after a wrong character; it shows the complete message."""
+        """Receive the rest of a wrong reply, and return its difference from the expected reply."""
         now_ns = self.bench.now
         pause_s = to_seconds(self.hosts[name].pause_ns)
         while len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):

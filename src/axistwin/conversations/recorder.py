@@ -83,7 +83,7 @@ class Recorder:
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 
     def record(self, event: Event) -> None:
-        """Record an event."""
+        """Record an event on the bench as a line of the conversation."""
         match event:
             case Received():
                 self._received(event)
@@ -105,11 +105,14 @@ class Recorder:
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
-        """Record the present value of a control line or another subject; later changes are recorded, too."""
+        """Record the present value of a subject, e.g. a control line.
+
+        Later changes of this subject are recorded, too.
+        """
         self._record_now(self.bench.now, Expect(subject, value, controller=self._name(controller)))
 
     def catch_up(self) -> None:
-        """Record the pending reply if it is complete."""
+        """Record the pending reply of the controller if the reply is complete."""
         if self.silent_ns > PAUSE_NS or self.bench.clock.quiet or (self._is_terminated and self.silent_ns > LF_NS):
             self._flush_reply()
 
@@ -123,12 +126,12 @@ class Recorder:
 
     @property
     def silent_ns(self) -> int:
-        """Time since the last character was received."""
+        """Time in ns since the last character was received."""
         return self.bench.now - self._last_ns
 
     @property
     def codec(self) -> Codec:
-        """Codec for the notation of data."""
+        """Codec that converts between data and the text of the conversation."""
         first = next(iter(self.bench.controllers), None)
         return CHARACTERS if first is None else endpoints.codec_at(self.bench, first)
 
@@ -138,7 +141,7 @@ class Recorder:
 
     @property
     def _is_terminated(self) -> bool:
-        """True if the reply ends in CR or LF; only LF can follow."""
+        """True if the reply ends in CR or LF, so that at most a LF can follow."""
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
     def _received(self, event: Received) -> None:
@@ -177,11 +180,11 @@ class Recorder:
             self._record_now(event.time_ns, self._line_act(event.controller, target, level_name(event.level)))
 
     def _record_action(self, time_ns: int, controller: str, target: str, value: str) -> None:
-        """Record an action at a machine."""
+        """Record an action at the machine, such as a change of a switch, or a fault."""
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
 
     def _record_now(self, time_ns: int, act: Act) -> None:
-        """Record the pending reply, and then this line."""
+        """Record the pending reply, and then another line of the conversation."""
         self._flush_reply()
         self._wait_until(time_ns)
         self._add(act)
@@ -193,7 +196,7 @@ class Recorder:
         return Do(target, value, controller=self._name(controller))
 
     def _usual_format(self, name: str, line: str | None) -> UartFormat:
-        """Return the line format that the host of a replay will have."""
+        """Return the character format that the host has at the beginning of a replay."""
         usual = self.bench[name].product.line if name in self.bench.controllers else None
         return line_format(line, usual)[0] if usual is not None else self.bench.port(name).host.format
 
@@ -204,7 +207,7 @@ class Recorder:
             self._add(self._line_act(name, "line", str(present)))
 
     def _record_silence(self, until_ns: int) -> None:
-        """Record a long silence as a `+` line, because a replay waits only for a limited time."""
+        """Record a long silence as a `+` line, because a replay waits for a reply only for a limited time."""
         whole_ns = (until_ns - self._recorded_ns - PAUSE_NS) // S * S
         if whole_ns > 0:
             self._wait_until(self._recorded_ns + whole_ns)
@@ -230,12 +233,12 @@ class TalkFile:
 
     def __init__(self, path: Path) -> None:
         if path.suffix != ".talk":
-            raise UsageError(f"{path} is not a name for a conversation: expected a name that ends in .talk")
+            raise UsageError(f"invalid name {path} of a conversation file: expected a name that ends in .talk")
         if not path.parent.is_dir():
             raise UsageError(f"{path} cannot be written: there is no directory {path.parent}")
         self.path = path
         self.codec: Codec = CHARACTERS
-        self._problem = ""
+        self._write_error = ""
         try:
             self._file = path.open("w", encoding="utf-8", buffering=1)
         except OSError as error:
@@ -243,22 +246,22 @@ class TalkFile:
 
     def add(self, act: Act) -> None:
         """Write one line to the file."""
-        if self._problem:
+        if self._write_error:
             return
         try:
             self._file.write(write((act,), self.codec))
         except OSError as error:
-            self._problem = str(self._cannot(error))
-            log.warning("%s: later acts are not recorded", self._problem)
+            self._write_error = str(self._cannot(error))
+            log.warning("%s: later acts are not recorded", self._write_error)
 
     def close(self) -> None:
         """Close the file.  Raises UsageError if a line was lost."""
         try:
             self._file.close()
         except OSError as error:
-            self._problem = self._problem or str(self._cannot(error))
-        if self._problem:
-            raise UsageError(f"{self._problem}: the recording is incomplete")
+            self._write_error = self._write_error or str(self._cannot(error))
+        if self._write_error:
+            raise UsageError(f"the recording is incomplete, because {self._write_error}")
 
     def _cannot(self, error: OSError) -> UsageError:
         return UsageError(f"{self.path} cannot be written: {(error.strerror or str(error)).lower()}")

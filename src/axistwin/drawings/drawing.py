@@ -13,7 +13,7 @@ Change = tuple[str, str, Any]
 
 
 class Drawing:
-    """A drawing that a page shows once; after that, the page receives the changes.
+    """A drawing in SVG and HTML, of which a browser page receives only the changes.
 
     `art`: SVG and HTML, in which the attribute `data-part` names each movable part.  `kind`: CSS classes.  `act` is
     called with the value of the attribute `data-act` of a part that the user has clicked.
@@ -35,11 +35,11 @@ class Drawing:
             self._changes.append((part, _MOVE if smooth else "jump", transform))
 
     def write(self, part: str, text: str) -> None:
-        """Set the text of a part of the drawing."""
+        """Set the text in a part of the drawing."""
         self.put(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:
-        """Add a CSS class to a part of the drawing if `on`, otherwise remove the class."""
+        """Add a CSS class to a part of the drawing, or remove the class if `on` is False."""
         self.put(part, f".{kind}", on)
 
     def put(self, part: str, attribute: str, value: object) -> None:
@@ -49,16 +49,16 @@ class Drawing:
             self._changes.append((part, attribute, value))
 
     def take(self) -> list[Change]:
-        """Return the changes since the last call."""
+        """Return the changes of the drawing since the last call of `take`."""
         changes, self._changes = self._changes, []
         return changes
 
     def everything(self) -> list[Change]:
-        """Return all values, for a page that has just added the drawing."""
+        """Return the present values of all parts, for a page that has just loaded the drawing."""
         self._changes = []
         return [(part, "jump" if what == _MOVE else what, value) for (part, what), value in self.shown.items()]
 
     def click(self, name: str) -> None:
-        """Perform the action of a part that the user has clicked."""
+        """Perform the action that belongs to a clicked part of the drawing."""
         if name in self.acts:
             self._act(name)

@@ -16,28 +16,31 @@ STATES = '<p class="states" aria-live="polite" data-part="states"></p>'
 
 
 class Figure(Protocol):
-    """A drawing of an axis as a machine."""
+    """A drawing of the machine that an axis moves."""
 
     drawing: Drawing
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Update the drawing; parts move to their new positions in a smooth transition, or at once."""
+        """Update the drawing of the axis; if `smooth` is True, the parts move in a smooth transition."""
 
 
 def readout(part: str, label: str, of: str = "") -> str:
-    """Return the HTML of a row: a number named `part` with its label and its unit `of`."""
+    """Return the HTML of a row that shows a number with a label and a unit.
+
+    `part`: name of the number; `of`: its unit.
+    """
     told = f"<small>{escape(of)}</small>" if of else ""
     value = f'<dd><span data-part="{part}">\u2013</span>{told}</dd>'
     return f'<div data-part="row-{part}"><dt>{escape(label)}</dt>{value}</div>'
 
 
 def readouts(*rows: str) -> str:
-    """Return the HTML of a list that contains these rows."""
+    """Return the HTML of a list of readouts; each row is the HTML of one readout."""
     return f'<dl class="readouts">{"".join(rows)}</dl>'
 
 
 def error_rows(axis: Axis) -> list[str]:
-    """Return rows for following error and temperature of a servo, or for lost steps and encoder of a stepper."""
+    """Return readouts of following error and temperature for a servo axis, or of lost steps for a stepper axis."""
     of = axis.unit
     if isinstance(axis, ServoAxis):
         return [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
@@ -46,7 +49,7 @@ def error_rows(axis: Axis) -> list[str]:
 
 
 def motion_rows(axis: Axis) -> list[str]:
-    """Return rows for position and velocity in pulses or counts and, if defined, in the machine unit."""
+    """Return readouts of position and velocity in pulses or counts and, if defined, in the machine unit."""
     of = axis.unit
     rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
     if axis.units is None:
@@ -55,7 +58,10 @@ def motion_rows(axis: Axis) -> list[str]:
 
 
 def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
-    """Show faults, position, velocity, error and encoder of an axis.  Returns the commanded position."""
+    """Update the readouts of an axis: faults, position, velocity, error and encoder.
+
+    Returns the commanded position.
+    """
     axis = controller.axes[name]
     position, wanted = axis.position, axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
     drawing.flag("machine", "jammed", axis.jammed)

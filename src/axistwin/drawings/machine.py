@@ -16,7 +16,10 @@ def figure(controller: Controller, axis: str, press: Press) -> Figure:
 
 
 def used_axes(controller: Controller) -> list[str]:
-    """Return the axes that are configured, are moving, or are not at position 0; all axes if none is configured."""
+    """Return the axes that are in use, because they are configured, moving, or away from position 0.
+
+    If no axis is configured, return all axes.
+    """
     if not any(controller.given.get(axis) for axis in controller.axes):
         return list(controller.axes)
     return [axis for axis in controller.axes if _used(controller, axis)]
@@ -28,5 +31,5 @@ def _used(controller: Controller, name: str) -> bool:
 
 
 def asset(name: str) -> str:
-    """Return the text of a file for pages with drawings: `parts.js` or `drawings.css`."""
+    """Return the text of a file that pages with drawings need: `parts.js` or `drawings.css`."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")

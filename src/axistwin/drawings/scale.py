@@ -22,12 +22,12 @@ def minus(text: str) -> str:
 
 
 def signed(number: int) -> str:
-    """Format an integer as `grouped` does, with the sign `+` for positive numbers."""
+    """Format an integer with thin spaces between thousands and with its sign, `+` or `−` (U+2212)."""
     return f"+{grouped(number)}" if number > 0 else grouped(number)
 
 
 def round_step(span: float, most: int) -> int:
-    """Return the smallest of 1, 2, 5, 10, 20, … that divides `span` into at most `most` parts."""
+    """Return the smallest of the numbers 1, 2, 5, 10, 20, … that divides `span` into at most `most` parts."""
     least = max(span / most, 1.0)
     power: int = 10 ** floor(log10(least))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= least)
@@ -40,14 +40,14 @@ def ticks(first: float, last: float, most: int) -> Iterator[int]:
 
 
 class Flow:
-    """Decides for each frame if a drawing moves smoothly from the last frame."""
+    """Decides if a drawing moves smoothly or jumps to its new state."""
 
     def __init__(self) -> None:
         self._bench: ref[Bench] = ref(Bench())
         self._ns = 0
 
     def is_smooth(self, bench: Bench) -> bool:
-        """True unless the bench was replaced or more than `LONGEST_NS` has passed since the last call."""
+        """True if the bench is the same as at the last call, and little virtual time has passed."""
         passed_ns = bench.now - self._ns
         same = self._bench() is bench
         if not same:

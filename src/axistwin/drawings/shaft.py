@@ -95,7 +95,7 @@ class Shaft:
 
 
 def _brake(controller: Controller) -> str:
-    """Return the SVG of a brake; without a brake pin, only the brake signal is drawn, with a dashed outline."""
+    """Return the SVG of a brake, or of the brake signal if no brake is configured."""
     if controller.product.brake_pin is None:
         return ""
     fitted = "brake" if controller.given.get("brake") else "brake signal"

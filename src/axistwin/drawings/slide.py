@@ -20,9 +20,10 @@ SHARED = ' title="in series with the switches of the other axes: all of them are
 
 
 class Slide:
-    """The drawing of one axis; an outlined carriage shows the commanded position if it differs from the position.
+    """The drawing of an axis with limited travel: a carriage between two limit switches.
 
-    `press` is called when the user clicks a limit switch or the home switch.
+    An outlined carriage shows the commanded position if it differs from the position.  `press` is called when the user
+    clicks a limit switch or the home switch.
     """
 
     def __init__(self, controller: Controller, name: str, press: Press) -> None:
@@ -128,7 +129,7 @@ class Slide:
         return f'<g class="limit" {self._button(part)}>{hit}{lever}{body}{label}{word}{level}</g>'
 
     def _button(self, part: str) -> str:
-        """Return the attributes of a part that the user can click."""
+        """Return the HTML attributes of a limit switch or home switch, which the user can click."""
         if part not in self._switches:
             return f'data-part="{part}"'
         title = {"minus": "minus limit", "plus": "plus limit", "home": "home"}[part]

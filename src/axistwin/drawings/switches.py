@@ -49,9 +49,9 @@ class Switches:
         return self._pins[name]
 
     def _inputs(self, controller: Controller) -> Iterator[str]:
-        """Yield the inputs of the front panel, and the home input; sensors and the joystick set their own levels.
+        """Yield the inputs that the drawing shows as switches: those of the front panel, and the home input.
 
-        Without a description of the front panel, all inputs.
+        Sensors and the joystick set their own levels.  Without a description of the front panel, all inputs.
         """
         stick, home = controller.product.joystick, controller.product.home_pin
         for name, pin in controller.pins.items():
@@ -91,7 +91,7 @@ def _spaced(name: str) -> str:
 
 
 def on_slides(controller: Controller) -> dict[str, str]:
-    """Return the names of limit and home inputs that the drawings of slides contain, with the parts of the drawings."""
+    """Return each limit or home input that the drawing of an axis shows, with its part in the drawing."""
     product, axes = controller.product, [axis for axis in controller.axes.values() if axis.limits is not None]
     if not axes:
         return {}
@@ -102,7 +102,10 @@ def on_slides(controller: Controller) -> dict[str, str]:
 
 
 def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "free") -> None:
-    """Show the position of a switch and the level of its terminal.  `free`: the word for a switch nobody presses."""
+    """Show the position of a switch and the level of its terminal.
+
+    `free`: the word for a switch that is not pressed.
+    """
     pressed = is_pressed(pin)
     word = "stuck" if pin.held else "pressed" if pressed else "output" if pin.is_output else free
     drawing.put(part, "aria-pressed", "true" if pressed else "false")
@@ -111,7 +114,7 @@ def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "free") -> No
 
 
 def is_pressed(pin: Pin) -> bool:
-    """Return True if a user has driven the terminal to another level than the connected part."""
+    """True if the user holds the terminal at another level than the part that is connected to it."""
     return pin.driven and pin.level is not pin.undriven
 
 

@@ -33,7 +33,7 @@ def table_axes(controller: Controller) -> tuple[str, str] | None:
 
 
 class Trail:
-    """The trail of one X-Y table on one bench."""
+    """The path that the tool of an X-Y table has drawn."""
 
     def __init__(self, controller: Controller, names: tuple[str, str]) -> None:
         self._axes = controller.axes[names[0]], controller.axes[names[1]]
@@ -50,16 +50,16 @@ class Trail:
 
     @property
     def here(self) -> Point:
-        """The present position of the table."""
+        """The present position of the X-Y table."""
         return self._axes[0].position, self._axes[1].position
 
     def update(self) -> None:
-        """Add the path of the table since the previous update."""
+        """Add the path of the X-Y table since the previous update."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        if since_ns > self._seen_ns:  # the moves since the previous update have been deleted
+        if since_ns > self._seen_ns:  # some moves since the previous update have been deleted
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
         times_ns = self._moments(now_ns)
@@ -81,7 +81,7 @@ class Trail:
                 del places[next(iter(places))]
 
     def _moments(self, now_ns: int) -> list[int]:
-        """Return the times at which the path is sampled: all starts and ends of moves since the previous update.
+        """Return the times of the next points of the path: all starts and ends of moves since the previous update.
 
         In each interval in which both axes move, `PIECES` - 1 times are added.
         """
@@ -112,14 +112,14 @@ def _straight(first: Point, middle: Point, last: Point) -> bool:
 
 
 def _remembered(axis: Axis) -> int:
-    """Return the start time of the oldest move of this axis that is drawn."""
+    """Return the start time of the oldest move that a drawing of this axis shows."""
     if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
     return axis.train.moves[-MOST_MOVES].start_ns
 
 
 def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
-    """Yield the start and end times of moves of this axis between `since_ns` and `now_ns`."""
+    """Yield the start and end times of the moves of this axis in a time span."""
     if not isinstance(axis, StepperAxis):
         return
     for move in reversed(axis.train.moves):
@@ -131,7 +131,10 @@ def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
 
 
 def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
-    """Return the positions of a stepper axis at these times; a servo axis has its present position at all times."""
+    """Return the position of an axis at each time in `times_ns`.
+
+    For a servo axis, whose past positions are not stored, return its present position.
+    """
     if not isinstance(axis, StepperAxis):
         return [axis.position] * len(times_ns)
     lost, found = axis.lost, []
@@ -145,17 +148,17 @@ def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
 
 
 class Trails:
-    """The trails of all X-Y tables on the present bench; all pages share them."""
+    """The trails of all X-Y tables of a session, shared by all pages."""
 
     def __init__(self, session: Session) -> None:
         self._those: dict[str, Trail] = {}
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Create empty trails for this bench."""
+        """Create an empty trail for each X-Y table on a bench."""
         tables = ((controller, table_axes(controller)) for controller in bench.controllers.values())
         self._those = {controller.name: Trail(controller, names) for controller, names in tables if names is not None}
 
     def __getitem__(self, name: str) -> Trail:
-        """Return the trail of the controller with this name."""
+        """Return the trail of the X-Y table that the controller `name` moves."""
         return self._those[name]

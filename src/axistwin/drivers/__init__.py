@@ -9,8 +9,7 @@
         assert x.position() == 4000
 
 `connect_async` returns the same controller for asyncio.  This package imports no other package of axistwin.  The
-protocol
-cores (`if1`, `board`, `smartmotor`) do no input and output: each function is a generator of `steps`.
+protocol cores (`if1`, `board`, `smartmotor`) do no input and output: each function is a generator of `steps`.
 """
 
 from axistwin.drivers.asynchronous import AsyncAxis, AsyncController, connect_async

@@ -10,13 +10,13 @@ from typing import Any, Protocol, Self
 from axistwin.drivers.axis import Status
 from axistwin.drivers.blocking import POLL_S, SerialPort, nothing, set_profile, still_moving
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
-from axistwin.drivers.errors import PortError, cannot_open
+from axistwin.drivers.errors import PortError, opening_fault
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
 
 async def connect_async(url: str, model: str, *, baud: int | None = None, **options: Any) -> "AsyncController":
-    """Open a port, find the controller, and return it; the arguments are those of `connect`."""
+    """Open a port and return the controller at this port; the arguments are those of `connect`."""
     controller = AsyncController(url, make(model, options), baud)
     try:
         await controller.run(nothing())
@@ -27,44 +27,44 @@ async def connect_async(url: str, model: str, *, baud: int | None = None, **opti
 
 
 class Port(Protocol):
-    """Interface of a port for asyncio."""
+    """Interface of a port that programs with asyncio use."""
 
     async def write(self, data: bytes) -> None:
-        """Send bytes."""
+        """Send bytes to the port."""
 
     async def read(self, timeout: float) -> bytes:
-        """Receive at least one byte, or b"" after `timeout` seconds."""
+        """Wait for bytes and return them; return b"" if no byte arrives within `timeout` seconds."""
 
     async def pause(self, seconds: float) -> None:
-        """Wait."""
+        """Wait for some seconds."""
 
     def time(self) -> float:
-        """Return the time in seconds, from an arbitrary origin."""
+        """Return the time in seconds since an arbitrary moment."""
 
     async def close(self) -> None:
         """Close the port."""
 
 
 class WallClock:
-    """The time of a port of the real world."""
+    """Real time, for ports to real controllers."""
 
     async def pause(self, seconds: float) -> None:
-        """Wait."""
+        """Wait for some seconds."""
         await asyncio.sleep(seconds)
 
     def time(self) -> float:
-        """Return the time in seconds, from an arbitrary origin."""
+        """Return the time in seconds since an arbitrary moment."""
         return time.monotonic()
 
 
 class TcpPort(WallClock):
-    """A TCP connection."""
+    """A TCP connection to a controller."""
 
     def __init__(self, url: str, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._url, self._reader, self._writer = url, reader, writer
 
     async def write(self, data: bytes) -> None:
-        """Send bytes."""
+        """Send bytes to the port."""
         try:
             self._writer.write(data)
             await self._writer.drain()
@@ -72,7 +72,7 @@ class TcpPort(WallClock):
             raise self._lost(why=error) from None
 
     async def read(self, timeout: float) -> bytes:
-        """Receive at least one byte, or b"" after `timeout` seconds."""
+        """Wait for bytes and return them; return b"" if no byte arrives within `timeout` seconds."""
         try:
             async with asyncio.timeout(timeout):
                 data = await self._reader.read(4096)
@@ -81,16 +81,16 @@ class TcpPort(WallClock):
         except OSError as error:
             raise self._lost(why=error) from None
         if not data:
-            raise self._lost("the other side has closed the connection")
+            raise self._lost("the server has closed the connection")
         return data
 
     def _lost(self, why: object) -> PortError:
-        return PortError(f"{self._url} was disconnected: {why}; the next call opens it again")
+        return PortError(f"{self._url} was disconnected ({why}): the next call opens the port again")
 
     async def close(self) -> None:
         """Close the connection."""
         self._writer.close()
-        with suppress(OSError):  # the connection may be broken already
+        with suppress(OSError):  # closing a broken connection raises OSError
             await self._writer.wait_closed()
 
 
@@ -101,11 +101,11 @@ class ThreadPort(WallClock):
         self._port, self._thread = port, thread
 
     async def write(self, data: bytes) -> None:
-        """Send bytes."""
+        """Send bytes to the port."""
         await self._call(self._port.write, data)
 
     async def read(self, timeout: float) -> bytes:
-        """Receive at least one byte, or b"" after `timeout` seconds."""
+        """Wait for bytes and return them; return b"" if no byte arrives within `timeout` seconds."""
         received: bytes = await self._call(self._port.read, timeout)
         return received
 
@@ -119,21 +119,23 @@ class ThreadPort(WallClock):
 
 
 async def open_port(url: str, core: Core, baud: int | None) -> Port:
-    """Open a port.  Raises PortError."""
+    """Open the port at a URL.  Raises PortError if the port cannot be opened."""
     scheme, _, rest = url.partition("://")
     if scheme in ("tcp", "socket", "bus"):
         host, _, number = rest.rpartition(":")
         try:
             return TcpPort(url, *await asyncio.open_connection(host.strip("[]"), int(number)))
         except (OSError, ValueError) as error:
-            raise cannot_open(url, error) from None
+            raise PortError(f"cannot open {url}: {opening_fault(url, error)}") from None
     thread = ThreadPoolExecutor(1, "axistwin-port")
     port = await asyncio.get_running_loop().run_in_executor(thread, SerialPort, url, core, baud)
     return ThreadPort(port, thread)
 
 
 class AsyncController:
-    """A controller at a port, for asyncio.  Public functions of the protocol core are coroutines of this object.
+    """A controller at a port, for programs with asyncio.
+
+    Each public function of the protocol core is a coroutine of this object, e.g. `outputs`.
 
     `opening`: returns another kind of port, opened; None: the port at the URL is opened.
     """
@@ -168,7 +170,7 @@ class AsyncController:
             await port.close()
 
     async def run(self, procedure: Procedure[T]) -> T:
-        """Execute a function of the protocol core at the port.  Raises DriverError if the function fails."""
+        """Execute a function of the protocol core.  Raises DriverError if the function fails."""
         async with self._lock:
             if self._port is None:
                 self._port = await (self._opening() if self._opening else open_port(self.url, self.core, self._baud))
@@ -180,7 +182,7 @@ class AsyncController:
 
     @property
     def clock(self) -> WallClock | Port:
-        """The time in which the controller lives: that of its port."""
+        """Clock of the controller's port: real time, or the virtual time of a bench."""
         return self._port or WallClock()
 
 
@@ -205,7 +207,7 @@ async def _drive(steps: Procedure[T], port: Port) -> T:
 
 
 class AsyncAxis(ScaledAxis):
-    """An axis for asyncio, with the functions of `Axis` as coroutines."""
+    """An axis for programs with asyncio; its functions are coroutines."""
 
     def __init__(self, controller: AsyncController, core: AxisCore) -> None:
         super().__init__(core)
@@ -216,35 +218,35 @@ class AsyncAxis(ScaledAxis):
         await self.controller.run(self.core.move_to(self.scale.counts(position)))
 
     async def move_by(self, distance: float) -> None:
-        """Begin a move relative to the last target."""
+        """Begin a move by a distance from the last target."""
         await self.controller.run(self.core.move_by(self.scale.counts(distance)))
 
     async def move_at(self, velocity: float) -> None:
-        """Run at a signed velocity until `stop`."""
+        """Run the axis at a signed velocity until `stop` is called."""
         await self.controller.run(self.core.move_at(velocity * self.scale.counts_per_unit))
 
     async def stop(self) -> None:
-        """Decelerate to a standstill."""
+        """Decelerate the axis to a standstill."""
         await self.controller.run(self.core.stop())
 
     async def abort(self) -> None:
-        """Stop as fast as the controller can."""
+        """Stop the axis as fast as the controller can."""
         await self.controller.run(self.core.abort())
 
     async def home(self, direction: int) -> None:
-        """Begin a search for the home position, in the direction 1 or -1."""
+        """Begin a search for the home position in the positive (1) or negative (-1) direction."""
         await self.controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
 
     async def status(self) -> Status:
-        """Return the state of the axis, in units."""
+        """Return the state of the axis; positions are in the unit of the axis."""
         return self.scale.status(await self.controller.run(self.core.status()))
 
     async def position(self) -> float:
-        """Return the position.  Raises PositionLostError if the position is not known."""
+        """Return the position of the axis.  Raises PositionLostError if the position is not known."""
         return (await self.status()).known_position()
 
     async def set_position(self, position: float) -> None:
-        """Define the present position, at rest."""
+        """Assign a value to the present position of the axis, which must be at rest."""
         await self.controller.run(self.core.set_position(self.scale.counts(position)))
 
     async def clear_faults(self) -> None:
@@ -256,7 +258,7 @@ class AsyncAxis(ScaledAxis):
         set_profile(self.core, velocity, acceleration)
 
     async def wait(self, timeout: float, poll: float = POLL_S) -> Status:
-        """Wait for the end of a motion; return the final status.  Raises SilentError after `timeout` seconds."""
+        """Wait for the end of a motion and return the axis's status.  Raises SilentError after `timeout` seconds."""
         end = self.controller.clock.time() + timeout
         while (status := await self.status()).moving:
             if self.controller.clock.time() > end:

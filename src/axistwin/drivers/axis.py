@@ -8,7 +8,7 @@ from axistwin.drivers.errors import PositionLostError
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of an axis or its controller.  `remedy`: how to clear the fault."""
+    """A fault of an axis or of its controller, and a remedy."""
 
     name: str
     remedy: str
@@ -19,14 +19,14 @@ class Fault:
 
 @dataclass(frozen=True)
 class Status:
-    """State of an axis at one moment.  Positions and velocity are in counts, or in units (`Axis.status`)."""
+    """State of an axis at one moment."""
 
     position: float
-    """Position; meaningless if `lost` is not empty."""
+    """Position in counts, or from `Axis.status` in the user's unit; meaningless if `lost` is not empty."""
     setpoint: float
     """Target of the last move."""
     velocity: float
-    """Signed velocity in counts or units per second."""
+    """Signed velocity in counts/s, or from `Axis.status` in the user's unit/s."""
     moving: bool
     """True until the motion has ended and the exact position has been read."""
     estimated: bool = False
@@ -43,30 +43,32 @@ class Status:
     """Reason why the position is not known; "" if the position is known."""
 
     def known_position(self) -> float:
-        """Return the position.  Raises PositionLostError if the position is not known."""
+        """Return the position of the axis.  Raises PositionLostError if the position is not known."""
         if self.lost:
-            raise PositionLostError(f"{self.lost}: the position is not known; home the axis or call set_position")
+            raise PositionLostError(
+                f"the position is not known, because {self.lost}: home the axis, or call set_position"
+            )
         return self.position
 
 
 @dataclass
 class Scale:
-    """Unit of an axis, as a number of counts."""
+    """The user's unit of an axis, e.g. mm, with its number of counts."""
 
     counts_per_unit: float = 1.0
     """Counts per unit; negative if the unit's positive direction is the negative direction of the counts."""
     unit: str = "counts"
 
     def counts(self, units: float) -> int:
-        """Convert a position from units to the nearest count."""
+        """Convert a position from the user's unit to the nearest count."""
         return round(units * self.counts_per_unit)
 
     def rate(self, units: float) -> float:
-        """Convert a velocity or an acceleration from units to counts."""
+        """Convert a velocity or an acceleration from the user's unit to counts."""
         return abs(units * self.counts_per_unit)
 
     def status(self, raw: Status) -> Status:
-        """Convert a status from counts to units."""
+        """Convert the positions and velocity of a status from counts to the user's unit."""
         k = self.counts_per_unit
         reversed_ = k < 0
         return Status(
@@ -84,7 +86,7 @@ class Scale:
 
 
 class Axis(Protocol):
-    """An axis of any controller.  `AsyncAxis` has the same functions as coroutines."""
+    """Interface of an axis, which is the same for all controllers."""
 
     name: str
     scale: Scale
@@ -93,28 +95,28 @@ class Axis(Protocol):
         """Begin a move to a position."""
 
     def move_by(self, distance: float) -> None:
-        """Begin a move relative to the last target, or after a stop relative to the present position."""
+        """Begin a move by a distance from the last target, or after a stop from the present position."""
 
     def move_at(self, velocity: float) -> None:
-        """Run at a signed velocity until `stop`."""
+        """Run the axis at a signed velocity until `stop` is called."""
 
     def stop(self) -> None:
-        """Decelerate to a standstill."""
+        """Decelerate the axis to a standstill."""
 
     def abort(self) -> None:
-        """Stop as fast as the controller can."""
+        """Stop the axis as fast as the controller can."""
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position in a direction, 1 or -1; the home position is 0."""
+        """Begin a search for the home position, which becomes position 0."""
 
     def status(self) -> Status:
-        """Return the state of the axis, in units."""
+        """Return the state of the axis; positions are in the unit of the axis."""
 
     def position(self) -> float:
-        """Return the position.  Raises PositionLostError if the position is not known."""
+        """Return the position of the axis.  Raises PositionLostError if the position is not known."""
 
     def set_position(self, position: float) -> None:
-        """Define the present position, at rest."""
+        """Assign a value to the present position of the axis, which must be at rest."""
 
     def clear_faults(self) -> None:
         """Clear the faults whose cause no longer exists."""

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from axistwin.drivers.axis import Status
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
-from axistwin.drivers.errors import PortError, SilentError, cannot_open
+from axistwin.drivers.errors import PortError, SilentError, opening_fault
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
@@ -15,7 +15,7 @@ POLL_S = 0.02
 
 
 def connect(url: str, model: str, *, baud: int | None = None, **options: Any) -> "Controller":
-    """Open a port, find the controller, and return it.
+    """Open a port and return the controller at this port.
 
     `url`: a URL of pyserial (`socket://`, `rfc2217://`), `COM3`, a device, or the `tcp://` and `bus://` that
     `axistwin serve` prints.  `baud`: the baud rate; None: the model's factory setting.  `options`: options of the
@@ -34,7 +34,7 @@ class SerialPort:
     """A port that pyserial can open."""
 
     def __init__(self, url: str, core: Core, baud: int | None) -> None:
-        import serial  # lazy import: asyncio on TCP needs no pyserial
+        import serial  # lazy import: a TCP port for asyncio does not use pyserial
 
         scheme, separator, rest = url.partition("://")
         opened = f"socket://{rest}" if separator and scheme in ("tcp", "bus") else url
@@ -43,15 +43,15 @@ class SerialPort:
                 opened, baudrate=baud or core.line.baud, stopbits=core.line.stop_bits, timeout=0
             )
         except (OSError, ValueError) as error:
-            raise cannot_open(url, error) from None
+            raise PortError(f"cannot open {url}: {opening_fault(url, error)}") from None
         self._url = url
 
     def write(self, data: bytes) -> None:
-        """Send bytes."""
+        """Send bytes to the port."""
         self._guard(lambda: self._port.write(data))
 
     def read(self, timeout: float) -> bytes:
-        """Receive at least one byte, or b"" after `timeout` seconds."""
+        """Wait for bytes and return them; return b"" if no byte arrives within `timeout` seconds."""
         return self._guard(lambda: self._read(timeout))
 
     def _read(self, timeout: float) -> bytes:
@@ -66,7 +66,7 @@ class SerialPort:
         try:
             return act()
         except (OSError, ValueError, TypeError) as error:  # pyserial raises TypeError if a closed port is used
-            raise PortError(f"{self._url} was disconnected: {error}; the next call opens it again") from None
+            raise PortError(f"{self._url} was disconnected ({error}): the next call opens the port again") from None
 
     def close(self) -> None:
         """Close the port."""
@@ -74,7 +74,10 @@ class SerialPort:
 
 
 class Controller:
-    """A controller at a port.  Public functions of the protocol core, e.g. `outputs`, are functions of this object."""
+    """A controller at a port.
+
+    Each public function of the protocol core is a function of this object, e.g. `outputs`.
+    """
 
     def __init__(self, url: str, core: Core, baud: int | None = None) -> None:
         self.url, self.core, self._baud = url, core, baud
@@ -104,7 +107,7 @@ class Controller:
         self.core.close()
 
     def run(self, procedure: Procedure[T]) -> T:
-        """Execute a function of the protocol core at the port.  Raises DriverError if the function fails."""
+        """Execute a function of the protocol core.  Raises DriverError if the function fails."""
         with self._lock:
             if self._port is None:
                 self._port = SerialPort(self.url, self.core, self._baud)
@@ -147,35 +150,35 @@ class BlockingAxis(ScaledAxis):
         self._controller.run(self.core.move_to(self.scale.counts(position)))
 
     def move_by(self, distance: float) -> None:
-        """Begin a move relative to the last target."""
+        """Begin a move by a distance from the last target."""
         self._controller.run(self.core.move_by(self.scale.counts(distance)))
 
     def move_at(self, velocity: float) -> None:
-        """Run at a signed velocity until `stop`."""
+        """Run the axis at a signed velocity until `stop` is called."""
         self._controller.run(self.core.move_at(velocity * self.scale.counts_per_unit))
 
     def stop(self) -> None:
-        """Decelerate to a standstill."""
+        """Decelerate the axis to a standstill."""
         self._controller.run(self.core.stop())
 
     def abort(self) -> None:
-        """Stop as fast as the controller can."""
+        """Stop the axis as fast as the controller can."""
         self._controller.run(self.core.abort())
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position, in the direction 1 or -1."""
+        """Begin a search for the home position in the positive (1) or negative (-1) direction."""
         self._controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
 
     def status(self) -> Status:
-        """Return the state of the axis, in units."""
+        """Return the state of the axis; positions are in the unit of the axis."""
         return self.scale.status(self._controller.run(self.core.status()))
 
     def position(self) -> float:
-        """Return the position.  Raises PositionLostError if the position is not known."""
+        """Return the position of the axis.  Raises PositionLostError if the position is not known."""
         return self.status().known_position()
 
     def set_position(self, position: float) -> None:
-        """Define the present position, at rest."""
+        """Assign a value to the present position of the axis, which must be at rest."""
         self._controller.run(self.core.set_position(self.scale.counts(position)))
 
     def clear_faults(self) -> None:
@@ -187,7 +190,7 @@ class BlockingAxis(ScaledAxis):
         set_profile(self.core, velocity, acceleration)
 
     def wait(self, timeout: float, poll: float = POLL_S) -> Status:
-        """Wait for the end of a motion; return the final status.  Raises SilentError after `timeout` seconds."""
+        """Wait for the end of a motion and return the axis's status.  Raises SilentError after `timeout` seconds."""
         end = time.monotonic() + timeout
         while (status := self.status()).moving:
             if time.monotonic() > end:
@@ -197,7 +200,7 @@ class BlockingAxis(ScaledAxis):
 
 
 def set_profile(core: AxisCore, velocity: float | None, acceleration: float | None) -> None:
-    """Set the velocity and acceleration of an axis, given in units."""
+    """Set the velocity and acceleration of an axis in the unit of the axis."""
     if velocity is not None:
         core.velocity = core.scale.rate(velocity)
     if acceleration is not None:
@@ -210,5 +213,5 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Do nothing; running this procedure only synchronises with the controller."""
+    """Synchronise with the controller, and do nothing else."""
     yield from ()

@@ -29,11 +29,11 @@ FAIL = Fault("board failure", "call reset; the position is then lost")
 
 
 class FailedError(RefusedError):
-    """Raised if the board reports that it has failed."""
+    """Raised if the board reports a failure of the board."""
 
 
 def signed(value: bytes) -> int:
-    """Return a two's complement number, most significant byte first."""
+    """Return the signed number in these bytes, whose first byte is the most significant."""
     return int.from_bytes(value, "big", signed=True)
 
 
@@ -43,14 +43,14 @@ def four(value: int) -> bytes:
 
 
 class Board(Core):
-    """An 1810 or 1811 with its axis `motor`.
+    """Protocol core of an 1810 or 1811, whose only axis is `motor`.
 
     `interrupts`: wait for messages by the interrupt line instead of polling the status byte.  `marker_bit`: the user
     bit, 0 to 2, that is set to detect a reset of the board by another program; None: no detection.  `home_active_high`,
     `home_edge_ccw`, `home_percent`: the definition of HOME (38h).
     """
 
-    check = "check the power and the address; is a bus socket, bus://, at this port?"
+    remedy = "check the board's power and the address of the bus socket (bus://)"
 
     def __init__(
         self,
@@ -64,9 +64,9 @@ class Board(Core):
     ) -> None:
         super().__init__(timeout)
         if marker_bit not in (None, 0, 1, 2):
-            raise ValueError(f"marker_bit {marker_bit}: expected 0, 1, 2 or None")
+            raise ValueError(f"invalid marker_bit {marker_bit}: expected 0, 1, 2 or None")
         if not 1 <= home_percent <= 100:
-            raise ValueError(f"home_percent {home_percent}: expected 1 to 100")
+            raise ValueError(f"invalid home_percent {home_percent}: expected 1 to 100")
         self.interrupts, self.marker_bit = interrupts, marker_bit
         self.home_definition = bytes([home_active_high, home_edge_ccw, home_percent, 0])
         self.messages: deque[bytes] = deque(maxlen=256)
@@ -79,14 +79,14 @@ class Board(Core):
     # Bus lines
 
     def _ask(self, line: str) -> Procedure[str]:
-        """Send a line to the bus socket; return the answer."""
+        """Send a line to the bus socket and return the answer."""
         yield Write(f"{line}\n".encode())
         while True:
             answer = (yield from self._until(b"\n", f"'{line}'")).decode("ascii", "replace").strip()
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"the bus socket answered {answer} to '{line}'")
+            raise WrongAnswerError(f"the bus socket refused the line {line!r} and answered {answer!r}")
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:
@@ -98,22 +98,24 @@ class Board(Core):
         except ValueError:
             found = b""
         if len(found) != count:
-            raise WrongAnswerError(f"{shown(answer.encode())} as a register: expected {count} hex bytes; is it a bus?")
+            raise WrongAnswerError(
+                f"the bus socket answered {shown(answer.encode())}: expected {count} hexadecimal bytes"
+            )
         return found
 
     def _write(self, offset: int, data: Iterable[int]) -> Procedure[None]:
         answer = yield from self._ask(f"w {offset} " + " ".join(f"{value:02x}" for value in data))
         if answer != "ok":
-            raise WrongAnswerError(f"{shown(answer.encode())} as the answer to a write: expected ok; is it a bus?")
+            raise WrongAnswerError(f"the bus socket answered {shown(answer.encode())} to a write: expected ok")
 
     def _control(self, bits: int) -> Procedure[None]:
         yield from self._write(1, [bits | (INTERRUPTS if self.interrupts else 0)])
 
     def _status_byte(self) -> Procedure[int]:
-        """Read the status byte; detect a reset and a failure of the board."""
+        """Read the status byte, and detect a reset or a failure of the board."""
         status = self._bytes((yield from self._ask("r 1")), 1)[0]
         if status & FAILED:
-            raise FailedError(f"the 1811 has stopped: {FAIL}")
+            raise FailedError(f"the 1811 has reported a failure: {FAIL.remedy}")
         if self._known and self.marker_bit is not None and status & READY and not status >> self.marker_bit & 1:
             self._known = False
             self._lost = "the board was reset or its power was cut"
@@ -123,9 +125,9 @@ class Board(Core):
     # Synchronisation
 
     def synchronise(self) -> Procedure[None]:
-        """Find the board; discard a message that has not been read yet."""
+        """Find the board, and discard messages that no host has read."""
         yield from self._discard(0.0)
-        yield Write(b"\n")  # discards the rest of an incomplete request
+        yield Write(b"\n")  # a line feed ends the incomplete request of an earlier connection
         yield from self._discard(0.02)
         if self.interrupts:
             yield from self._ask("s 1")
@@ -164,7 +166,7 @@ class Board(Core):
         yield from self._control(COMMAND_READY)
 
     def request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
-        """Send a request; return the 15 bytes after the opcode of its answer."""
+        """Send a request, and return the 15 bytes that follow the opcode in the answer."""
         yield from self._status_until(READY)
         return (yield from self._request(opcode, *parameters))
 
@@ -179,7 +181,10 @@ class Board(Core):
                     return message[1:]
                 self.messages.append(message)
             elif (yield Clock()) > end:
-                raise SilentError(f"no answer to the request {opcode:02X}h within {self.timeout:g} s: is it refused?")
+                raise SilentError(
+                    f"no answer to the request {opcode:02X}h within {self.timeout:g} s: "
+                    "check that the board accepts the request in its present state"
+                )
             else:
                 yield from self._wait_for_message()
 
@@ -187,7 +192,8 @@ class Board(Core):
         if not self.interrupts:
             yield Pause(POLL_S)
         elif (yield from self._ask("i")) != "1":
-            data: bytes = yield Read(min(self.timeout, 0.05))  # the report of an interrupt, or no data
+            # the host receives the report of an interrupt, or nothing within the timeout
+            data: bytes = yield Read(min(self.timeout, 0.05))
             self._received += data
 
     def _message(self) -> Procedure[bytes]:
@@ -196,7 +202,7 @@ class Board(Core):
         return message
 
     def take_messages(self) -> Procedure[list[bytes]]:
-        """Return the messages of the board that are not answers to requests, e.g. alarms, and clear the list."""
+        """Return and clear the received messages that are not answers to requests, e.g. alarms."""
         while (yield from self._status_byte()) & MESSAGE:
             self.messages.append((yield from self._message()))
         found = list(self.messages)
@@ -204,7 +210,7 @@ class Board(Core):
         return found
 
     def reset(self) -> Procedure[None]:
-        """Reset the board; its positions, moves and sequences are lost."""
+        """Reset the board, which loses its position, moves and sequences."""
         yield from self._write(1, [RESET])
         self._known, self._lost = False, "the board was reset"
         yield Pause(0.01)
@@ -214,7 +220,7 @@ class Board(Core):
     # Functions that only an 1810 or 1811 has
 
     def outputs(self, first: bool, second: bool) -> Procedure[None]:
-        """Write both programmable outputs."""
+        """Set the levels of both programmable outputs."""
         yield from self.command(0x0D, first << 1 | second << 2)
 
     def triggers(self) -> Procedure[dict[int, bool]]:
@@ -223,7 +229,10 @@ class Board(Core):
         return {number: bool(bits >> number & 1) for number in range(2, 6)}
 
     def define_sequence(self, number: int, commands: Iterable[bytes]) -> Procedure[None]:
-        """Store command strings as sequence `number`, 1 to 15; `command(0x41, number)` performs the sequence."""
+        """Store commands as a sequence with a number from 1 to 15.
+
+        `command(0x41, number)` performs the sequence.
+        """
         yield from self.command(0xDA, number)
         yield from self.command(0xD9, number)
         for one in commands:
@@ -231,8 +240,9 @@ class Board(Core):
         yield from self.command(0xD8)
 
     def closed_loop(self, ratio: tuple[int, int], resolution: int, sigma: int, teeth: int = 50) -> Procedure[None]:
-        """Set the ratio (a fraction of motor pulses per encoder pulse), the resolution, the backlash and the rotor
-        teeth.
+        """Set the encoder's ratio and resolution, the backlash and the number of rotor teeth.
+
+        `ratio`: motor pulses per encoder pulse, as a fraction.
         """
         yield from self.command(0xB0, *ratio[0].to_bytes(2, "big"), *ratio[1].to_bytes(2, "big"))
         yield from self.command(0xB1, *four(resolution))
@@ -244,14 +254,15 @@ class Board(Core):
         return signed((yield from self.request(0x9A))[:4])
 
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
-        """Stream velocities (52h, E1h), one per update; a negative velocity is CCW.  The last must be 0.
+        """Stream velocities to the board, one for each update interval (commands 52h and E1h).
 
-        Returns when the last velocities are in the buffer of about 300.  If the board has used up its buffer before the
-        next velocities arrive, stops the motor and raises RefusedError.
+        A negative velocity is CCW; the last velocity must be 0.  Returns when the last velocities are in the buffer of
+        about 300.  If the board has used up its buffer before the next velocities arrive, stops the motor and raises
+        RefusedError.
         """
         values = list(velocities)
         if values[-1:] != [0] or any(abs(value) > 0x7FFF for value in values):
-            raise RefusedError("velocities: expected numbers from -32767 to 32767, the last 0")
+            raise RefusedError("invalid velocities: expected numbers from -32767 to 32767, and 0 as the last number")
         alarm = (0xFF, 0xFF, 0xFF, 0xFF)
         yield from self.command(0x52, clock, divisor, *alarm, *update_ms.to_bytes(2, "big"))
         values += [0] * (-len(values) % SEVEN)
@@ -266,10 +277,13 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            if begun and (free == size or (not count and free == before)):  # buffer empty, or stalled
+            # the stream has failed if the board's buffer is empty or its free space does not change
+            if begun and (free == size or (not count and free == before)):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
-                raise RefusedError("the stream was interrupted: use a longer update_ms, or fewer velocities")
+                raise RefusedError(
+                    "the stream of velocities was interrupted: use a longer update_ms, or fewer velocities"
+                )
             begun = True
 
     def _free_bytes(self) -> Procedure[int]:
@@ -282,7 +296,7 @@ class Board(Core):
 
 
 class Motor(AxisCore):
-    """The axis of an 1810 or 1811, in motor pulses."""
+    """The axis of an 1810 or 1811, with positions in motor pulses."""
 
     def __init__(self, board: Board) -> None:
         super().__init__("motor", velocity=10_000.0, acceleration=100_000.0)
@@ -296,13 +310,15 @@ class Motor(AxisCore):
         self._home_from = 0
 
     def forget(self) -> None:
-        """Discard the stored state that a reset of the board has made invalid."""
+        """Discard the driver's state that is invalid after a reset of the board."""
         self._profile, self._target, self._homing = None, None, False
 
     def _numbers(self, velocity: float) -> tuple[int, bytes]:
-        """Return the finest range that contains a velocity, and the parameters of the velocity in this range."""
+        """Return the code of the range for a velocity, and the bytes of velocity and acceleration in this range."""
         if not 0 < velocity <= self.max_velocity:
-            raise RefusedError(f"velocity {velocity:g} pulses/s: expected more than 0, at most {self.max_velocity:g}")
+            raise RefusedError(
+                f"velocity {velocity:g} pulses/s: expected more than 0 and at most {self.max_velocity:g}"
+            )
         if not 1 <= self.acceleration < 2**31:
             raise RefusedError(f"acceleration {self.acceleration:g} pulses/s²: expected 1 to 2147483647")
         code = 0 if velocity >= 50_000 or self.acceleration * 10 >= 2**31 else 1
@@ -312,7 +328,7 @@ class Motor(AxisCore):
     def _set_profile(self) -> Procedure[None]:
         ranges, numbers = self._numbers(self.velocity)
         if (yield from self._bits()) & 0x10:
-            raise BusyError("the motor is moving: wait, or stop it")
+            raise BusyError("the motor is moving: wait for the end of the motion, or stop the motor")
         yield from self._board.command(0x31, 0, ranges, *numbers)
 
     def _bits(self) -> Procedure[int]:
@@ -328,7 +344,7 @@ class Motor(AxisCore):
         yield from self._set_profile()
         distance = target - (yield from self._position())
         if not -(2**31) < distance < 2**31:
-            raise RefusedError(f"distance {distance}: expected at most 2147483647 pulses")
+            raise RefusedError(f"distance of {distance} pulses: expected at most 2147483647 pulses")
         if distance:
             bits = yield from self._bits()
             if bits & (1 if distance > 0 else 2):
@@ -338,11 +354,11 @@ class Motor(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move relative to the present position."""
+        """Begin a move by a distance from the present position."""
         yield from self.move_to((yield from self._position()) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run at a signed velocity until stopped; while running, change to another velocity."""
+        """Run the motor at a signed velocity until `stop` is called, or change the velocity of a running motor."""
         if not velocity:
             yield from self.stop()
             return
@@ -352,7 +368,7 @@ class Motor(AxisCore):
         self._target, self._begin_by = None, (yield Clock()) + BEGIN_S
 
     def stop(self) -> Procedure[None]:
-        """Decelerate to a standstill."""
+        """Decelerate the motor to a standstill."""
         yield from self._board.command(0x70)
         self._homing = False
 
@@ -362,7 +378,7 @@ class Motor(AxisCore):
         self._homing = False
 
     def home(self, direction: int) -> Procedure[None]:
-        """Begin a search for HOME, whose position becomes 0."""
+        """Begin a search for the home switch, whose position becomes 0."""
         yield from self._set_profile()
         start = yield from self._position()
         yield from self._board.command(0x38, *self._board.home_definition)
@@ -408,10 +424,10 @@ class Motor(AxisCore):
         return signed(found[1:5]) * (RANGES[code] if code < 4 else 1 / 60 if code == 4 else 1.0)
 
     def _pending(self, moving: bool, position: int) -> Procedure[bool]:
-        """Return True while a motion is in progress or has not begun yet."""
+        """Return True while a commanded motion is in progress or has not begun yet."""
         if moving:
             self._has_moved = True
-            # a search for HOME has pauses without motion
+            # the motor is at rest at times during a search for HOME
             self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
@@ -421,7 +437,7 @@ class Motor(AxisCore):
         return moving
 
     def _homed(self) -> Procedure[None]:
-        """Set the position to 0 if the search has found HOME."""
+        """Set the position to 0 if the search has found HOME; otherwise store a fault."""
         self._homing = False
         if signed((yield from self._board.request(0x82))[:6]) == 0 and self._has_moved:
             yield from self._define(0)
@@ -434,13 +450,13 @@ class Motor(AxisCore):
         self._board._lost = ""
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Define the present position, at rest."""
+        """Assign a value to the present position of the motor, which must be at rest."""
         if (yield from self._bits()) & 0x10:
             raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)
         self.setpoint = position
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear a failed search for HOME.  A limit needs no clearing; a board that reports FAIL needs `reset`."""
+        """Clear the fault of a failed search for HOME."""
         self._home_failed = False
         yield from ()

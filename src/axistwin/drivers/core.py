@@ -15,17 +15,20 @@ MOST_BYTES = 4096
 
 @dataclass(frozen=True)
 class Line:
-    """Factory setting of a serial line: baud rate and frame."""
+    """Factory setting of a controller's serial line."""
 
     baud: int
     stop_bits: int = 1
 
 
 class Core(ABC):
-    """Protocol of a controller, as generators that do no input or output."""
+    """Base class of the protocol cores, which do no input or output.
+
+    The functions of a core are generators of `steps`.
+    """
 
     line = Line(9600)
-    check = "check the power, the cable and the line format"
+    remedy = "check the power, the cable and the line format"
     """What to do if there is no answer."""
 
     def __init__(self, timeout: float) -> None:
@@ -36,7 +39,7 @@ class Core(ABC):
         self._in_step = False
 
     def converse(self, procedure: Procedure[T]) -> Procedure[T]:
-        """Execute a procedure; first synchronise with the controller again if the last procedure failed."""
+        """Execute a procedure.  If the last procedure failed, first synchronise with the controller again."""
         if not self._in_step:
             yield from self.synchronise()
         self._in_step = False
@@ -49,16 +52,16 @@ class Core(ABC):
         return result
 
     def close(self) -> None:
-        """Discard the received bytes after the port has been closed."""
+        """Discard the received bytes; called when the port has been closed."""
         self._received.clear()
         self._in_step = False
 
     @abstractmethod
     def synchronise(self) -> Procedure[None]:
-        """Find the controller and prepare it, whatever bytes have been sent before."""
+        """Find the controller and prepare the controller for commands."""
 
     def statuses(self) -> Procedure[dict[str, Status]]:
-        """Return the state of each axis, in counts."""
+        """Return the state of each axis; positions are in counts."""
         found = {}
         for name, axis in self.axes.items():
             found[name] = yield from axis.status()
@@ -66,33 +69,36 @@ class Core(ABC):
 
     # Bytes
 
-    def _until(self, end: bytes, what: str) -> Procedure[bytes]:
-        """Receive up to `end`; return the bytes before `end`."""
+    def _until(self, end: bytes, request: str) -> Procedure[bytes]:
+        """Receive bytes until `end` arrives, and return the bytes before `end`."""
         while end not in self._received:
-            yield from self._more(what)
+            yield from self._more(request)
         found, _, rest = bytes(self._received).partition(end)
         self._received[:] = rest
         return found
 
-    def _take(self, count: int, what: str) -> Procedure[bytes]:
-        """Receive `count` bytes."""
+    def _take(self, count: int, request: str) -> Procedure[bytes]:
+        """Receive `count` bytes and return them."""
         while len(self._received) < count:
-            yield from self._more(what)
+            yield from self._more(request)
         found = bytes(self._received[:count])
         del self._received[:count]
         return found
 
-    def _more(self, what: str) -> Procedure[None]:
+    def _more(self, request: str) -> Procedure[None]:
         data: bytes = yield Read(self.timeout)
         if not data:
-            part = f", only {shown(self._received)}" if self._received else ""
-            raise SilentError(f"no answer to {what} within {self.timeout:g} s{part}: {self.check}")
+            if self._received:
+                raise SilentError(f"incomplete answer {shown(self._received)} to {request}: {self.remedy}")
+            raise SilentError(f"no answer to {request} within {self.timeout:g} s: {self.remedy}")
         self._received += data
         if len(self._received) > MOST_BYTES:
-            raise WrongAnswerError(f"no end in the answer to {what}: {shown(self._received)}: is it the right port?")
+            raise WrongAnswerError(
+                f"endless answer {shown(self._received)} to {request}: check that the controller is at this port"
+            )
 
     def _discard(self, first: float) -> Procedure[bytes]:
-        """Wait up to `first` seconds for bytes, receive until no byte arrives for 0.1 s, and return all bytes."""
+        """Receive bytes until no byte arrives for 0.1 s, and return all bytes."""
         found = bytes(self._received)
         self._received.clear()
         wait = first
@@ -103,7 +109,7 @@ class Core(ABC):
 
 
 class AxisCore(ABC):
-    """An axis of a protocol core; positions and velocities are in counts."""
+    """An axis of a protocol core, with positions and velocities in counts."""
 
     def __init__(self, name: str, velocity: float, acceleration: float, *, exact: bool = True) -> None:
         self.name, self.velocity, self.acceleration = name, velocity, acceleration
@@ -121,19 +127,19 @@ class AxisCore(ABC):
 
     @abstractmethod
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move relative to the last target."""
+        """Begin a move by a distance from the last target."""
 
     @abstractmethod
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run at a signed velocity."""
+        """Run the axis at a signed velocity until `stop` is called."""
 
     @abstractmethod
     def stop(self) -> Procedure[None]:
-        """Decelerate to a standstill."""
+        """Decelerate the axis to a standstill."""
 
     @abstractmethod
     def abort(self) -> Procedure[None]:
-        """Stop as fast as the controller can."""
+        """Stop the axis as fast as the controller can."""
 
     @abstractmethod
     def home(self, direction: int) -> Procedure[None]:
@@ -145,7 +151,7 @@ class AxisCore(ABC):
 
     @abstractmethod
     def set_position(self, position: int) -> Procedure[None]:
-        """Define the present position."""
+        """Assign a value to the present position of the axis."""
 
     @abstractmethod
     def clear_faults(self) -> Procedure[None]:
@@ -159,14 +165,14 @@ def shown(data: bytes | bytearray) -> str:
 
 
 class ScaledAxis:
-    """An axis as users see it, with positions and velocities in the unit of the axis."""
+    """An axis with positions and velocities in the user's unit, e.g. mm."""
 
     def __init__(self, core: AxisCore) -> None:
         self.core, self.name = core, core.name
 
     @property
     def scale(self) -> Scale:
-        """Unit of the axis, as a number of counts."""
+        """The user's unit of the axis, e.g. mm, with its number of counts."""
         return self.core.scale
 
     @scale.setter

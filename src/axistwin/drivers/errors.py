@@ -4,7 +4,7 @@ import os
 
 
 class DriverError(Exception):
-    """Base class of all errors of a driver.
+    """Base class of all errors that a driver raises.
 
     `in_step`: True if no part of an answer can still arrive, so that the next operation needs no re-synchronisation.
     """
@@ -13,13 +13,16 @@ class DriverError(Exception):
 
 
 class PortError(DriverError):
-    """Raised if a port cannot be opened, or is closed during an operation."""
+    """Raised if a port cannot be opened, or if a port is closed during an operation."""
 
     in_step = False
 
 
-def cannot_open(url: str, error: Exception) -> PortError:
-    """Return the error for a port that cannot be opened; `error` may be pyserial's wrapper of an error."""
+def opening_fault(url: str, error: Exception) -> str:
+    """Return the reason why a port cannot be opened, and a remedy.
+
+    `error` may be an error of pyserial, which has the error of the operating system as its context.
+    """
     cause = error.__context__ or error
     if isinstance(cause, OSError) and cause.errno:
         reason = os.strerror(cause.errno) if cause.errno > 0 else cause.strerror or str(cause)
@@ -28,25 +31,25 @@ def cannot_open(url: str, error: Exception) -> PortError:
             if "://" in url
             else "check its name, the cable and its permissions"
         )
-        return PortError(f"cannot open {url}: {reason.lower()}: {remedy}")
+        return f"{reason.lower()}: {remedy}"
     reason = "no port number" if isinstance(cause, TypeError) else str(error)
-    return PortError(f"cannot open {url}: {reason}; expected a port, e.g. socket://127.0.0.1:5001")
+    return f"{reason}; expected a port, e.g. socket://127.0.0.1:5001"
 
 
 class SilentError(DriverError):
-    """Raised if the controller has sent no answer or only a part of an answer within the timeout."""
+    """Raised if the controller sends no complete answer within the timeout."""
 
     in_step = False
 
 
 class WrongAnswerError(DriverError):
-    """Raised for an answer that this controller cannot give: a disturbed line, or another controller at the port."""
+    """Raised for an answer that this controller cannot give, e.g. because of noise on the line."""
 
     in_step = False
 
 
 class RefusedError(DriverError):
-    """Raised for a command that the controller has refused, or would refuse in its present state."""
+    """Raised for a command that the controller refuses."""
 
 
 class BusyError(RefusedError):
@@ -54,4 +57,4 @@ class BusyError(RefusedError):
 
 
 class PositionLostError(DriverError):
-    """Raised if the position is not known: the power was cut, or another host has moved the axis."""
+    """Raised if the position of an axis is not known, e.g. after a power cut."""

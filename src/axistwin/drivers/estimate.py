@@ -6,14 +6,17 @@ from math import sqrt
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """A move with constant acceleration, velocity and deceleration; without `distance` it runs until stopped."""
+    """A move with constant acceleration, constant velocity and constant deceleration.
+
+    `distance` is None for a motion that runs until a stop.
+    """
 
     velocity: float
     acceleration: float
     distance: float | None = None
 
     def position(self, seconds: float) -> float:
-        """Return the distance moved after this time."""
+        """Return the distance that the axis has moved after this number of seconds."""
         speed, rate = self.velocity, self.acceleration
         if self.distance is not None:
             speed = min(speed, sqrt(self.distance * rate))

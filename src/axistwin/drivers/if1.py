@@ -43,7 +43,7 @@ COMMUNICATION_FAULTS = {
 
 @dataclass
 class Move:
-    """A commanded motion of one axis or several."""
+    """A commanded motion of one or more axes."""
 
     signs: dict[str, int]
     """The direction of each axis."""
@@ -72,7 +72,7 @@ class _State:
 
 
 class IF1(Core):
-    """An IF1 or IF2 with its three axes.
+    """Protocol core of an IF1 or IF2 with three axes.
 
     `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: True if the controller echoes
     each character; the core then checks the echo before the command takes effect.  At 4800 and 9600 baud the echo is
@@ -93,9 +93,9 @@ class IF1(Core):
     ) -> None:
         super().__init__(timeout)
         if speed_range not in MAX_SPEED:
-            raise ValueError(f"speed_range {speed_range}: expected 1 to 4")
+            raise ValueError(f"invalid speed_range {speed_range}: expected 1 to 4")
         if home_input not in (None, *I_INPUTS):
-            raise ValueError(f"home_input {home_input}: expected 1, 2 or 3")
+            raise ValueError(f"invalid home_input {home_input}: expected 1, 2 or 3")
         self.echo, self.speed_range, self.start_stop, self.home_input = echo, speed_range, start_stop, home_input
         self._linefeed = False
         self._known = False
@@ -107,7 +107,7 @@ class IF1(Core):
     # Synchronisation with the controller
 
     def synchronise(self) -> Procedure[None]:
-        """Find the controller; initialise it if its power has been switched on."""
+        """Find the controller, and initialise a controller whose power has been switched on."""
         yield from self._discard(0.0)
         if (yield from self._probe()):
             yield from self._adopt()
@@ -119,12 +119,12 @@ class IF1(Core):
                 yield from self._initialise()
                 return
             if answer:
-                raise WrongAnswerError(f"{shown(answer)} as the answer to '(': expected U; is an IF1 at this port?")
-        raise SilentError(f"no answer to '(' or I: {self.check}; is an IF1 at this port?")
+                raise WrongAnswerError(f"the answer to '(' is {shown(answer)}: expected U from an IF1")
+        raise SilentError(f"no IF1 answered '(' or I at this port: {self.remedy}")
 
     def _probe(self) -> Procedure[bool]:
-        """Return True if the controller is initialised; find its echo and terminator."""
-        for _ in range(2):  # the first request may only end an incomplete message
+        """Return True if the controller is initialised, and detect its echo and terminator."""
+        for _ in range(2):  # the IF1 may take the first I as the end of an incomplete message
             yield Write(b"I\r\n")
             answer = yield from self._discard(min(0.25, self.timeout))
             if found := _ANSWER.search(answer):
@@ -134,7 +134,7 @@ class IF1(Core):
         return False
 
     def _initialise(self) -> Procedure[None]:
-        """Set the data format after a power-up of the controller."""
+        """Set the data format and the speed range after a power-up of the controller."""
         self._linefeed = False
         if self._known:
             self._lose("XYZ", "the power of the IF1 was cut")
@@ -148,7 +148,7 @@ class IF1(Core):
 
     def _adopt(self) -> Procedure[None]:
         """Read the state of a controller that is already initialised."""
-        yield from self._number("F")  # clears the data fault of an incomplete message
+        yield from self._number("F")  # reading F clears the data fault that an incomplete message has caused
         if self._known:
             yield from self._poll()
             return
@@ -165,7 +165,7 @@ class IF1(Core):
         yield from self._set_ramp(acceleration)
 
     def _set_ramp(self, acceleration: float) -> Procedure[None]:
-        """Set range, start/stop speed and acceleration if the acceleration has changed."""
+        """Set the speed range, the start/stop speed and the acceleration, if the acceleration has changed."""
         thousands = min(max(round(acceleration / 1000), 1), 500)
         if self._ramp != thousands:
             hundreds = min(max(round(self.start_stop / 100), 1), 40)
@@ -173,12 +173,13 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        self._state.lost = dict.fromkeys(axes, why) | self._state.lost  # keeps the first reason of each axis
+        # an axis keeps the first reason for which its position was lost
+        self._state.lost = dict.fromkeys(axes, why) | self._state.lost
 
     # Messages
 
     def message(self, text: str) -> Procedure[None]:
-        """Send a message.  With echo, the terminator is sent only after the echo of the message has been checked."""
+        """Send a message.  If the controller echoes, check the echo before the terminator is sent."""
         data = text.encode("ascii")
         for begin in range(0, len(data), CHUNK):
             part = data[begin : begin + CHUNK]
@@ -187,26 +188,24 @@ class IF1(Core):
                 yield Pause(0.0 if begin + CHUNK >= len(data) else 0.05)
             elif (echo := (yield from self._take(len(part), text))) != part:
                 yield Write(b"#\r")
-                raise WrongAnswerError(
-                    f"echo {shown(echo)} of {text}: the line is disturbed; the message was cancelled"
-                )
+                raise WrongAnswerError(f"the IF1 echoed {shown(echo)} instead of {text}: check the line for noise")
         end = b"\r\n" if self._linefeed else b"\r"
         yield Write(end)
         if self.echo and (echo := (yield from self._take(len(end), text))) != end:
-            raise WrongAnswerError(f"echo {shown(echo)} of the end of {text}: the line is disturbed")
+            raise WrongAnswerError(f"the IF1 echoed {shown(echo)} at the end of {text}: check the line for noise")
 
     def _number(self, request: str) -> Procedure[int]:
-        """Send a status request; return the number in the answer."""
+        """Send a status request and return the number in the answer."""
         yield from self.message(request)
         answer = (yield from self._until(b"\r", request)).strip()
         if self._linefeed:
             yield from self._until(b"\n", request)
         if not answer.isdigit():
-            raise WrongAnswerError(f"{shown(answer)} as the answer to {request}: expected a number; is it an IF1?")
+            raise WrongAnswerError(f"the answer to {request} is {shown(answer)}: expected a number from an IF1")
         return int(answer)
 
     def _motion(self) -> Procedure[int]:
-        """Read the motion status, and store its faults, because the controller clears them after the reading."""
+        """Read the motion status, and store the faults, because reading clears them in the controller."""
         bits = yield from self._number("K")
         self._state.latched |= bits & (DRIVE | ESTOP | LIMIT | COMMUNICATION)
         if bits & COMMUNICATION:
@@ -235,7 +234,7 @@ class IF1(Core):
         return False
 
     def _estimate(self, move: Move, steps: int) -> Procedure[None]:
-        """Update the estimated position: near the step count, never backwards, never beyond the target."""
+        """Update the estimated position of a move in progress from the step count and the time."""
         now: float = yield Clock()
         expected = steps if move.stopped or move.homing else move.profile.position(now - move.begun)
         near = min(max(expected, steps - READING_ERROR), steps + READING_ERROR)
@@ -268,7 +267,7 @@ class IF1(Core):
         return bool(bits & (ESTOP | LIMIT)) and steps == move.counted != 0
 
     def begin(self, signs: dict[str, int], distance: int | None, speed: float, text: str) -> Procedure[Move]:
-        """Begin a motion.  Raises RefusedError if the controller does not accept it."""
+        """Begin a motion.  Raises RefusedError if the controller does not accept the message."""
         yield from self._ready_for(set(signs.values()))
         counted = self._state.counted
         yield from self.message(text)
@@ -280,24 +279,26 @@ class IF1(Core):
             self._move = None
             fault = self._communication_faults()[0]
             self._state.communication, self._state.latched = 0, self._state.latched & ~COMMUNICATION
-            raise RefusedError(f"{text} was refused: {fault}")
+            raise RefusedError(f"the IF1 refused the message {text} ({fault.name}): {fault.remedy}")
         return self._move
 
     def _ready_for(self, directions: set[int]) -> Procedure[None]:
         if (yield from self._poll()):
-            raise BusyError("the IF1 is moving: it has one ramp generator for all axes; wait, or stop it")
+            raise BusyError(
+                "the IF1 is moving, so no other move can begin: wait for the end of the motion, or stop the axes"
+            )
         state = self._state
         for bit, active in ((ESTOP, I_ESTOP), (DRIVE, I_X_FAULT | I_Y_FAULT)):
             if state.latched & bit or state.inputs & active:
-                raise RefusedError(f"the IF1 does not move: {FAULTS[bit]}")
-        for direction, bit, name in ((1, I_PLUS, "+"), (-1, I_MINUS, "-")):
+                raise RefusedError(f"the IF1 does not move ({FAULTS[bit].name}): {FAULTS[bit].remedy}")
+        for direction, bit, sign in ((1, I_PLUS, "+"), (-1, I_MINUS, "-")):
             if state.inputs & bit and direction in directions:
-                raise RefusedError(f"the {name} limit is active: move in the other direction")
+                raise RefusedError(f"the {sign} limit is active: move in the other direction")
         if state.latched & LIMIT:
-            raise RefusedError(f"the IF1 does not move: {FAULTS[LIMIT]}")
+            raise RefusedError(f"the IF1 does not move ({FAULTS[LIMIT].name}): {FAULTS[LIMIT].remedy}")
 
     def stop(self) -> Procedure[None]:
-        """Decelerate all axes to a standstill; end a sequence."""
+        """Decelerate all axes to a standstill, and end a sequence."""
         yield from self.message("#")
         if self._move is not None:
             self._move.stopped = True
@@ -307,7 +308,7 @@ class IF1(Core):
         return self._status(axis, (yield from self._poll()))
 
     def statuses(self) -> Procedure[dict[str, Status]]:
-        """Return the state of each axis, in counts; the controller is read once."""
+        """Return the state of each axis after one reading of the controller; positions are in steps."""
         moving = yield from self._poll()
         return {name: self._status(axis, moving) for name, axis in self.axes.items()}
 
@@ -347,14 +348,14 @@ class IF1(Core):
         yield from self._poll()
 
     def set_position(self, name: str, position: int) -> Procedure[None]:
-        """Define the position of an axis at rest."""
+        """Assign a value to the present position of an axis; all axes must be at rest."""
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: the position can only be set at rest")
         self._state.positions[name] = self.axes[name].setpoint = position
         self._state.lost.pop(name, None)
 
     def position_of(self, name: str) -> int:
-        """Return the position at rest.  Raises PositionLostError."""
+        """Return the position of an axis at rest.  Raises PositionLostError if the position is not known."""
         return round(
             Status(self._state.positions[name], 0, 0, False, lost=self._state.lost.get(name, "")).known_position()
         )
@@ -362,13 +363,13 @@ class IF1(Core):
     # Functions that only an IF1 or IF2 has
 
     def move_together(self, targets: Mapping[str, int]) -> Procedure[None]:
-        """Move two or three axes together; all must move the same number of steps, e.g. X=100, Y=-100."""
+        """Begin a move of two or three axes to target positions; each axis moves the same number of steps."""
         if (yield from self._poll()):
-            raise BusyError("the IF1 is moving: wait, or stop it")
+            raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
         by = {name: target - self.position_of(name) for name, target in targets.items()}
         distances = {abs(distance) for distance in by.values()}
         if len(distances) != 1:
-            raise RefusedError(f"distances {by}: expected equal distances; otherwise move the axes one after the other")
+            raise RefusedError(f"unequal distances {by}: expected equal distances for axes that move together")
         signs = {name: 1 if distance >= 0 else -1 for name, distance in by.items()}
         axis = self.axes[next(iter(targets))]
         yield from self._set_ramp(axis.acceleration)
@@ -380,37 +381,38 @@ class IF1(Core):
             self.axes[name].setpoint = target
 
     def speed(self, wanted: float) -> int:
-        """Return a speed in whole steps/s within the speed range.  Raises RefusedError."""
+        """Return a speed rounded to whole steps/s.  Raises RefusedError if the speed is outside the speed range."""
         highest = MAX_SPEED[self.speed_range]
         if not 0.5 <= wanted <= highest:
             raise RefusedError(f"speed {wanted:g} steps/s: expected 1 to {highest} in speed range {self.speed_range}")
         return max(round(wanted), 1)
 
     def inputs(self) -> Procedure[dict[int, bool]]:
-        """Return the inputs 1 to 3: True while current flows."""
+        """Return the states of inputs 1 to 3; True means that current flows."""
         bits = yield from self._number("I")
         return {number: not bits & bit for number, bit in I_INPUTS.items()}
 
     def outputs(self, on: Iterable[int] = (), off: Iterable[int] = ()) -> Procedure[None]:
-        """Set and reset outputs 1 to 5."""
+        """Set the outputs `on` and reset the outputs `off`, each with a number from 1 to 5."""
         setting, resetting = "".join(map(str, on)), "".join(map(str, off))
         text = (f"S{setting}" if setting else "") + (f"R{resetting}" if resetting else "")
         if text:
             yield from self.message(f"{text}$")
 
     def sequence(self, steps: Iterable[str]) -> Procedure[None]:
-        """Store and start a sequence, e.g. ["H1", "X400@100", "S1"].  After that, the positions of its axes are not
-        known.
+        """Store and start a sequence of commands, e.g. ["H1", "X400@100", "S1"].
+
+        Afterwards, the positions of the axes in the sequence are not known.
         """
         listed = list(steps)
         if (yield from self._poll()):
-            raise BusyError("the IF1 is moving: wait, or stop it")
+            raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
         self._lose({name for step in listed for name in "XYZ" if name in step}, "a sequence has moved the IF1")
         yield from self.message(":" + ":".join(listed) + ":$")
         self._move = Move({}, None, Trapezoid(1.0, 1.0), (yield Clock()), self._state.counted)
 
     def busy(self) -> Procedure[bool]:
-        """Return True while a move, a wait or a pulse of the controller is in progress."""
+        """Return True while the controller executes a move, a wait or an output pulse."""
         yield from self.message("E")
         answer = (yield from self._until(b"\r", "E")).strip()
         if self._linefeed:
@@ -431,10 +433,12 @@ class IF1Axis(AxisCore):
         """Begin a move to a position."""
         core = self._if1
         if (yield from core._poll()):
-            raise BusyError("the IF1 is moving: it has one ramp generator for all axes; wait, or stop it")
+            raise BusyError(
+                "the IF1 is moving, so no other move can begin: wait for the end of the motion, or stop the axes"
+            )
         distance, speed = target - core.position_of(self.name), core.speed(self.velocity)
         if abs(distance) > MAX_DISTANCE:
-            raise RefusedError(f"distance {distance}: expected at most 999999999 steps")
+            raise RefusedError(f"distance of {distance} steps: expected at most 999999999 steps")
         if distance:
             yield from core._set_ramp(self.acceleration)
             sign = 1 if distance > 0 else -1
@@ -443,14 +447,16 @@ class IF1Axis(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move relative to the present position."""
+        """Begin a move by a distance from the present position."""
         core = self._if1
         if (yield from core._poll()):
-            raise BusyError("the IF1 is moving: it has one ramp generator for all axes; wait, or stop it")
+            raise BusyError(
+                "the IF1 is moving, so no other move can begin: wait for the end of the motion, or stop the axes"
+            )
         yield from self.move_to(core.position_of(self.name) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run at a signed velocity until `stop`."""
+        """Run the axis at a signed velocity until `stop` is called."""
         if not velocity:
             yield from self.stop()
             return
@@ -469,13 +475,13 @@ class IF1Axis(AxisCore):
         yield from self._if1.stop()
 
     def home(self, direction: int) -> Procedure[None]:
-        """Run at the start/stop speed until the home input is high; the position at this point becomes 0."""
+        """Run at the start/stop speed until the home input is high, and make this position 0."""
         core = self._if1
         if core.home_input is None:
-            raise RefusedError("no home switch: name its input, e.g. home_input=1")
+            raise RefusedError("no input for a home switch: expected the option home_input, e.g. home_input=1")
         yield from core._ready_for({direction})
         if not core._state.inputs & I_INPUTS[core.home_input]:
-            raise RefusedError(f"home input {core.home_input} is already high: move away from the switch first")
+            raise RefusedError(f"home input {core.home_input} is already high: move the axis away from the home switch")
         sign = "+" if direction > 0 else "-"
         text = f":{self.name}{sign}@{core.start_stop}G:H{core.home_input}A:$"
         move = yield from core.begin({self.name: direction}, None, core.start_stop, text)
@@ -486,7 +492,7 @@ class IF1Axis(AxisCore):
         return (yield from self._if1.status_of(self))
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Define the present position, at rest."""
+        """Assign a value to the present position of the axis, which must be at rest."""
         yield from self._if1.set_position(self.name, position)
 
     def clear_faults(self) -> Procedure[None]:

@@ -21,14 +21,14 @@ MODELS: dict[str, Callable[..., Core]] = {
 
 
 def make(model: str, options: dict[str, Any]) -> Core:
-    """Return the core of a model.  Raises DriverError for an unknown model or option."""
+    """Return the protocol core of a model.  Raises DriverError for an unknown model or option."""
     if model not in MODELS:
-        raise DriverError(f"unknown model {model!r}: expected {', '.join(MODELS)}")
+        raise DriverError(f"unknown model {model!r}: expected one of {', '.join(MODELS)}")
     known = signature(MODELS[model]).parameters
     for name in options:
         if name not in known:
-            raise DriverError(f"no option {name!r} for {model}: expected {', '.join(known)}")
+            raise DriverError(f"no option {name!r} for {model}: expected one of {', '.join(known)}")
     try:
         return MODELS[model](**options)
-    except (TypeError, ValueError) as error:
-        raise DriverError(f"invalid options for {model}: {error}") from None
+    except (TypeError, ValueError) as reason:
+        raise DriverError(f"invalid options for the model {model}: {reason}") from None

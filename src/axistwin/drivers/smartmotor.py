@@ -26,7 +26,9 @@ ALL = 0
 
 
 class SmartMotors(Core):
-    """One motor with the axis `shaft`, or the motors of a line with the axes `shaft1` and so on.
+    """Protocol core of one SmartMotor, or of all SmartMotors on a serial line.
+
+    The axis of a single motor is `shaft`; the axes on a line are `shaft1`, `shaft2` and so on.
 
     `addresses`: the addresses of the motors on a daisy chain or an RS485 line; () for one motor without an address.
     `chain`: give the motors of an RS232 daisy chain their addresses, in this order, if they do not answer.  `limits`:
@@ -47,23 +49,23 @@ class SmartMotors(Core):
     ) -> None:
         super().__init__(timeout)
         if not all(1 <= address <= 120 for address in addresses):
-            raise ValueError(f"addresses {tuple(addresses)}: expected numbers from 1 to 120")
+            raise ValueError(f"invalid addresses {tuple(addresses)}: expected numbers from 1 to 120")
         self.addresses, self.chain, self.limits, self.rs485 = tuple(addresses), chain and not rs485, limits, rs485
         self.echo = False
         self._shafts = [Shaft(self, address) for address in self.addresses or (None,)]
         self.axes = {shaft.name: shaft for shaft in self._shafts}
 
     def shaft(self, name: str | None = None) -> "Shaft":
-        """Return an axis; without a name the first.  Raises RefusedError."""
+        """Return the axis with this name, or the first axis if no name is given."""
         for shaft in self._shafts:
             if name in (None, shaft.name):
                 return shaft
-        raise RefusedError(f"no axis {name!r}: expected {', '.join(self.axes)}")
+        raise RefusedError(f"no axis {name!r}: expected one of {', '.join(self.axes)}")
 
     # Synchronisation with the motors
 
     def synchronise(self) -> Procedure[None]:
-        """Find each motor and prepare it if its power has been cut."""
+        """Find each motor, and repeat the settings of a motor whose power has been cut."""
         yield from self._discard(0.0)
         first, *_ = self._shafts
         found = yield from self._find(first)
@@ -73,14 +75,14 @@ class SmartMotors(Core):
         for shaft in self._shafts:
             if not (found if shaft is first else (yield from self._find(shaft))):
                 raise SilentError(
-                    f"no answer from {shaft.name} to RSP: check the power, the cable, the baud rate and the address; "
-                    "is a SmartMotor at this port?"
+                    f"no answer from {shaft.name} to RSP: check the port, the cable and the baud rate, "
+                    "and the motor's power and address"
                 )
             yield from shaft.prepare()
 
     def _find(self, shaft: "Shaft") -> Procedure[bool]:
-        """Return True if a motor answers; detect if the motor echoes characters."""
-        for _ in range(2):  # the first request may only end an incomplete command
+        """Return True if a motor answers, and detect whether the motor echoes characters."""
+        for _ in range(2):  # the motor may take the first RSP as the end of an incomplete command
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
             answer = yield from self._discard(min(self.timeout, 0.3))
             *before, last = answer.rstrip(b"\r").split(b"\r")
@@ -89,11 +91,13 @@ class SmartMotors(Core):
                 self.echo = any(part.endswith(b"RSP") for part in before)
                 return True
             if answer and not answer.rstrip(b"\r").endswith(b"RSP"):
-                raise WrongAnswerError(f"{shown(answer)} as the answer to RSP: expected 24576/476; is it a SmartMotor?")
+                raise WrongAnswerError(
+                    f"the answer to RSP is {shown(answer)}: expected a sample period and a version, e.g. 24576/476"
+                )
         return False
 
     def _address_chain(self) -> Procedure[None]:
-        """Set the addresses of the motors of a daisy chain after a power-up."""
+        """Set the addresses of the motors on a daisy chain after a power-up."""
         everybody = bytes([0x80 + ALL])
         for address in self.addresses:
             mine = bytes([0x80 + address])
@@ -106,19 +110,21 @@ class SmartMotors(Core):
     # Commands and reports
 
     def send(self, prefix: bytes, text: str) -> Procedure[None]:
-        """Send commands; check their echo."""
+        """Send commands to a motor, and check the echo if the motor echoes."""
         data = prefix + text.encode("ascii") + b"\r"
         yield Write(data)
         if self.echo and (echo := (yield from self._take(len(data), text))) != data:
-            raise WrongAnswerError(f"echo {shown(echo)} of {text}: the line is disturbed, or another host uses it")
+            raise WrongAnswerError(
+                f"the motor echoed {shown(echo)} instead of {text}: check the line for noise and other hosts"
+            )
 
     @property
     def one_by_one(self) -> bool:
-        """True if each report has to wait for the answer before it, because of an echo or a shared pair of wires."""
+        """True if the driver must receive each answer before it sends the next request."""
         return self.echo or self.rs485
 
     def ask(self, prefix: bytes, *reports: str) -> Procedure[list[str]]:
-        """Return the answers to reports."""
+        """Send report commands to a motor and return the answers."""
         found = b""
         for lines in [[report] for report in reports] if self.one_by_one else [reports]:
             yield from self.send(prefix, " ".join(lines))
@@ -127,39 +133,39 @@ class SmartMotors(Core):
         return found.decode("ascii", "replace").split("\r")[:-1]
 
     def command(self, text: str, axis: str | None = None) -> Procedure[None]:
-        """Send commands to a motor, e.g. "UA=1 UAO"; raises RefusedError if one is not valid."""
+        """Send commands to a motor, e.g. "UA=1 UAO".  Raises RefusedError for an invalid command."""
         shaft = self.shaft(axis)
         yield from self.send(shaft.prefix, text)
         if (yield from self.number("RBs", axis)):
             yield from self.send(shaft.prefix, "Zs")
-            raise RefusedError(f"{text}: the motor does not accept this command")
+            raise RefusedError(f"the motor refused {text!r}: expected valid commands, e.g. UA=1 UAO")
 
     def number(self, text: str, axis: str | None = None) -> Procedure[int]:
-        """Return the number that answers a report, e.g. "RTEMP"."""
+        """Send a report command, e.g. "RTEMP", and return the number in the answer."""
         (answer,) = yield from self.ask(self.shaft(axis).prefix, text)
         return whole(answer, text)
 
     # Functions that only a SmartMotor has
 
     def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
-        """Make pins outputs with a level, e.g. `outputs(A=True)`."""
+        """Make pins outputs and set their levels, e.g. `outputs(A=True)`."""
         for pin, level in levels.items():
             yield from self.command(f"U{pin}={level:d} U{pin}O", axis)
 
     def inputs(self, axis: str | None = None) -> Procedure[dict[str, bool]]:
-        """Return the levels of the pins A to G."""
+        """Return the levels of pins A to G."""
         bits = yield from self.number("RU", axis)
         return {pin: bool(bits >> number & 1) for number, pin in enumerate("ABCDEFG")}
 
     def cam(self, table: Sequence[int], base: int, axis: str | None = None) -> Procedure[None]:
-        """Store a cam table for `base` counts of the master, and begin to follow the master."""
+        """Store a cam table that spans `base` counts of the master encoder, and begin to follow the master."""
         for begin in range(0, len(table), 8):
             part = " ".join(map(str, table[begin : begin + 8]))
             yield from self.command(f"aw[{begin}] {part}.", axis)
         yield from self.command(f"BASE={base} SIZE={len(table)} MC G", axis)
 
     def load(self, source: str, axis: str | None = None) -> Procedure[None]:
-        """Load a program in source text; `command("RUN")` starts it."""
+        """Store the source text of a program in a motor; `command("RUN")` starts the program."""
         shaft = self.shaft(axis)
         data = source.replace("\r\n", "\n").encode("ascii")
         yield from self._discard(0.0)
@@ -173,27 +179,27 @@ class SmartMotors(Core):
         yield Write(END + b" ")
         yield from self._discard(0.1)
         if (yield from self.number("RBk", axis)):
-            raise RefusedError("the program was not stored: load it again")
+            raise RefusedError("the motor did not store the program: load the program again")
 
     def _acknowledged(self) -> Procedure[None]:
         yield from self._until(ACKNOWLEDGE, "LOAD")
 
     def program(self, axis: str | None = None) -> Procedure[str]:
-        """Return the stored program."""
+        """Return the source text of the program that a motor has stored."""
         shaft = self.shaft(axis)
         yield Write(shaft.prefix + b"UPLOAD\r")
         text = b""
         while not text.endswith(b"\xff"):
             part = yield from self._discard(0.1)
             if not part:
-                raise SilentError("the end of the program was not received: does the motor allow UPLOAD?")
+                raise SilentError("the motor did not send the end of its program: check that the motor allows UPLOAD")
             text += part
             if not text.endswith(b"\xff"):
                 yield Write(ACKNOWLEDGE)
         return text.removeprefix(shaft.prefix + b"UPLOAD\r").rstrip(b"\xff").decode("ascii", "replace")
 
     def stream(self, points: Iterable[tuple[int, int]], axis: str | None = None) -> Procedure[None]:
-        """Send at most 16 (clock, position) pairs in host mode, and begin the motion.  Clock values count samples."""
+        """Send at most 16 pairs of clock value and position in host mode, and begin the motion."""
         shaft = self.shaft(axis)
         yield from self.send(shaft.prefix, "MD")
         for clock, position in points:
@@ -205,7 +211,7 @@ class SmartMotors(Core):
 
 
 class Shaft(AxisCore):
-    """The axis of a SmartMotor, in encoder counts."""
+    """The axis of a SmartMotor, with positions in encoder counts."""
 
     def __init__(self, line: SmartMotors, address: int | None) -> None:
         super().__init__("shaft" if address is None else f"shaft{address}", velocity=4000.0, acceleration=20_000.0)
@@ -219,7 +225,7 @@ class Shaft(AxisCore):
         """Acceleration that is being set; 0 if none is.  Without an answer, the motor may have it or not."""
 
     def prepare(self) -> Procedure[None]:
-        """Repeat the settings of the motor if a power cut has cleared them."""
+        """Repeat the settings that a power cut of the motor has cleared."""
         _, _, acceleration = yield from self._read()
         if self._setting:
             if acceleration not in (self._set_acceleration, self._setting):
@@ -239,17 +245,17 @@ class Shaft(AxisCore):
 
     def _speed(self, velocity: float) -> int:
         if not abs(velocity) <= self.max_velocity:
-            raise RefusedError(f"velocity {velocity:g} counts/s: expected at most {self.max_velocity:g}")
+            raise RefusedError(f"velocity {velocity:g} counts/s: expected at most {self.max_velocity:g} counts/s")
         return round(velocity * SCALE * SAMPLE_S)
 
     def _read(self) -> Procedure[tuple[int, int, int]]:
-        """Return position, status word and acceleration."""
+        """Read and return the motor's position, status word and acceleration."""
         first, second = yield from self._line.ask(self.prefix, "RPW", "RA")
         position, _, word = first.partition(",")
         return whole(position, "RPW"), whole(word, "RPW"), whole(second, "RA")
 
     def _state(self) -> Procedure[tuple[int, int]]:
-        """Return position and status word; detect a power cut."""
+        """Return the motor's position and status word, and detect a power cut."""
         position, word, acceleration = yield from self._read()
         if not acceleration:
             yield from self.prepare()
@@ -265,10 +271,10 @@ class Shaft(AxisCore):
         yield from self._line.send(self.prefix, f"{text} G")
         position, word = yield from self._state()
         if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
-            raise RefusedError(f"{self.name} does not move: {'; '.join(map(str, faults))}")
+            raise RefusedError(f"{self.name} does not move because of faults: {'; '.join(map(str, faults))}")
 
     def _set_profile(self) -> Procedure[None]:
-        """Change the acceleration.
+        """Send the acceleration to the motor if the acceleration has changed.
 
         The message changes the acceleration by a difference.  A motor whose power was cut has neither the old nor the
         new acceleration afterwards, even if the motor has received only a part of the message.
@@ -277,35 +283,35 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            units += 1  # otherwise a power cut before the change would result in the old acceleration
+            units += 1  # after a doubled acceleration, a power cut would not be detected
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
         self._setting = 0
         if whole(found, "RA") != units:
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
-            raise RefusedError(f"{self.name} does not move: {self._lost}")
+            raise RefusedError(f"{self.name} does not move, because {self._lost}: home the axis, or call set_position")
         self._set_acceleration = units
 
     def move_to(self, target: int) -> Procedure[None]:
-        """Begin a move to a position, even during a motion."""
+        """Begin a move to a position, even if a motion is in progress."""
         if not -(2**31) <= target < 2**31:
             raise RefusedError(f"position {target}: expected -2147483648 to 2147483647 counts")
         yield from self._go(f"MP V={abs(self._speed(self.velocity))} P={target}", target)
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move relative to the last target; after a stop relative to the present position."""
+        """Begin a move by a distance from the last target, or after a stop from the present position."""
         _, word = yield from self._state()
         base = self.setpoint if word & TRAJECTORY else (yield from self._state())[0]
         yield from self.move_to(base + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run at a signed velocity until `stop`, even if a motion is in progress."""
+        """Run the motor at a signed velocity until `stop` is called."""
         yield from self._go(f"MV V={self._speed(velocity)}", None)
 
     def stop(self) -> Procedure[None]:
-        """Decelerate to a standstill."""
+        """Decelerate the motor to a standstill."""
         yield from self._end("X")
 
     def abort(self) -> Procedure[None]:
@@ -313,13 +319,13 @@ class Shaft(AxisCore):
         yield from self._end("S")
 
     def _end(self, text: str) -> Procedure[None]:
-        """End a motion.  The answer to a report shows that the motor has received the command."""
+        """Send a stop command, and wait for an answer that proves that the motor has received the command."""
         self._homing = 0
         yield from self._line.send(self.prefix, text)
         yield from self._read()
 
     def home(self, direction: int) -> Procedure[None]:
-        """Search for the index pulse of the encoder, which becomes position 0; the shaft stops beyond it."""
+        """Begin a search for the index pulse of the encoder, which becomes position 0."""
         yield from self._line.ask(self.prefix, "RI")  # reading RI enables the capture of the next index pulse
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
         self._homing = direction
@@ -347,9 +353,9 @@ class Shaft(AxisCore):
         )
 
     def _home_further(self, position: int, word: int) -> Procedure[tuple[int, int]]:
-        """Continue a search for the index: stop after the index pulse, then set its position to 0."""
+        """Continue a search for the index pulse: stop the motor after the pulse, then set the pulse's position to 0."""
         if not word & TRAJECTORY and not word & INDEX:
-            self._homing = 0  # a limit or a fault has ended the search
+            self._homing = 0  # a limit or a fault has ended the search for the index pulse
         elif word & INDEX and word & TRAJECTORY:
             yield from self._line.send(self.prefix, "X")
         elif word & INDEX:
@@ -364,21 +370,21 @@ class Shaft(AxisCore):
         return tuple(fault for bit, fault in FAULTS.items() if word & bit)
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Define the present position."""
+        """Assign a value to the present position of the axis."""
         yield from self._line.send(self.prefix, f"O={position}")
         self.setpoint, self._lost = position, ""
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause no longer exists, and acknowledge a limit."""
+        """Clear the faults whose cause no longer exists, including limit faults."""
         yield from self._line.send(self.prefix, "ZS")
         yield Pause(0.005)
 
 
-def whole(text: str, what: str) -> int:
-    """Return the number in an answer.  Raises WrongAnswerError."""
+def whole(text: str, report: str) -> int:
+    """Return the answer to a report as a number.  Raises WrongAnswerError if the answer is not a number."""
     try:
         return int(text)
     except ValueError:
         raise WrongAnswerError(
-            f"{shown(text.encode())} as the answer to {what}: expected a number; is it a SmartMotor?"
+            f"the answer to {report} is {shown(text.encode())}: expected a number from a SmartMotor"
         ) from None

@@ -13,28 +13,28 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Write:
-    """A request to send bytes."""
+    """A request to send bytes to the controller."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Read:
-    """A request for at least one byte, or b"" after `timeout` seconds."""
+    """A request to receive at least one byte within `timeout` seconds.  The result is b"" if no byte arrives."""
 
     timeout: float
 
 
 @dataclass(frozen=True)
 class Pause:
-    """A request to wait."""
+    """A request to wait for some seconds."""
 
     seconds: float
 
 
 @dataclass(frozen=True)
 class Clock:
-    """A request for the time in seconds, from an arbitrary origin."""
+    """A request for the time in seconds since an arbitrary moment."""
 
 
 Step = Write | Read | Pause | Clock

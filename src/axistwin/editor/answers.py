@@ -21,7 +21,10 @@ class Hover:
 
 @dataclass(frozen=True)
 class Item:
-    """A completion for an editor.  `insert`: the text to insert, if it differs from the label."""
+    """A completion that an editor proposes, e.g. a command or a label.
+
+    `insert`: the text to insert, if it differs from `label`.
+    """
 
     label: str
     kind: str = "command"
@@ -34,7 +37,10 @@ class Item:
 
 @dataclass(frozen=True)
 class Symbol:
-    """A named part of a program, e.g. a label or a sequence; `begin` and `end`: line and column."""
+    """A named part of a program, e.g. a label or a sequence.
+
+    `begin` and `end`: line and column.
+    """
 
     name: str
     kind: str
@@ -46,20 +52,26 @@ class Symbol:
 
 
 class Editing(Protocol):
-    """Interface for questions about one kind of program.  `line`: from 1; `at`: index of the character."""
+    """Interface for the language support of one kind of file.
+
+    `line`: from 1; `at`: index of the character.
+    """
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the word at this place."""
+        """Return the meaning of the word at a place in the text."""
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at this place."""
+        """Return the completions at a place in the text."""
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
         """Return the named parts of the text, e.g. labels and sequences."""
 
 
 def explain(command: Command, marked: Field | None = None) -> str:
-    """Return the description of a command in Markdown; `marked`: the parameter to emphasise."""
+    """Return the description of a command in Markdown.
+
+    `marked`: the parameter to emphasise.
+    """
     paragraphs = [f"**{show_controls(str(_code(command)))}** {command.name}", f"`{show_controls(command.syntax)}`"]
     if command.parameters:
         paragraphs.append("\n".join(f"- {_parameter(each, marked)}" for each in command.parameters))
@@ -70,7 +82,7 @@ def explain(command: Command, marked: Field | None = None) -> str:
 
 
 def item(command: Command, label: str, insert: str = "") -> Item:
-    """Return a command as a completion."""
+    """Return the completion that inserts a command, with the command's description."""
     return Item(label, "command", f"{command.name} · {show_controls(command.syntax)}", explain(command), insert)
 
 
@@ -85,14 +97,14 @@ def _parameter(parameter: Field, marked: Field | None) -> str:
 
 
 def _docstring(handler: Callable[..., Any]) -> str:
-    """Return the docstring of a command's handler; "" if several commands share the handler."""
+    """Return the docstring of the function that executes a command; "" if several commands share the function."""
     if isinstance(handler, partial):
         return ""
     return " ".join((inspect.getdoc(handler) or "").split())
 
 
 def words(line: str) -> Iterator[tuple[int, int]]:
-    """Yield the begin and end of each word in a line."""
+    """Yield the start and end index of each word in a line."""
     at = 0
     for word in line.split():
         begin = line.index(word, at)

@@ -23,7 +23,7 @@ COMMAND = [sys.executable, "-P", "-c", "from axistwin.editor.background import w
 
 
 class Background:
-    """Executes one function at a time in a process, which the first function starts."""
+    """Executes functions in a separate process, one at a time."""
 
     def __init__(self) -> None:
         self._one = asyncio.Lock()
@@ -31,7 +31,7 @@ class Background:
         self._closed = False
 
     async def run(self, function: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result:
-        """Return the result of a function of a module, executed in the process after the functions before it.
+        """Execute a function in the separate process, and return the result of the function.
 
         A cancelled caller gets no result, but the function is executed to its end before the next one.
         Raises RuntimeError with the traceback if the function raises an exception, or if it ends the process twice.
@@ -46,15 +46,15 @@ class Background:
         return await asyncio.wrap_future(done)
 
     def close(self) -> None:
-        """End the process; the result of a running function is lost."""
+        """End the separate process; the result of a running function is lost."""
         self._closed = True
         self._end()
 
     def _settle(self, task: bytes, done: "Future[Any]") -> None:
-        """Set the result of a task, in a thread."""
+        """Execute a task in the separate process, and store the result in `done`.  Runs in a thread."""
         answer = self._execute(task) or self._execute(task) or (False, "the process of the checks has ended")
         if self._closed:
-            return  # the event loop may have ended
+            return  # after `close`, the event loop may have ended
         succeeded, result = answer
         if succeeded:
             done.set_result(result)
@@ -62,7 +62,7 @@ class Background:
             done.set_exception(RuntimeError(result))
 
     def _execute(self, task: bytes) -> tuple[bool, Any] | None:
-        """Return the answer of the process to a task; None if the process ends before."""
+        """Send a task to the separate process, and return the answer; None if the process has ended."""
         if self._closed:
             return None
         if self._process is None:
@@ -74,7 +74,7 @@ class Background:
             stdin.write(task)
             stdin.flush()
             answer: tuple[bool, Any] = pickle.load(stdout)  # noqa: S301  # our own process
-        except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # ended, or closed by `close`
+        except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # the separate process has ended
             self._end()
             return None
         return answer
@@ -98,11 +98,11 @@ def _started() -> "subprocess.Popen[bytes]":
 
 
 def work() -> None:
-    """Execute tasks until the end of standard input: the main function of the process."""
+    """Execute tasks from standard input until its end.  The main function of the separate process."""
     with suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, and the server's end ends this process
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, which then ends this process
     tasks, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # printed text must not mix with the answers
+    os.dup2(2, 1)  # text printed by a task must not mix with the answers
     with suppress(EOFError, BrokenPipeError):
         while True:
             function, given, named = pickle.load(tasks)  # noqa: S301  # from our own parent process

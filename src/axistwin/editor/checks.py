@@ -24,7 +24,7 @@ _kept: dict[str, tuple[str, list[Diagnostic]]] = {}
 
 
 class Snapshot(NamedTuple):
-    """A document at one moment."""
+    """A copy of a document in the editor, with its version."""
 
     uri: str
     source: str
@@ -34,12 +34,12 @@ class Snapshot(NamedTuple):
 
     @property
     def text(self) -> Text:
-        """The document's text."""
+        """The text of the document, with its language support."""
         return Text(TextDocument(self.uri, self.source, position_codec=PositionCodec(self.encoding)))
 
 
 def notification(snapshot: Snapshot) -> bytes:
-    """Check a document, and return the message that publishes the findings."""
+    """Check a document, and return the protocol message that sends the findings to the editor."""
     text = snapshot.text
     listed = [_too_long(text)] if text.too_long else [_diagnostic(text, each) for each in _checked(snapshot.uri, text)]
     params = lsp.PublishDiagnosticsParams(snapshot.uri, listed, snapshot.version)
@@ -47,7 +47,10 @@ def notification(snapshot: Snapshot) -> bytes:
 
 
 def actions(snapshot: Snapshot, wanted: lsp.Range) -> list[lsp.CodeAction]:
-    """Return the fixes of the findings in a range; the findings of the last check are used if the text is the same."""
+    """Return the fixes for all findings in a range of a document.
+
+    If the text has not changed, the findings of the last check are used.
+    """
     text = snapshot.text
     if text.too_long:
         return []
@@ -58,7 +61,10 @@ def actions(snapshot: Snapshot, wanted: lsp.Range) -> list[lsp.CodeAction]:
 
 
 def diagnose(text: Text) -> list[Diagnostic]:
-    """Return the findings in a document.  A TOML file without [[controller]] is not a scene."""
+    """Check a document, and return its errors and warnings.
+
+    A TOML file without [[controller]] is not a scene.
+    """
     if text.editing is None:
         return []
     if text.suffix == SCENE:

@@ -27,11 +27,14 @@ class Commands:
         self.names = {name_of(command): command for command in made.commands if isinstance(command, Opcode)}
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the command on a line; the parameter at this place is emphasised."""
+        """Return the meaning of the command on a line; the parameter under the cursor is emphasised."""
         return self.hover_at(_command(lines[line - 1]), at)
 
     def hover_at(self, text: str, at: int, offset: int = 0) -> Hover | None:
-        """Return the meaning of a command that begins at column `offset`; the parameter at `at` is emphasised."""
+        """Return the meaning of a command; the parameter at the index `at` is emphasised.
+
+        `offset`: column at which the command begins.
+        """
         listed = list(words(text))
         here = next((number for number, (begin, end) in enumerate(listed) if begin <= at <= end), None)
         command = self._first_command(text)
@@ -41,14 +44,17 @@ class Commands:
         return Hover(explain(command, self._parameter(command, text, here)), offset + begin, offset + end)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands that the board accepts here, or the values of a parameter with few values."""
+        """Return the commands that the board accepts next, or the possible values of a parameter."""
         text = lines[line - 1][:at]
         if ";" in text or text.lstrip().startswith(("+", "!")):
             return []
         return self.complete_at(text, partial(self._session, lines[: line - 1]))
 
     def complete_at(self, text: str, session: Callable[[], Session]) -> list[Item]:
-        """Return the completions of an incomplete command; `session` returns the commands sent before."""
+        """Return the completions for an incomplete command.
+
+        `session` returns the commands that were sent before.
+        """
         given = text.split()
         number = len(given) - (not text.endswith((" ", "\t")) and bool(given))
         if number == 0:
@@ -58,7 +64,7 @@ class Commands:
         return _values(fields[number - 1]) if number <= len(fields) else []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the sequences with their commands, and the defined moves."""
+        """Return the sequences of a program with their commands, and its move definitions."""
         found: list[Symbol] = []
         defining: tuple[int, str, list[Symbol]] | None = None
         for number, line in enumerate(lines, start=1):
@@ -81,13 +87,13 @@ class Commands:
         return found
 
     def is_modal(self, line: str) -> bool:
-        """Return True for a modal command, and for an action such as `! power off`."""
+        """True for a line with a modal command or with an action such as `! power off`."""
         text = line.partition(";")[0]
         command = self._first_command(text)
         return text.lstrip().startswith("!") or (command is not None and command.opcode in MODAL)
 
     def _first_command(self, text: str) -> Opcode | None:
-        """Return the command at the beginning of a text; None if there is none."""
+        """Return the command at the beginning of a text; None if the text begins with anything else."""
         first = (text.split() or [""])[0]
         if first in self.names:
             return self.names[first]
@@ -95,7 +101,7 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter that the word with index `here` contains; a hex word can contain several."""
+        """Return the parameter in the word with the index `here`; None if this word contains no parameter."""
         given = text.split()
         if given[0] in self.names:
             fields = _written(command)
@@ -108,7 +114,7 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return the session of the modal commands in these lines, which decide what the board accepts next."""
+        """Return a session with the modal commands of the previous lines; it decides which commands are valid next."""
         codec = codec_of(self.made)
         lines = [line if self.is_modal(line) else "" for line in lines]
         acts, _ = read_acts(lines, self.suffix, codec)
@@ -122,12 +128,12 @@ def _command(line: str) -> str:
 
 
 def _written(command: Opcode) -> list[Number]:
-    """Return the parameters that the user writes after a command's name; fixed bytes are left out."""
+    """Return the parameters that the user writes after the name of a command."""
     return [each for each in command.fields if not isinstance(each, DontCare)]
 
 
 def _values(parameter: Number) -> list[Item]:
-    """Return all values of a parameter as completions; [] for a parameter with many values."""
+    """Return the possible values of a parameter as completions; an empty list for a numeric parameter."""
     if isinstance(parameter, Switch):
         listed = list(SWITCHES)
     elif isinstance(parameter, Ranges):

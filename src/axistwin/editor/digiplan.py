@@ -19,27 +19,30 @@ class CommandLines:
     """Language support for `.if1` files, in which each line is a message, a `+` line, a `!` line or a comment."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the command at this place."""
+        """Return the meaning of the command at a place in the text."""
         return hover(_message(lines[line - 1]), at)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands that may follow the text before this place."""
+        """Return the commands that may follow at a place in the text."""
         text = lines[line - 1][:at]
         return [] if ";" in text or _message(text) != text else following(text)
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the sequences and their steps."""
+        """Return the sequences of a program, with their steps."""
         return [s for number, line in enumerate(lines, 1) for s in sequences(_message(line), number)]
 
 
 def _message(line: str) -> str:
-    """Return the message in a line; "" for a `+` or `!` line."""
+    """Return the message to the IF1 in a line; "" for a `+` line or a `!` line."""
     words = line.partition(";")[0]
     return "" if words.lstrip().startswith(("+", "!")) else words
 
 
 def hover(text: str, at: int, offset: int = 0) -> Hover | None:
-    """Return the meaning of the command at an index into a message; the message begins at column `offset`."""
+    """Return the meaning of the command at the index `at` of a message.
+
+    `offset`: column at which the message begins.
+    """
     if not 0 <= at < len(text):
         return None
     begin = at
@@ -52,7 +55,7 @@ def hover(text: str, at: int, offset: int = 0) -> Hover | None:
 
 
 def following(text: str) -> list[Item]:
-    """Return the commands that may follow an incomplete message."""
+    """Return the commands that may follow an incomplete message of an IF1."""
     return [item(command, str(command.code)) for command in COMMANDS if _may_follow(text, command)]
 
 
@@ -71,7 +74,7 @@ def _is_valid_after(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """Yield the sequence of a message with its steps; nothing if the message is not a sequence."""
+    """Yield the sequence that a message defines, with its steps; nothing for another message."""
     if not text.lstrip().startswith(":"):
         return
     message = parse(text.rstrip(), COMMANDS)

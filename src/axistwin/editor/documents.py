@@ -23,7 +23,7 @@ _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", 
 
 
 class Text:
-    """A document with its current text in the editor."""
+    """A document with its present text in the editor."""
 
     def __init__(self, document: TextDocument) -> None:
         self.document = document
@@ -31,7 +31,7 @@ class Text:
         self.suffix = self.path.suffix.lower()
         try:
             self.text = document.source.translate(_ODD_ENDS)
-        except (OSError, UnicodeDecodeError):  # the document has been closed, and its file cannot be read
+        except (OSError, UnicodeDecodeError):  # the document is closed, and its file cannot be read
             self.text = ""
         self.lines = self.text.splitlines() or [""]
         if self.text.endswith(("\n", "\r")):
@@ -39,7 +39,7 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """The language support for this kind of text; None if there is none, or if the text is too long."""
+        """The language support for this kind of file; None for other files and for too long texts."""
         if self.too_long:
             return None
         match self.suffix:
@@ -57,22 +57,22 @@ class Text:
 
     @property
     def too_long(self) -> bool:
-        """True if the text is too long for checking during typing."""
+        """True if the text is too long to be checked while the user types."""
         return len(self.text) > LIMIT
 
     def position(self, line: int, column: int) -> lsp.Position:
-        """Convert a line and a column, both from 1, to a position of the protocol."""
+        """Convert a line and a column, both from 1, to a position in the Language Server Protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # for ASCII lines this is exact, and the codec is slow for long lines
+            return here  # an ASCII line needs no conversion, which would be slow for long lines
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:
-        """Convert two places (line and column from 1) to a range of the protocol."""
+        """Convert two places, each a line and a column from 1, to a range in the Language Server Protocol."""
         return lsp.Range(self.position(*begin), self.position(*end))
 
     def at(self, position: lsp.Position) -> tuple[int, int]:
-        """Convert a position of the protocol to a line from 1 and an index into that line."""
+        """Convert a position in the Language Server Protocol to a line from 1 and an index into that line."""
         here = self.document.position_codec.position_from_client_units(self.lines, position)
         line = min(here.line, len(self.lines) - 1)
         return line + 1, min(here.character, len(self.lines[line]))

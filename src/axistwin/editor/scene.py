@@ -32,7 +32,7 @@ class Scenes:
     """Language support for scenes (`.toml` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of a key or a table."""
+        """Return the meaning of the key or the table under the cursor."""
         word = next((m for m in _KEY.finditer(lines[line - 1]) if m.start() <= at <= m.end()), None)
         header = _HEADER.match(lines[line - 1])
         if word is None:
@@ -47,7 +47,7 @@ class Scenes:
         return Hover(f"**{path[-1]}** {_description(found)}", word.start(), until)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at a place: tables, keys, or values of a key."""
+        """Return the completions at a place in a scene: tables, keys, or values of a key."""
         text = lines[line - 1][:at]
         if "#" in text:
             return []
@@ -71,12 +71,12 @@ class Scenes:
         return [Item(name, "key", _description(node)) for name, node in _node(path, model).items()]
 
     def file(self, lines: list[str], line: int, at: int) -> str | None:
-        """Return the file name at this place, as written in the scene."""
+        """Return the file name under the cursor, as written in the scene."""
         found = next((m for m in _FILE.finditer(lines[line - 1]) if m.start() <= at <= m.end()), None)
         return None if found is None else found[1]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the tables of the file; a controller's table is listed under its name."""
+        """Return the tables of the scene file; the table of a controller gets the controller's name."""
         headers = [(number, found["path"]) for number, line in enumerate(lines, 1) if (found := _HEADER.match(line))]
         last = len(lines) + 1, ""
         return [_symbol(lines, begin, end, path) for (begin, path), (end, _) in pairwise([*headers, last])]
@@ -95,7 +95,7 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the path of the table that contains a line."""
+    """Return the keys of the table that contains a line of a scene."""
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -115,11 +115,8 @@ def _model(lines: list[str], line: int) -> str:
     return ""
 
 
-# The schema
-
-
 def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
-    """Return the keys that the table at this path allows, each with its schema."""
+    """Return the keys that are allowed in the table `path`, each with its JSON Schema."""
     schema = scene_schema()
     if path[:2] == ["controller", "options"] and len(path) == 2 and model:
         return _options(model)
@@ -136,7 +133,7 @@ def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
 
 @cache
 def _options(model: str) -> dict[str, dict[str, Any]]:
-    """Return the options of a model, with their docstrings from the dataclass."""
+    """Return the options of a controller model, with their docstrings as descriptions."""
     made = product(model).options
     (body,) = (node.body for node in ast.parse(dedent(inspect.getsource(made))).body if isinstance(node, ast.ClassDef))
     docs = {
@@ -149,7 +146,7 @@ def _options(model: str) -> dict[str, dict[str, Any]]:
 
 
 def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str, Any]:
-    """Return the schema of a key's value, or of the elements of a list."""
+    """Return the JSON Schema for the value of a key; for a list, the schema of its elements."""
     node = _resolved(schema, node)
     found = node.get("properties", {}).get(part) or node.get("additionalProperties")
     found = _resolved(schema, found) if isinstance(found, dict) else {}
@@ -158,7 +155,7 @@ def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str,
 
 
 def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema that a node refers to; of several alternatives, return the first table."""
+    """Return the definition to which a node of the JSON Schema refers; of several alternatives, the first table."""
     if "$ref" in node:
         return dict(schema["$defs"][node["$ref"].rpartition("/")[2]])
     choices = node.get("anyOf") or node.get("oneOf") or []
@@ -171,7 +168,7 @@ def _description(node: dict[str, Any]) -> str:
 
 
 def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
-    """Yield the possible values of a key, in quotes unless the user has typed the opening quote."""
+    """Yield the possible values of a key, in quotes unless the user has typed a quote."""
     if node.get("type") == "boolean":
         yield from ("true", "false")
         return
@@ -180,7 +177,7 @@ def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: 
 
 
 def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Iterator[str]:
-    """Yield the texts that are possible as the value of a key."""
+    """Yield the possible values of a key, without quotes."""
     if key == "model" and "enum" not in node:
         yield from FAMILIES
     elif key in TERMINAL_KEYS:
@@ -197,7 +194,10 @@ def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Itera
 
 
 def _spots(lines: list[str], line: int) -> Iterator[str]:
-    """Yield the places that a fault can affect; only the possible places if the kind of fault is known."""
+    """Yield the names of the parts of a scene that a fault can affect.
+
+    If the kind of fault is known, only the parts for this kind.
+    """
     kind = KINDS.get(_value_in_table(lines, line, _KIND))
     for name, model in _controllers(lines):
         named = {
@@ -212,7 +212,7 @@ def _spots(lines: list[str], line: int) -> Iterator[str]:
 
 
 def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
-    """Return the value that a pattern finds in the table that contains a line."""
+    """Search the table around a line for a pattern; return the value that the pattern contains."""
     begin = next((n for n in range(line, 0, -1) if lines[n - 1].lstrip().startswith("[")), 0)
     for each in lines[begin:]:
         if each.lstrip().startswith("["):
@@ -223,7 +223,7 @@ def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> st
 
 
 def _controllers(lines: list[str]) -> Iterator[tuple[str, str]]:
-    """Yield the name and the model of each controller in the file."""
+    """Yield the name and the model of each controller in the scene."""
     for number, line in enumerate(lines, start=1):
         if re.match(r"\s*\[\[\s*controller\s*\]\]", line) and (model := _model(lines, number)):
             end = next(

@@ -54,11 +54,11 @@ class Server(LanguageServer):
         self._checks: dict[str, asyncio.Task[None]] = {}
 
     def text(self, uri: str) -> Text:
-        """Return the document with its current text."""
+        """Return a document with its present text in the editor."""
         return Text(self.workspace.get_text_document(uri))
 
     def publish(self, uri: str) -> None:
-        """Check a document in the background, and publish the diagnostics unless the text changes meanwhile."""
+        """Check a document in the background, and send its diagnostics unless the text has changed."""
         self._cancel(uri)
         self._checks[uri] = asyncio.get_running_loop().create_task(self._publish(uri))
 
@@ -68,12 +68,12 @@ class Server(LanguageServer):
         self.protocol.writer.write(b"Content-Length: %d\r\n\r\n%s" % (len(message), message))
 
     def publish_soon(self, uri: str) -> None:
-        """Send the diagnostics of a document after a pause in typing."""
+        """Check a document after a pause in typing, and send its diagnostics to the editor."""
         self._cancel(uri)
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE_S, self.publish, uri)
 
     async def actions(self, uri: str, wanted: lsp.Range) -> list[lsp.CodeAction]:
-        """Return the fixes of the diagnostics in a range."""
+        """Return the fixes for all diagnostics in a range of a document."""
         return await self._background.run(checks.actions, self._snapshot(uri), wanted)
 
     def close_document(self, uri: str) -> None:
@@ -82,7 +82,7 @@ class Server(LanguageServer):
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
     def shutdown(self) -> None:
-        """End the checks, and the server."""
+        """End the background process, and then the server."""
         self._background.close()
         super().shutdown()  # type: ignore[no-untyped-call]
 
@@ -110,7 +110,7 @@ def make() -> Server:
 
 
 def _load_languages(server: Server) -> None:
-    """Load what the first completion of each kind needs, so that this completion is as fast as the later ones."""
+    """Compute one completion for each kind of file, because the first completion is slow."""
     for name, lines in EXAMPLES.items():
         text = Text(TextDocument(f"file:///{name}", lines))
         server.protocol._converter.unstructure(_completions(text, len(text.lines), len(text.lines[-1])))
@@ -125,7 +125,7 @@ def did_open(server: Server, params: lsp.DidOpenTextDocumentParams) -> None:
 
 
 def did_change(server: Server, params: lsp.DidChangeTextDocumentParams) -> None:
-    """Handle an edit."""
+    """Handle a change of a document's text."""
     server.publish_soon(params.text_document.uri)
 
 
@@ -135,7 +135,7 @@ def did_close(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
 
 
 def shutdown(server: Server, _: None) -> None:
-    """Handle the request to shut down: the editor will send `exit` next."""
+    """Handle the request `shutdown`, after which the editor sends `exit`."""
     server.asked_to_end = True
 
 
@@ -165,7 +165,7 @@ def _completions(text: Text, line: int, at: int) -> lsp.CompletionList:
 
 
 def _item(item: Item, number: int) -> lsp.CompletionItem:
-    """Return a completion; completions are sorted in the order of the manual."""
+    """Convert a completion to the protocol; completions are sorted in the order of the manual."""
     documentation = lsp.MarkupContent(lsp.MarkupKind.Markdown, item.text) if item.text else None
     return lsp.CompletionItem(
         item.label,
@@ -191,12 +191,12 @@ def _symbol(text: Text, symbol: Symbol) -> lsp.DocumentSymbol:
 
 
 async def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-    """Return the fixes of the diagnostics in a range."""
+    """Handle the request for the fixes in a range of a document."""
     return await server.actions(params.text_document.uri, params.range)
 
 
 def definition(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
-    """Return the place of a label, or the file that a scene names."""
+    """Return the place where a label is defined, or the file whose name is under the cursor."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     editing = text.editing
@@ -210,7 +210,7 @@ def definition(server: Server, params: lsp.DefinitionParams) -> lsp.Location | N
 
 
 def references(server: Server, params: lsp.ReferenceParams) -> list[lsp.Location]:
-    """Return the places of a label and of the statements that call the label."""
+    """Return the places where a label is defined and called."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     editing = text.editing

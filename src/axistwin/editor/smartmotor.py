@@ -35,13 +35,19 @@ ARRAYS = ("ab", "aw", "al")
 
 @lru_cache(maxsize=LINES)
 def parsed(line: str) -> tuple[tuple[Statement, int, int], ...]:
-    """Return each statement of a line with its begin and its end.  A statement never continues on the next line."""
+    """Return the statements of a line, each with its start and end index.
+
+    A statement never continues on the next line.
+    """
     return tuple((read(line[begin:end]), begin, end) for begin, end in statements(line))
 
 
 @dataclass(frozen=True)
 class Outline:
-    """The parts of a line that completion uses.  The statements are not read, because a text has thousands of lines."""
+    """The labels, variables and block keywords of a line, which completion needs.
+
+    The statements are not read, because a text has thousands of lines.
+    """
 
     labels: tuple[tuple[int, int], ...]
     """Each label that the line defines, with its column from 1."""
@@ -52,26 +58,26 @@ class Outline:
 
 @lru_cache(maxsize=LINES)
 def outline(line: str) -> Outline:
-    """Return the outline of a line."""
+    """Return the labels, variables and block keywords of a line."""
     text = _QUIET.sub(_blanks, line) if "'" in line or '"' in line else line
     labels = tuple((digits(each), m.start() + 1) for m in _LABEL.finditer(text) if word(each := read(m[0])) == "Cn")
     return Outline(labels, frozenset(m[0] for m in _USED.finditer(text)), tuple(_PART.findall(text)))
 
 
 def _blanks(found: re.Match[str]) -> str:
-    """Replace the characters of a string or a comment; a blank would end a statement."""
+    """Return a string as dots, or a comment as blanks, with the same number of characters."""
     return ("." if found[0].startswith('"') else " ") * len(found[0])
 
 
 @dataclass(frozen=True)
 class Source:
-    """A SmartMotor program and the place of each of its statements."""
+    """The lines of a SmartMotor program, with functions that find statements and labels."""
 
     lines: tuple[str, ...]
 
     @cached_property
     def labels(self) -> dict[int, tuple[int, int]]:
-        """Line and column of each label; for a repeated label, the first place."""
+        """Line and column of each label in the program; for a repeated label, its first place."""
         found: dict[int, tuple[int, int]] = {}
         for number, line in enumerate(self.lines, start=1):
             for label, column in outline(line).labels:
@@ -79,17 +85,17 @@ class Source:
         return found
 
     def statement(self, line: int, at: int) -> tuple[Statement, int] | None:
-        """Return the statement at a place, and its begin in the line."""
+        """Return the statement at a place in the program, and its start index in the line."""
         listed = parsed(self.lines[line - 1])
         return next(((each, begin) for each, begin, end in listed if begin <= at <= end), None)
 
     def label_at(self, line: int, at: int) -> int | None:
-        """Return the number of the label that the statement at a place defines or calls."""
+        """Return the number of the label that the statement at a place defines or calls; None for other statements."""
         found = self.statement(line, at)
         return digits(found[0]) if found is not None and word(found[0]) in LABELLED else None
 
     def open_blocks(self, line: int, at: int) -> list[str]:
-        """Return the IF, WHILE and SWITCH blocks that enclose a place, innermost last."""
+        """Return the IF, WHILE and SWITCH blocks around a place in the program, the innermost block last."""
         blocks: list[str] = []
         before = (keyword for text in self.lines[: line - 1] for keyword in outline(text).parts)
         here = (word(each) for each, _, end in parsed(self.lines[line - 1]) if end < at)
@@ -105,7 +111,7 @@ class SourceEditing:
     """Language support for SmartMotor programs (`.sms` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the command, the value or the label at this place."""
+        """Return the meaning of the command, value or label at a place in the program."""
         source = Source(tuple(lines))
         found = source.statement(line, at)
         if found is None:
@@ -114,7 +120,7 @@ class SourceEditing:
         return hover(statement.text, at - begin, begin, source)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands, values, variables or labels that are valid at this place."""
+        """Return the commands, values, variables or labels that are valid at a place in the program."""
         text = lines[line - 1][:at]
         source = Source(tuple(lines))
         return [] if _COMMENT.match(text) else following(text, source, source.open_blocks(line, at))
@@ -138,7 +144,7 @@ class SourceEditing:
         ]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the labels of a program as named parts; each part ends at the next label."""
+        """Return the labels of a program, each with the lines up to the next label."""
         source = Source(tuple(lines))
         listed = sorted((place, label) for label, place in source.labels.items())
         last = (len(lines), len(lines[-1]) + 1), -1
@@ -154,7 +160,10 @@ class SourceEditing:
 
 
 def hover(text: str, at: int, offset: int = 0, source: Source | None = None) -> Hover | None:
-    """Return the meaning of the word at an index into a statement; the statement begins at column `offset`."""
+    """Return the meaning of the word at the index `at` of a statement.
+
+    `offset`: column at which the statement begins.
+    """
     command = read(text).command
     name = next((m for m in _NAME.finditer(text) if m.start() <= at < m.end() or at == m.end() == len(text)), None)
     in_operands = command is None or (name is not None and name.start() >= len(_keyword(command)))
@@ -179,7 +188,7 @@ def _where(text: str, source: Source) -> str:
 
 
 def _keyword(command: Instruction) -> str:
-    """Return the letters of a command's code, without the operands."""
+    """Return the keyword of a command, without placeholders for operands."""
     if command.form is Form.VARIABLE:
         return ""
     return re.split(r"[\[(…]|(?<=.)n\Z|pc?\Z", str(command.code))[0]
@@ -195,7 +204,10 @@ def _description(variable: Variable) -> str:
 
 
 def following(text: str, source: Source, blocks: list[str] | None) -> list[Item]:
-    """Return the completions of an incomplete line; `blocks`: the enclosing blocks, None for a host's line."""
+    """Return the completions for an incomplete line of a program.
+
+    `blocks`: the blocks around the line; None for a line that a host sends.
+    """
     last = re.split(r"[ \t]", text)[-1]
     before = text[: len(text) - len(last)].split()
     call = next((word for word in CALLS if last.startswith(word)), None)
@@ -213,7 +225,7 @@ def _values() -> Iterator[Item]:
 
 
 def _variables(source: Source) -> Iterator[Item]:
-    """Yield the variables used by the program, and the arrays."""
+    """Yield completions for the variables that the program uses, and for the arrays."""
     yield from (Item(name, "variable") for name in _names(source))
     yield from (Item(f"{array}[", "variable", str(COMMANDS.get(f"{array}[]=").name)) for array in ARRAYS)  # type: ignore[union-attr]
 
@@ -242,7 +254,7 @@ def _is_allowed(command: Instruction, blocks: list[str] | None) -> bool:
 
 
 def _written(command: Instruction) -> str:
-    """Return the text to insert for a command, without its operands."""
+    """Return the text that a completion inserts for a command, without operands."""
     match command.form:
         case Form.CALL | Form.ITEMS:
             return str(command.code).removesuffix(")")

@@ -32,7 +32,7 @@ class Conversations:
     """Language support for conversations (`.talk` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of data, of a pin or axis, or of the character at the beginning of the line."""
+        """Return the meaning of the word under the cursor: a command, a pin, an axis, or the first character."""
         found = _LINE.match(lines[line - 1])
         if found is None:
             return None
@@ -45,7 +45,7 @@ class Conversations:
         return _data_hover(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at a place: first characters of a line, commands, pins and axes, or levels."""
+        """Return the completions at a place in a conversation, e.g. commands, pins or levels."""
         text = lines[line - 1][:at]
         found = _LINE.match(text)
         if found is None:
@@ -63,7 +63,7 @@ class Conversations:
         return []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the sequences sent by the host."""
+        """Return the sequences that the host sends in a conversation."""
         made = _product(lines)
         if made is None or FAMILIES[made.model] != "digiplan":
             return []
@@ -76,12 +76,12 @@ def _product(lines: list[str]) -> Product | None:
 
 
 def _masked(text: str) -> str:
-    """Replace escape sequences by blanks of the same length, so that columns do not change."""
+    """Replace each escape sequence by blanks, and keep the length of the text."""
     return _ESCAPE.sub(lambda found: " " * len(found[0]), text)
 
 
 def _pieces(text: str) -> Iterator[tuple[int, str]]:
-    """Yield each message in a line with the index of its first character."""
+    """Yield each message in a line, with the index at which the message begins."""
     begin = 0
     for end in _END.finditer(text):
         yield begin, _masked(text[begin : end.start()])
@@ -110,7 +110,7 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the session of the modal commands that the host has sent to the controller `name`."""
+    """Return a session with the modal commands that the host has sent to the controller `name`."""
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
     listed = [session for host in sessions(acts, lines, ".talk", codec) for session in host]
@@ -136,14 +136,14 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names that are valid after `!` and after `=` for a model, and the pins of the model."""
+    """Return the names that a conversation with a model accepts after `!` and after `=`, and the model's pins."""
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
     return {"!": acts, "=": asked, "pins": tuple(controller.pins)}
 
 
 def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
-    """Return the names; replace a name that contains AXIS by one name for each axis."""
+    """Return `names`, but instead of a name that contains AXIS, one name for each axis."""
     listed = list(axes)
     return tuple(
         each

@@ -5,7 +5,7 @@ _STEP = 0x9E3779B97F4A7C15
 
 
 class Chance:
-    """A sequence of pseudo-random numbers; the seed is 0 or more."""
+    """A generator of pseudo-random numbers; its seed is 0 or more."""
 
     def __init__(self, seed: int) -> None:
         self._state = seed & _MASK

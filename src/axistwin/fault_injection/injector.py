@@ -28,7 +28,7 @@ Listener = Callable[["Fault", str], None]
 
 
 class State(Enum):
-    """The state of a fault."""
+    """The state of a fault: waiting, on or over."""
 
     WAITING = "waiting"
     ON = "on"
@@ -48,9 +48,9 @@ class Terms:
     here: str = ""
 
     def __post_init__(self) -> None:
-        for what, given in (("at", self.at), ("duration", self.duration)):
+        for key, given in (("at", self.at), ("duration", self.duration)):
             if given is not None:
-                _check_seconds(what, given)
+                _check_seconds(key, given)
         if type(self.nth) is not int or self.nth < 1:
             raise UsageError(f"nth={self.nth!r}: expected a whole number, 1 or more")
         if self.seed is not None and type(self.seed) is not int:
@@ -83,7 +83,7 @@ class Fault:
         """End the fault.  A waiting fault is cancelled; a finished fault stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # a subscriber has ended the fault during its beginning
+            if self._mend is None:  # a subscriber called `mend` before the fault had fully begun
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -91,7 +91,7 @@ class Fault:
             self._faults.changes.emit(self, "ends")
         self.state = State.OVER
 
-    # Functions that `Faults` calls
+    # Internal methods of a fault, which only the class `Faults` calls
 
     def _begin(self, duration_ns: int | None) -> None:
         if self.state is not State.WAITING:
@@ -110,7 +110,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return kind and values of all other active faults on the same part."""
+        """Return the kind and the values of each other active fault on the part that this fault affects."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -119,7 +119,7 @@ class Fault:
             self.mend()
 
     def _over(self) -> None:
-        """Handle the end of a fault that has ended without `mend`."""
+        """Report the end of a fault that ends by itself, without a call of `mend`."""
         if self.on:
             self.state = State.OVER
             self._faults.changes.emit(self, "ends")
@@ -146,7 +146,7 @@ class Faults:
     def __getitem__(self, name: str) -> Fault:
         """Return the fault of this name.  Raises UsageError if there is none."""
         if name not in self._those:
-            raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
+            raise UsageError(f"no fault {name!r} on this bench: there are {', '.join(self.names) or 'none'}")
         return self._those[name]
 
     @property
@@ -177,7 +177,10 @@ class Faults:
         return self.plan(kind, on, Terms(name, at, when, nth, duration, seed, here), parameters)()
 
     def plan(self, kind: str, on: str, terms: "Terms", parameters: Mapping[str, Any]) -> Callable[[], Fault]:
-        """Check a fault now, and return a function that adds it.  Arguments and errors as in `add`."""
+        """Check the arguments of a fault, and return a function that adds the fault.
+
+        The arguments and errors are those of `add`.
+        """
         chosen = kind_of(kind)
         spot = self.spot(chosen, on, terms.here)
         chosen.check(spot)
@@ -189,7 +192,7 @@ class Faults:
 
         def do() -> Fault:
             if terms.at is not None and to_ns(terms.at) < (now_ns := self.world.clock.now):
-                raise UsageError(f"at={terms.at:g} has passed: the time is {to_seconds(now_ns):g} s")
+                raise UsageError(f"at={terms.at:g} has passed: expected {to_seconds(now_ns):g} s or later")
             fault = Fault(self, self._free_name(terms.name, kind), chosen, spot, values, terms.seed)
             self._those[fault.name] = fault
             self._start(fault, arm, terms)
@@ -198,23 +201,22 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Parse the event `when`; return its trigger, or None without an event.  Raises UsageError."""
+        """Return the trigger for an event such as "X passes 1000"; None without an event.  Raises UsageError."""
         return None if when is None else triggers.read(when, self.world, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
-        """Return the part of the bench (spot) that a fault of this kind shall affect.  Raises UsageError."""
+        """Return the part of the bench that a fault of this kind affects.  Raises UsageError for a wrong part."""
         found = self.spots(kind.on, here)
         if not on and here in found:
             on = here
         if not on:
             example = kind.on.value.partition(",")[0]
-            raise UsageError(
-                f"fault {kind.name} acts on {with_article(THINGS[kind.on])}: expected its name, e.g. {example}"
-            )
+            thing = with_article(THINGS[kind.on])
+            raise UsageError(f"fault {kind.name} has no place: expected the name of {thing}, e.g. {example}")
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return all parts of the bench (spots) of this type, each under all of its valid names."""
+        """Return all parts of the bench with the type `on`, e.g. all axes, under each of their valid names."""
         return places.names(PLACES[on](self.world), here)
 
     def mend(self, name: str) -> None:
@@ -224,7 +226,7 @@ class Faults:
         """
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":
-            raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
+            raise UsageError(f"no fault {name!r} on this bench: there are {', '.join(self.names) or 'none'}")
         for fault in those:
             fault.mend()
 
@@ -256,11 +258,11 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a run does not wait for this event
+            clock.background += 1  # a run until idle does not wait for the start of a fault
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End an earlier fault of the same kind on the same part, except on a line, which can have several."""
+        """End the active fault of the same kind on the same part; only a serial line can have several."""
         if fault.kind.on is On.LINE or fault.state is not State.WAITING:
             return
         for other in self:
@@ -270,31 +272,31 @@ class Faults:
     def _free_name(self, wanted: str | None, kind: str) -> str:
         taken = {name for name, fault in self._those.items() if fault.state is not State.OVER}
         if wanted is not None and wanted in taken:
-            raise UsageError(f"there is a fault {wanted!r} already: mend it, or choose another name")
+            raise UsageError(f"there is a fault {wanted!r} already: end that fault, or choose another name")
         name = wanted or free_name(kind, taken)
         self._those.pop(name, None)
         return name
 
 
 def free_name(kind: str, taken: Collection[str]) -> str:
-    """Return the default name of a fault of this kind."""
+    """Return the default name of a fault: its kind, or e.g. `lose-2` if the name `lose` is taken."""
     candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
     return next(name for name in candidates if name not in taken)
 
 
-def _check_seconds(what: str, given: float) -> None:
+def _check_seconds(key: str, given: float) -> None:
     if isinstance(given, bool) or not 0 <= given < float("inf"):
-        raise UsageError(f"{what}={given!r}: expected seconds, 0 or more")
+        raise UsageError(f"{key}={given!r}: expected seconds, 0 or more")
     try:
         to_ns(given)
     except UsageError as error:
-        raise UsageError(f"{what}: {error}") from None
+        raise UsageError(f"invalid value of {key}: {error}") from None
 
 
 def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:
-    """Raise UsageError if a random effect has no seed, because a run must be repeatable."""
+    """Raise UsageError for a random fault without a seed, because runs must be repeatable."""
     chances: dict[str, Callable[[Any], bool]]
     chances = {"probability": lambda p: p < 1, "jitter": lambda s: s > 0, "mask": lambda bits: bits == 0}
     by_chance = (name for name, is_so in chances.items() if name in values and is_so(values[name]))
     if seed is None and (name := next(by_chance, None)):
-        raise UsageError(f"fault {kind.name}: {name}={values[name]:g} is random: expected a seed, e.g. seed=1")
+        raise UsageError(f"fault {kind.name} is random with {name}={values[name]:g}: expected a seed, e.g. seed=1")

@@ -40,7 +40,7 @@ KINDS = {
         Kind("handshake", On.LINE, "a control line is stuck", lines.handshake, (
             Parameter("line", Sort.WORD, "a control line of the device", words=CONTROL_LINES),
             Parameter("level", Sort.LEVEL, "the level", default=False)), check=lines.check_handshake),
-        # Faults of terminals
+        # Faults that affect a terminal
         Kind("stuck", On.PIN, "a switch or a pin stays at a level", machines.stuck, (
             Parameter("level", Sort.LEVEL, "the level", optional=False),)),
         Kind("bounce", On.PIN, "a switch bounces whenever it changes", machines.bounce, (
@@ -73,7 +73,7 @@ KINDS = {
             check=machines.check_push),
         Kind("drive_fault", On.AXIS, "the drive switches off and signals a fault", machines.drive_fault,
              check=machines.check_drive),
-        # Faults of controllers
+        # Faults that affect a whole controller
         Kind("overheat", On.CONTROLLER, "a SmartMotor's surroundings are hot", machines.overheat, (
             Parameter("celsius", Sort.NUMBER, "ambient temperature", "°C", 90.0, low=-40, high=150),),
             check=machines.check_motor),
@@ -96,5 +96,5 @@ def kind_of(name: str) -> Kind:
     if name in KINDS:
         return KINDS[name]
     close = get_close_matches(name, KINDS, n=1)
-    instead = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(KINDS)}"
-    raise UsageError(f"no fault {name!r}: {instead}")
+    suggestion = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(KINDS)}"
+    raise UsageError(f"no kind of fault {name!r}: {suggestion}")

@@ -26,11 +26,11 @@ def double(case: Case) -> Mend:
 
 
 def flip(case: Case) -> Mend:
-    """Fault: the data bits in `mask` are inverted; if `mask` is 0, a random bit is inverted."""
+    """Fault: the data bits of `mask` are inverted in each character; a `mask` of 0 inverts one random bit."""
     mask = case.values["mask"]
     if mask:
         return _some(case, disturbance.flip(mask))
-    chance = case.luck("which bit it is")
+    chance = case.luck("the inverted bit")
     return _some(case, lambda passage: disturbance.flip(1 << chance.below(8))(passage))
 
 
@@ -39,7 +39,7 @@ def late(case: Case) -> Mend:
     delay, jitter = to_ns(case.values["seconds"]), to_ns(case.values["jitter"])
     if not jitter:
         return _all(case, disturbance.delay(lambda: delay))
-    chance = case.luck("a jitter")
+    chance = case.luck("the jitter")
     return _all(case, disturbance.delay(lambda: delay + chance.below(jitter + 1)))
 
 
@@ -55,7 +55,7 @@ def baud(case: Case) -> Mend:
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        if host.baudrate == case.values["baudrate"]:  # restores the rate unless the host has changed it
+        if host.baudrate == case.values["baudrate"]:  # a rate that the host has set during the fault is kept
             host.baudrate = before
 
     return mend
@@ -70,7 +70,7 @@ def line_break(case: Case) -> Mend:
 
 
 def cut(case: Case) -> Mend:
-    """Fault: the wires are open; if both directions are open, the control lines are off, too."""
+    """Fault: the wires are open.  If both directions are open, the control lines are off, too."""
     mends = [line.sever() for line in _lines(case)]
     if case.values["way"] == "both":
         mends += [pin.hold(False) for pin in _port(case).control_lines.values()]
@@ -85,11 +85,11 @@ def handshake(case: Case) -> Mend:
 def check_handshake(spot: Spot) -> None:
     """Raise UsageError if the line has no control lines."""
     if spot.port is None or not spot.port.handshake:
-        raise UsageError(f"{spot.name} has no control lines")
+        raise UsageError(f"{spot.name} has no control lines: expected the line of an IF1 or IF2, e.g. if1.serial")
 
 
 def _some(case: Case, effect: Effect) -> Mend:
-    """Apply `effect` to a number of characters, to all characters, or to random characters."""
+    """Apply `effect` to some of the characters: a given number, all, or a random selection."""
     probability, count = case.values["probability"], case.values["count"]
     if count is None and probability == 1 and not case.lasts:
         count = 1

@@ -36,7 +36,7 @@ class Bounce:
         self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
-        """End the fault; the contact has the level of its source again."""
+        """End the fault of a bouncing contact, which then follows its source again."""
         self._unsubscribe()
         self._bouncing = False
         self._release()
@@ -50,7 +50,7 @@ class Bounce:
         self._case.clock.call_later(self._pause_ns(), lambda: self._swing(not level, left))
 
     def _swing(self, level: bool, left: int) -> None:
-        """Set the contact to `level`, and schedule the next of the `left` remaining changes."""
+        """Set a bouncing contact to `level`, and schedule its next change if more than one is left."""
         if not self._bouncing:
             return
         before, self._let_go = self._let_go, self._pin.hold(level)
@@ -89,12 +89,12 @@ NO_SWITCH = ("channel_z", "test_switch")
 
 
 def check_wire(spot: Spot) -> None:
-    """Raise UsageError if the terminal is no input, or has no defined level with an open wire."""
+    """Raise UsageError for an output, or for an input whose level with an open wire is not defined."""
     assert spot.pin is not None, "the fault is one of a pin"
     if not spot.pin.drivable:
-        raise UsageError(f"{spot.name} is an output: choose an input")
+        raise UsageError(f"{spot.name} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
-        raise UsageError(f"{spot.name} has no defined level with an open wire: use stuck")
+        raise UsageError(f"the level of {spot.name} with an open wire is not defined: use the fault stuck instead")
 
 
 def open_limit(case: Case) -> Mend:
@@ -106,16 +106,16 @@ def open_limit(case: Case) -> Mend:
 
 
 def check_limits(spot: Spot) -> None:
-    """Raise UsageError if the axis has no limit switches."""
+    """Raise UsageError if the controller has no limit inputs."""
     if spot.machine.product.limit_pins is None:
-        raise UsageError(f"{spot.name} has no limit inputs")
+        raise UsageError(f"{spot.name} has no limit inputs: expected another controller")
 
 
 # Encoders
 
 
 def encoder_slips(case: Case) -> Mend:
-    """Fault: the encoder turns on its shaft, once."""
+    """Fault: the encoder slips once on its shaft, by a number of counts."""
     _axis(case).encoder.slip(case.values["counts"])
     return ended
 
@@ -144,7 +144,7 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Combine all active encoder faults: multiply their ratios."""
+    """Set the encoder's count ratio to the product of the ratios of all active faults."""
     encoder = _axis(case).encoder
 
     def count(*own: Fraction) -> None:
@@ -161,7 +161,7 @@ def check_encoder(spot: Spot) -> None:
     if isinstance(spot.axis, ServoAxis):
         check_data_sheet(spot)
     elif spot.axis is not None:
-        _ = spot.axis.encoder  # raises the error for a missing encoder
+        _ = spot.axis.encoder  # `encoder` raises UsageError if the axis has no encoder
 
 
 def check_data_sheet(spot: Spot) -> None:
@@ -169,7 +169,7 @@ def check_data_sheet(spot: Spot) -> None:
     axis = spot.axis or next(iter(spot.machine.axes.values()))
     if isinstance(axis, ServoAxis) and axis.motor is None:
         raise UsageError(
-            f'{spot.name} has an ideal motor, on which this fault has no effect: expected a motor, e.g. motor="frame23"'
+            f'{spot.name} has an ideal motor, which has no such fault: expected a real motor, e.g. motor="frame23"'
         )
 
 
@@ -192,7 +192,7 @@ def load(case: Case) -> Mend:
 
 
 def push(case: Case) -> Mend:
-    """Fault: the load is displaced, once."""
+    """Fault: the load is displaced once, by a number of counts."""
     _axis(case).encoder.displace(case.values["counts"])
     return ended
 
@@ -204,7 +204,7 @@ def check_push(spot: Spot) -> None:
 
 
 def drive_fault(case: Case) -> Mend:
-    """Fault: the drive switches off and signals the fault, so that the motor has no torque."""
+    """Fault: the drive switches off, so that the motor has no torque, and signals the fault."""
     let_go = case.spot.machine.pins[_fault_pin(case.spot)].hold(False)
     return all_of([_axis(case).weaken(0.0), let_go])
 
@@ -217,15 +217,14 @@ def check_drive(spot: Spot) -> None:
 def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
     pins = spot.machine.product.drive_fault_pins
+    if not pins:
+        raise UsageError(f"{spot.machine.name} has no fault input for a drive: use the fault stall, jam or overheat")
     if name not in pins:
-        has = (
-            f"there are {', '.join(pins)}" if pins else "expected stall, jam or overheat for a motor with its own drive"
-        )
-        raise UsageError(f"{spot.machine.name} has no fault input for the drive of {name}: {has}")
+        raise UsageError(f"{spot.machine.name} has no fault input for the drive of {name}: there are {', '.join(pins)}")
     return pins[name]
 
 
-# Faults of controllers
+# Faults that affect a whole controller
 
 
 def overheat(case: Case) -> Mend:
@@ -261,7 +260,7 @@ def check_motor(spot: Spot) -> None:
 def _servo(spot: Spot) -> ServoAxis:
     axis = next((axis for axis in spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     if axis is None:
-        raise UsageError(f"{spot.name} is not a motor: expected a SmartMotor")
+        raise UsageError(f"{spot.name} is not a SmartMotor: expected the name of a SmartMotor")
     return axis
 
 

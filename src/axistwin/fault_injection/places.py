@@ -23,7 +23,7 @@ from axistwin.sim.serial_port import SerialPort
 
 
 class Machine(Protocol):
-    """Interface of a controller, as used by faults."""
+    """The part of a controller's interface that faults use."""
 
     name: str
     product: Product
@@ -32,51 +32,57 @@ class Machine(Protocol):
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Serial ports of the controller itself."""
+        """Serial ports of the controller, by name."""
 
     @property
     def bus(self) -> RegisterPort:
-        """Registers of the controller."""
+        """Register port of a controller on a bus."""
 
     @property
     def alarms(self) -> Alarms | None:
-        """Fault flags of the controller; None: the controller has no fault flags."""
+        """Fault flags of the controller; None for a controller without fault flags."""
 
     @property
     def programs(self) -> Mapping[str, Listing]:
         """Programs stored in the controller."""
 
     def subscribe_lines(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `callback` when a line of a program begins (`only`: this line).  Return an unsubscribe function."""
+        """Call `callback` when a program line begins.  Return an unsubscribe function.
+
+        `only`: the only line to report.
+        """
 
     def power(self, on: bool) -> None:
         """Switch the controller on or off."""
 
 
 class World(Protocol):
-    """Interface of a bench, as used by faults."""
+    """The part of a bench's interface that faults use."""
 
     clock: Clock
 
     @property
     def controllers(self) -> Mapping[str, Any]:
-        """The controllers by name; each is a `Machine`."""
+        """The controllers of the bench by name; each controller is a `Machine`."""
 
     @property
     def lines(self) -> Mapping[str, Any]:
-        """The lines that motors share, by name."""
+        """The serial lines that several motors share, by name."""
 
     @property
     def faults(self) -> Any:
-        """The fault injector."""
+        """The fault injector of the bench."""
 
     def port(self, name: str) -> SerialPort:
-        """Return the host's end of a line."""
+        """Return the serial port at which the host uses the line `name`."""
 
 
 @dataclass(frozen=True)
 class Spot:
-    """A part of the bench that a fault can affect; fields that do not apply to this part are None."""
+    """A part of the bench that a fault can affect, e.g. a pin or an axis.
+
+    Fields that do not apply to the part are None.
+    """
 
     name: str
     controller: Machine | None = None
@@ -86,7 +92,7 @@ class Spot:
 
     @property
     def machine(self) -> Machine:
-        """The controller to which the part belongs."""
+        """The controller to which this part of the bench belongs."""
         assert self.controller is not None
         return self.controller
 
@@ -125,7 +131,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return the parts of a bench by all of their names.
+    """Return each part of a bench under its full name and its short names.
 
     Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
     its serial port, or of its only part of this type.
@@ -142,10 +148,10 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
     return every
 
 
-def find(found: Mapping[str, Find], text: str, what: str) -> Spot:
-    """Return the part with this name.  Raises UsageError for an unknown name."""
-    if text in found:
-        return found[text]()
-    close = get_close_matches(text, found, n=1)
-    there = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(found) or 'none'}"
-    raise UsageError(f"no {what} {text!r} here: {there}")
+def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
+    """Return the part of the bench with this name.  Raises UsageError for an unknown name."""
+    if name in found:
+        return found[name]()
+    close = get_close_matches(name, found, n=1)
+    suggestion = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(found) or 'none'}"
+    raise UsageError(f"no {kind} {name!r} on this bench: {suggestion}")

@@ -25,7 +25,10 @@ TERMS: dict[str, Callable[[str], Any]] = {
 
 
 def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
-    """Parse the text of a fault; return a function that adds it.  `here`: the default controller."""
+    """Parse the text of a fault, e.g. `lose 3`; return a function that adds the fault to the bench.
+
+    `here`: the default controller.
+    """
     words = _split(text)
     if not words:
         raise UsageError("the fault is missing: expected a kind of fault, e.g. lose 3")
@@ -43,7 +46,7 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
 
 
 def name_in(text: str) -> str | None:
-    """Return the name of the fault in this text; None for a fault without a name and for an invalid text."""
+    """Return NAME if the text of a fault contains `name=NAME`; None otherwise, and for an invalid text."""
     try:
         words = _split(text)
     except UsageError:
@@ -52,7 +55,7 @@ def name_in(text: str) -> str | None:
 
 
 def write(fault: Fault) -> str:
-    """Return the text with which a conversation adds an equal fault that begins at once."""
+    """Return a fault as text for a conversation, which adds the same fault without a delay."""
     words = [fault.kind.name, fault.spot.name]
     words += [f"{name}={_shown(value)}" for name, value in fault.values.items() if value is not None]
     words += [f"seed={fault.seed}"] if fault.seed is not None else []
@@ -65,11 +68,11 @@ def _split(text: str) -> list[str]:
     try:
         return list(lexer)
     except ValueError:
-        raise UsageError(f"{text!r}: a quotation mark is missing") from None
+        raise UsageError(f"a quotation mark is missing in {text!r}: expected e.g. when='X passes 1000'") from None
 
 
 def _sorted(words: list[str]) -> tuple[dict[str, Any], list[str]]:
-    """Split words into NAME=VALUE pairs and values without a name."""
+    """Split the words of a fault into NAME=VALUE pairs and values without a name."""
     named: dict[str, Any] = {}
     bare: list[str] = []
     for word in words:
@@ -77,7 +80,7 @@ def _sorted(words: list[str]) -> tuple[dict[str, Any], list[str]]:
         if not equals:
             bare.append(word)
         elif name in named:
-            raise UsageError(f"{name} is given twice")
+            raise UsageError(f"{name} is given twice: expected {name}=VALUE only once")
         else:
             named[name] = _value(name, value)
     return named, bare
@@ -89,14 +92,15 @@ def _value(name: str, text: str) -> Any:
     try:
         return TERMS[name](text)
     except NumberError as error:
-        raise UsageError(f"{name}={error}") from None
+        raise UsageError(f"invalid value of {name}: {error}") from None
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:
     """Assign values without a name, in order, to the parameters that have no value yet."""
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
-        raise UsageError(f"fault {kind.name}: {bare[len(free)]!r} is not a place or a value of this fault")
+        extra = bare[len(free)]
+        raise UsageError(f"{extra!r} is neither a place nor a value for the fault {kind.name}: leave out {extra!r}")
     return dict(zip(free, bare, strict=False))
 
 

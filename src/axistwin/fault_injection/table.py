@@ -15,7 +15,10 @@ LEVELS = {"high": True, "on": True, "low": False, "off": False}
 
 
 class On(Enum):
-    """The type of part that a fault affects; the value of each member has examples of names."""
+    """The type of part that a fault affects: a serial line, a pin, an axis or a controller.
+
+    The value of each member has examples of names.
+    """
 
     LINE = "if1.serial, motor.rs485, chain"
     PIN = "if1.input1"
@@ -47,16 +50,16 @@ class Parameter:
     words: tuple[str, ...] = ()
 
     def read(self, value: object) -> Any:
-        """Convert a given value or text to a valid value.  Raises UsageError with the expected values."""
+        """Convert a value of the parameter to its type.  Raises UsageError with the expected values."""
         found = self._read(value.strip() if isinstance(value, str) else value)
         if found is None or not self._within(found):
-            shown = shortened(value) if isinstance(value, str) else repr(value)
-            raise UsageError(f"{self.name}={shown}: expected {self.wanted}")
+            given = shortened(value) if isinstance(value, str) else repr(value)
+            raise UsageError(f"invalid value {self.name}={given}: expected {self.wanted}")
         return found
 
     @property
     def wanted(self) -> str:
-        """Description of the valid values."""
+        """Description of the parameter's valid values, for messages."""
         if self.words:
             return " or ".join(self.words)
         what = self.sort.value + (f" of {self.unit}" if self.unit else "")
@@ -101,7 +104,10 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """Data of a fault that begins: its part, its values, and a function `over` to report its end."""
+    """The data with which a fault begins: the affected part, the values of its parameters, and its seed.
+
+    The fault calls `over` to report its end.
+    """
 
     clock: Clock
     spot: Spot
@@ -113,10 +119,10 @@ class Case:
     others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
     """Kinds and values of all other active faults on the same part."""
 
-    def luck(self, what: str) -> Chance:
-        """Return the source of random numbers for a random effect.  Raises UsageError if the fault has no seed."""
+    def luck(self, effect: str) -> Chance:
+        """Return the generator of the fault's random numbers.  Raises UsageError if the fault has no seed."""
         if self.chance is None:
-            raise UsageError(f"{what} is random: expected a seed, e.g. seed=1")
+            raise UsageError(f"{effect} is random: expected a seed, e.g. seed=1")
         return self.chance
 
 
@@ -125,11 +131,11 @@ Mend = Callable[[], None]
 
 
 def ended() -> None:
-    """Do nothing, because a fault that ends at once needs no `mend`."""
+    """Do nothing.  A fault that ends at once uses this function as its end."""
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:
-    """Combine several functions into one that calls all of them."""
+    """Return one function that calls all functions in `ends`."""
 
     def mend() -> None:
         for end in ends:
@@ -140,7 +146,10 @@ def all_of(ends: Iterable[Mend]) -> Mend:
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of fault.  `begin` starts the fault and returns a function that ends it; `at_once`: it ends at once."""
+    """One kind of fault.  `begin` starts a fault of this kind, and returns the function that ends the fault.
+
+    `at_once`: True if a fault of this kind ends at once.
+    """
 
     name: str
     on: On
@@ -152,13 +161,13 @@ class Kind:
     """Function that raises UsageError if the fault cannot affect a part."""
 
     def read(self, given: Mapping[str, object]) -> dict[str, Any]:
-        """Return the values of all parameters.  Raises UsageError for an unknown parameter or an invalid value."""
+        """Return the values of a fault's parameters.  Raises UsageError for a wrong name or value."""
         known = {parameter.name: parameter for parameter in self.parameters}
         for name in given:
             if name not in known:
-                takes = ", ".join(known) or "none of its own"
-                raise UsageError(f"fault {self.name} has no parameter {name!r}: it takes {takes}")
-        missing = [p.name for p in self.parameters if p.default is None and not p.optional and p.name not in given]
-        if missing:
-            raise UsageError(f"fault {self.name}: {missing[0]} is missing: expected {known[missing[0]].wanted}")
+                parameters = " or ".join(known) or "no parameters"
+                raise UsageError(f"fault {self.name} has no parameter {name!r}: expected {parameters}")
+        for parameter in self.parameters:
+            if parameter.default is None and not parameter.optional and parameter.name not in given:
+                raise UsageError(f"fault {self.name} needs the parameter {parameter.name}: expected {parameter.wanted}")
         return {name: p.read(given[name]) if name in given else p.default for name, p in known.items()}

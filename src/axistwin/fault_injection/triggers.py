@@ -41,16 +41,16 @@ _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
 def other_fault(text: str | None) -> str | None:
-    """Return the name of the fault that this sentence refers to; None for any other event."""
+    """Return the name of the fault in an event such as "jam begins"; None for any other event."""
     found = _SENTENCE.fullmatch((text or "").strip())
     return found["who"] if found is not None and VERBS.get(found["verb"]) is _other_fault else None
 
 
 def read(text: str, world: World, here: str = "") -> Arm:
-    """Return the trigger that this sentence describes.  Raises UsageError for an invalid sentence."""
+    """Return the trigger for an event such as "X passes 1000".  Raises UsageError for an invalid event."""
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in VERBS:
-        raise UsageError(f"when={text!r}: expected a sentence, e.g. 'X passes 1000'; the verbs are {', '.join(VERBS)}")
+        raise UsageError(f"invalid event when={text!r}: expected e.g. 'X passes 1000'; verbs: {', '.join(VERBS)}")
     return VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
 
 
@@ -64,11 +64,15 @@ class _Wish:
     verb: str
     what: str
 
+    @property
+    def text(self) -> str:
+        return f"{self.who} {self.verb} {self.what}".strip()
+
     def spot(self, found: Iterable[tuple[str, Find]], thing: str) -> Spot:
         return places.find(places.names(found, self.here), self.who, thing)
 
     def wrong(self, example: str) -> UsageError:
-        return UsageError(f"when={f'{self.who} {self.verb} {self.what}'.strip()!r}: expected e.g. {example!r}")
+        return UsageError(f"invalid event when={self.text!r}: expected e.g. {example!r}")
 
 
 def _passes(wish: _Wish) -> Arm:
@@ -81,7 +85,7 @@ def _passes(wish: _Wish) -> Arm:
     try:
         position = machine_units.position(found["position"], axis.units)
     except UsageError as error:
-        raise UsageError(f"when={f'{wish.who} passes {wish.what}'!r}: {error}") from None
+        raise UsageError(f"invalid position in when={wish.text!r}: {error}") from None
     return lambda happens: _Passing(axis, position, ways, happens).end
 
 
@@ -113,7 +117,7 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return the trigger for "hears" (the device has received characters) or "says" (the host has received them)."""
+    """Return the trigger for received characters: "hears" for the device, "says" for the host."""
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
@@ -124,7 +128,7 @@ def _receives(wish: _Wish) -> Arm:
 
 
 def _port(wish: _Wish) -> Any:
-    """Return the host's end of the serial line; None for a controller on a bus."""
+    """Return the serial port of the controller that the event names; None for a controller on a bus."""
     machine = wish.world.controllers.get(wish.who or wish.here)
     if machine is not None and machine.product.attend is not None:
         return None
@@ -172,9 +176,10 @@ def _hexadecimal(wish: _Wish) -> bytes:
 def _raises(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     alarms = machine.alarms
-    if alarms is None or (wish.what and wish.what not in alarms.names):
-        there = f"there are {', '.join(alarms.names)}" if alarms else "it has none"
-        raise UsageError(f"{machine.name} raises no flag {wish.what!r}: {there}")
+    if alarms is None:
+        raise UsageError(f"{machine.name} has no fault flags: expected another controller")
+    if wish.what and wish.what not in alarms.names:
+        raise UsageError(f"{machine.name} has no fault flag {wish.what!r}: there are {', '.join(alarms.names)}")
     return lambda happens: alarms.subscribe(lambda name: happens() if wish.what in ("", name) else None)
 
 
@@ -182,7 +187,7 @@ def _runs(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     names = machine.product.programs
     if not names:
-        raise UsageError(f"{machine.name} runs no programs: the model {machine.product.model} stores none")
+        raise UsageError(f"{machine.name} runs no programs: the model {machine.product.model} stores no programs")
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
         raise wish.wrong(example=f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
@@ -192,35 +197,37 @@ def _runs(wish: _Wish) -> Arm:
 
 
 def _program(machine: Machine, number: str | None) -> str:
-    """Return the name of the program with this number; the only program needs no number."""
+    """Return the name of the program with this number, or of the only program if the number is None."""
     names = machine.product.programs
     found = next((name for name in names if number is None or name.split()[-1] == number), None)
     if found is None:
-        raise UsageError(f"{machine.name} has no program {number}: there are {names[0]} to {names[-1]}")
+        raise UsageError(f"{machine.name} has no program {number}: expected {names[0]} to {names[-1]}")
     return found
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError for a line that can never run; a line that may be stored later is accepted."""
+    """Raise UsageError for a program line that can never run; a line that is not yet stored is valid."""
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
-        raise UsageError(f"{machine.name} runs no line {line}: lines count from 1" + (f" to {most}" if most else ""))
+        lines = "1 or more" if most is None else f"1 to {most}"
+        raise UsageError(f"{machine.name} has no program line {line}: expected {lines}")
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
-        raise UsageError(f"{machine.name} never runs line {line}: {_silence(listing, line)}")
+        reason = _silence(listing, line)
+        raise UsageError(f"{machine.name} has no event for program line {line}: {reason}")
 
 
 def _silence(listing: Listing, line: int) -> str:
     """Return the reason why a line of a program never runs, and the next line that can run."""
     after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
-    remedy = "" if after is None else f"; name line {after + 1}, {listing.lines[after]}"
+    remedy = "" if after is None else f"; use line {after + 1}, {listing.lines[after]}"
     return f"{listing.lines[line - 1]} takes no time{remedy}"
 
 
 def _other_fault(wish: _Wish) -> Arm:
-    known = dict.fromkeys((*wish.world.faults.names, *wish.world.faults.announced))
-    if wish.who not in known:
-        raise UsageError(f"no fault {wish.who!r} here: there are {', '.join(known) or 'none yet'}")
+    faults = dict.fromkeys((*wish.world.faults.names, *wish.world.faults.announced))
+    if wish.who not in faults:
+        raise UsageError(f"no fault {wish.who!r} on this bench: there are {', '.join(faults) or 'none yet'}")
     return lambda happens: wish.world.faults.subscribe(
         lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
     )

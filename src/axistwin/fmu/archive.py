@@ -43,7 +43,7 @@ class {name}(Machine, Fmi3Slave):
 
 
 def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, str] | None = None) -> Path:
-    """Write a scene as the FMU `out`, and return its path.
+    """Write a scene as an FMU to the file `out`, and return the path of the file.
 
     `commands`: lines of a conversation by name, which become inputs: `{"start": r"> X3000@5000S1$\\r"}`.
     Raises UsageError or SceneError; nothing is written then.
@@ -55,7 +55,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
     name = _model_name(out)
     scene = _alone(scene if isinstance(scene, Scene) else Scene.load(scene))
     texts = _files(scene)
-    inputs(scene.build(), commands)  # raises UsageError for an invalid command
+    inputs(scene.build(), commands)  # this call raises UsageError for an invalid command
     settings = _settings(scene, texts, commands)
     with TemporaryDirectory() as folder:
         root = Path(folder)
@@ -64,7 +64,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8", newline="")
         (root / SETTINGS).write_text(json.dumps(settings, indent=2, ensure_ascii=False), encoding="utf-8")
-        # the module has its own name: tools with several FMUs in one process import each module once
+        # each FMU needs a module name of its own, because a process imports a module name only once
         script = root / f"fmu_{name}_{settings['token'].replace('-', '')}.py"
         script.write_text(SCRIPT.format(version=VERSION, name=name), encoding="utf-8")
         made = FmuBuilder.build_FMU(
@@ -75,7 +75,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
 
 
 def _model_name(out: Path) -> str:
-    """Return the name of the model.  Raises UsageError for a file name that cannot be the name of a model."""
+    """Return the model name for an FMU file.  Raises UsageError for an unsuitable file name."""
     if out.suffix != SUFFIX:
         raise UsageError(f"invalid file name {out.name!r}: expected a name that ends in {SUFFIX}")
     if not re.fullmatch(r"[A-Za-z_]\w*", out.stem, re.ASCII) or out.stem in NAMES_IN_USE:
@@ -84,7 +84,7 @@ def _model_name(out: Path) -> str:
 
 
 def _alone(scene: Scene) -> Scene:
-    """Return the scene without ports and stored state."""
+    """Return a copy of the scene without ports and without stored state."""
 
     def without(value: Any) -> Any:
         if not isinstance(value, list):
@@ -95,7 +95,10 @@ def _alone(scene: Scene) -> Scene:
 
 
 def _files(scene: Scene) -> dict[str, str]:
-    """Return the texts of the scene and of its programs by file name.  Raises UsageError."""
+    """Return the texts of the scene file and the program files, by file name.
+
+    Raises UsageError for a program outside the folder of the scene.
+    """
     scene.build()  # reads the programs
     texts = scene.programs
     beside = scene.file.parent
@@ -117,7 +120,7 @@ def _settings(scene: Scene, texts: Mapping[str, str], commands: Mapping[str, str
 
 
 def _move(made: Path, out: Path) -> None:
-    """Give the file its name when it is complete.  Raises UsageError."""
+    """Write the finished FMU to the file `out`.  Raises UsageError if the file cannot be written."""
     unfinished = out.with_name(f"{out.name}.{os.urandom(6).hex()}.new")
     try:
         unfinished.write_bytes(made.read_bytes())

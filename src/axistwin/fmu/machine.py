@@ -22,7 +22,10 @@ UNITS = {TORQUE: {"kg": 1, "m": 2, "s": -2}, ANGLE: {"rad": 1}, SPEED: {"rad": 1
 
 
 class Machine(Fmi3Slave):
-    """The scene in the resources of an FMU.  Inputs act at communication points, in the order of their names' list."""
+    """The running scene of an FMU, loaded from the resources of the FMU.
+
+    Inputs act at communication points, in the order in which they are listed.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -72,7 +75,7 @@ class Machine(Fmi3Slave):
             self.register_variable(Float64(one.name, unit=one.unit or None, **options))
 
     def do_step(self, current_time: float, step_size: float) -> Fmi3StepResult:
-        """Apply changed inputs now, and run to the next communication point.
+        """Apply all changed inputs, and run the bench to the next communication point.
 
         The first communication point is 0 s of the bench, because pythonfmu3 does not pass on the start time.
         """
@@ -95,5 +98,5 @@ class Machine(Fmi3Slave):
 def _check_version(made_by: str) -> None:
     if made_by != VERSION:
         raise UsageError(
-            f"this FMU needs axistwin {made_by}, installed is {VERSION}: install {made_by}, or export again"
+            f"this FMU needs axistwin {made_by}, but {VERSION} is installed: install {made_by}, or export the FMU again"
         )

@@ -37,7 +37,10 @@ _PLAIN = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 @dataclass(frozen=True)
 class Input:
-    """An input: a number if it has a unit, else a level.  `set` is called only with a new value."""
+    """An input of an FMU: a number if `unit` is given, otherwise a level.
+
+    `set` is called only with a new value.
+    """
 
     name: str
     doc: str
@@ -48,7 +51,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """An output: a level, or a number."""
+    """An output of an FMU, which is a level or a number."""
 
     name: str
     doc: str
@@ -58,28 +61,31 @@ class Output:
 
 
 def inputs(bench: Bench, commands: Mapping[str, str]) -> list[Input]:
-    """Return all inputs of a bench.  `commands`: lines of a conversation, by name.  Raises UsageError."""
+    """Return all inputs of an FMU: the inputs of a bench, and one input for each command.
+
+    `commands`: lines of a conversation by name.  Raises UsageError for an invalid command.
+    """
     found = [each for controller in bench.controllers.values() for each in _inputs(controller)]
     taken = {*(each.name for each in found), *(each.name for each in outputs(bench)), TIME}
     for name, line in commands.items():
         if name in taken or not _PLAIN.fullmatch(name):
-            raise UsageError(f"invalid name {name!r} of a command: expected another name, e.g. start")
+            raise UsageError(f"invalid name {name!r} of a command: expected an unused identifier, e.g. start")
         try:
             act = _command(bench, line)
         except AxistwinError as error:
-            message = error.message if isinstance(error, PlacedError) else str(error)
-            raise UsageError(f"command {name!r}: {message}") from None
+            reason = error.message if isinstance(error, PlacedError) else str(error)
+            raise UsageError(f"invalid command {name!r}: {reason}") from None
         found.append(Input(name, f"A change to true performs: {line}", act))
     return found
 
 
 def outputs(bench: Bench) -> list[Output]:
-    """Return all outputs of a bench."""
+    """Return all outputs of an FMU for a bench."""
     return [each for controller in bench.controllers.values() for each in _outputs(controller)]
 
 
 def named(*parts: str) -> str:
-    """Return a name in FMI's structured notation: a part that is no identifier is quoted."""
+    """Return a variable name in FMI's structured notation, e.g. table.X.position."""
     return ".".join(part if _PLAIN.fullmatch(part) else f"'{part}'" for part in parts)
 
 
@@ -99,7 +105,7 @@ def _inputs(controller: Controller) -> Iterator[Input]:
 
 
 def _open(pin: Pin) -> bool:
-    """True if no part of the scene sets the level of an input."""
+    """Return True if no part of the scene sets the level of this terminal."""
     return not pin.wired and (isinstance(pin, UserPin) or pin.drivable)
 
 
@@ -143,16 +149,16 @@ def _axis_outputs(controller: str, name: str, axis: Axis) -> Iterator[Output]:
 
 
 def _command(bench: Bench, line: str) -> Callable[[float], object]:
-    """Return the function of a command: a line of a conversation that begins with > or !."""
+    """Return the function that executes a command, which is a line of a conversation with > or !."""
     only = next(iter(bench.controllers)) if len(bench.controllers) == 1 else ""
     who = line.partition(":")[0].strip() if not line.strip().startswith((">", "!")) else only
     codec = codec_of(bench[who].product) if who in bench.controllers else None
     act = parse_line(line, 0, "") if codec is None else parse_line(line, 0, "", codec)
     if not isinstance(act, Say | Do):
-        raise UsageError(f"{line!r} is not an act of a host: expected e.g. {EXAMPLE}")
+        raise UsageError(f"invalid line {line!r}: expected a command (>) or an action (!), e.g. {EXAMPLE}")
     if not act.controller:
         if not only and not (isinstance(act, Do) and act.target in FAULT_ACTS):
-            raise UsageError(f"the name of the controller is missing: expected e.g. {EXAMPLE}")
+            raise UsageError(f"no controller in {line!r}: expected the controller first, e.g. table: ! input1 high")
         act = type(act)(**{**vars(act), "controller": only})
     perform = ActionRunner(bench).prepare(act)
 

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 @dataclass
 class Goal:
-    """A requested motion.  `begin` starts the motion; `target`: the end position in counts, None for a run."""
+    """A requested motion of an axis.
+
+    `begin` starts the motion; `target`: the end position in counts, None for a run.
+    """
 
     begin: Callable[[], Procedure[None]]
     target: int | None = None
@@ -27,7 +30,7 @@ class Goal:
 
 
 class DrivenAxis:
-    """An axis of a station.  All positions are in counts.
+    """An axis that a driver moves, one motion at a time.  All positions are in counts.
 
     A motion is `busy` from its request to the reading of the exact position at rest.  A move that the controller cannot
     accept yet, because another axis of an IF1 is moving, waits.
@@ -66,15 +69,18 @@ class DrivenAxis:
     # Requests
 
     async def move_to(self, target: int) -> None:
-        """Move to a position; return at rest.  Raises RefusedError if the move fails."""
+        """Move to a position; return when the axis is at rest.  Raises RefusedError if the move fails."""
         await self.request(Goal(lambda: self.core.move_to(target), target))
 
     async def move_at(self, velocity: float) -> None:
-        """Run at a signed velocity; return when the run has been stopped.  Raises RefusedError if it fails."""
+        """Run at a signed velocity; return when the run has been stopped.  Raises RefusedError if the run fails."""
         await self.request(Goal(lambda: self.core.move_at(velocity)))
 
     async def home(self, direction: int) -> None:
-        """Search for the home position; return at rest.  Raises RefusedError if the search cannot begin."""
+        """Search for the home position; return when the axis is at rest.
+
+        Raises RefusedError if the search cannot begin.
+        """
         await self.request(Goal(lambda: self.core.home(direction)))
 
     async def request(self, goal: Goal) -> None:
@@ -82,7 +88,7 @@ class DrivenAxis:
         await self.begin(goal)
         await self._rest.wait()
         if goal.failure:
-            raise RefusedError(goal.failure)
+            raise RefusedError(f"the motion failed: {goal.failure}")
 
     async def begin(self, goal: Goal) -> None:
         """Request a motion, which begins when the axis is at rest."""
@@ -93,14 +99,20 @@ class DrivenAxis:
         self._spawn(goal)
 
     async def stop(self, *, abort: bool = False) -> None:
-        """End the present motion; the axis is busy until it is at rest.  After an error the next poll tries again."""
+        """Send a stop to the controller; the axis stays busy until it is at rest.
+
+        After an error the next poll sends the stop again.
+        """
         self.goal = self._starting = None
         self.stopped = True
         await self._end_motion(self.core.abort if abort else self.core.stop)
         self.station.wake()
 
     async def pause(self) -> None:
-        """Stop, and begin the present move again after `resume`; a run or a search for home is stopped."""
+        """Stop the axis; `resume` begins an interrupted move again.
+
+        A run or a search for home does not begin again.
+        """
         self._go.clear()
         self.paused = True
         goal = self.goal
@@ -112,18 +124,18 @@ class DrivenAxis:
             await self._end_motion(self.core.stop)
 
     def resume(self) -> None:
-        """Allow motions again."""
+        """Allow motions again after a call of `pause`."""
         self.paused = False
         self._go.set()
 
     async def set_position(self, position: int) -> None:
-        """Define the present position, at rest.  Raises DriverError."""
+        """Define the present position of an axis at rest.  Raises DriverError."""
         await self.station.driver.run(self.core.set_position(position))
         self.station.wake()
         await self.station.polled()
 
     async def clear_faults(self) -> None:
-        """Clear the faults whose cause has gone."""
+        """Clear the faults of the axis whose causes have gone."""
         await self.station.driver.run(self.core.clear_faults())
         self.station.wake()
 
@@ -135,7 +147,7 @@ class DrivenAxis:
         task.add_done_callback(self._tasks.discard)
 
     def close(self) -> None:
-        """Forget motions that have not begun."""
+        """Cancel the requested motions that have not begun yet."""
         for task in self._tasks:
             task.cancel()
 
@@ -143,7 +155,7 @@ class DrivenAxis:
         try:
             while self.goal is goal and not await self._begins(goal):
                 await self.station.polled()
-            if self.goal is None:  # stopped while the motion was beginning
+            if self.goal is None:  # a client called `stop` while the motion was beginning
                 self._stop = self.core.stop
         except DriverError as error:
             goal.failure = str(error)
@@ -156,7 +168,7 @@ class DrivenAxis:
             self.station.wake()
 
     async def _begins(self, goal: Goal) -> bool:
-        """Begin a motion.  Returns False if it has to wait for the end of another motion, of this or another axis."""
+        """Begin a motion.  Returns False if the motion has to wait for the end of another motion."""
         await self._go.wait()
         if self.goal is not goal:
             return True
@@ -178,7 +190,7 @@ class DrivenAxis:
         return True
 
     async def _end_motion(self, request: Callable[[], Procedure[None]]) -> None:
-        """Send a stop if the axis may be moving."""
+        """Send a stop to the controller if the axis may be moving."""
         if self._begun or self.status.moving:
             self._stop = request
             await self.station.driver.run(request())
@@ -191,7 +203,7 @@ class DrivenAxis:
     # Polls
 
     async def update(self, status: Status) -> None:
-        """Process the status of a poll."""
+        """Update the axis with its status from a poll."""
         before, self.status, self.error = self.status, status, ""
         if status.moving:
             await self._moving(slower=abs(status.velocity) < abs(before.velocity))
@@ -206,7 +218,10 @@ class DrivenAxis:
             self._rest.set()
 
     async def _moving(self, *, slower: bool) -> None:
-        """Process a poll of a moving axis.  A board ignores a stop before the motion has begun: then stop again."""
+        """Process the result of a poll during a motion.
+
+        A board ignores a stop before the motion has begun, so the stop is sent again.
+        """
         self._begun = True
         if not self.busy:  # another host has begun the motion
             self.goal = None
@@ -227,10 +242,13 @@ class DrivenAxis:
                 goal.failure = f"{self.name} stopped before its target: {'; '.join(reasons)}"
 
     async def failed(self, error: DriverError) -> None:
-        """Process a poll without an answer.  A motion counts as busy until the controller answers again."""
+        """Record that the controller has not answered a poll.
+
+        A motion counts as busy until the controller answers again.
+        """
         self.error = str(error)
         await self.changed()
 
 
 async def _nothing() -> None:
-    """Do nothing."""
+    """Do nothing.  Used until another function is stored in `DrivenAxis.changed`."""

@@ -21,10 +21,13 @@ from axistwin.units import to_ns, to_seconds
 
 
 def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
-    """Return the driver of a controller of a bench.  `options`: options of the driver.  Raises UsageError."""
+    """Return a driver for a controller of a bench, without a port.
+
+    `options`: options of the driver.  Raises UsageError.
+    """
     names = [one for one in endpoints.names(bench) if not one.endswith(".rs485")]
     if name not in names:
-        raise UsageError(f"no controller {name!r}: expected {', '.join(names)}")
+        raise UsageError(f"no controller {name!r}: expected one of {', '.join(names)}")
     model, given, _ = of_bench(bench, name)
 
     async def open_port() -> InnerPort:
@@ -42,7 +45,7 @@ class InnerPort:
         self._send, self._disconnect = _connect(bench, name, self._pacer, self._received)
 
     async def write(self, data: bytes) -> None:
-        """Send bytes."""
+        """Send bytes to the controller."""
         self._send(data)
         self._pacer.work()
 
@@ -76,7 +79,10 @@ class InnerPort:
 def _connect(
     bench: Bench, name: str, pacer: ManualPacer, received: bytearray
 ) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    """Connect a client whose received bytes are stored; return the functions that send and disconnect."""
+    """Connect a client to an endpoint of a bench; return the functions that send data and disconnect.
+
+    The received bytes are stored in `received`.
+    """
     if endpoints.at_a_bus(bench, name):
         slot = Slot(name, bench[name].bus, pacer)
         master = _InnerMaster(slot, received)
@@ -89,7 +95,7 @@ def _connect(
 
 
 class _InnerClient:
-    """The client of a serial plug."""
+    """A client at a serial port of a bench, which stores the received characters."""
 
     name = "a driver"
     flow: Flow | None = None
@@ -102,21 +108,21 @@ class _InnerClient:
         self._received += data
 
     def hung_up(self) -> bool:
-        """Return False: the driver disconnects by itself."""
+        """Return False, because only the driver ends the connection."""
         return False
 
     def drop(self) -> None:
         """Do nothing."""
 
     def pause(self) -> None:
-        """Do nothing: a driver waits for answers, so that few characters are queued."""
+        """Do nothing, because a driver waits for each answer, so that few characters are queued."""
 
     def resume(self) -> None:
         """Do nothing."""
 
 
 class _InnerMaster(Master):
-    """The client of a slot on the bus."""
+    """A client at a board on a bus, which stores the received messages."""
 
     def __init__(self, slot: Slot, received: bytearray) -> None:
         super().__init__(slot)
@@ -126,6 +132,6 @@ class _InnerMaster(Master):
         self._received += line.encode() + b"\n"
 
     def close(self) -> None:
-        """Disconnect."""
+        """Disconnect the client from the bus."""
         self._end_subscription()
         self.slot.disconnect(self)

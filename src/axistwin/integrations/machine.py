@@ -22,7 +22,7 @@ Units = Mapping[str, MachineUnits]
 
 
 class Machine:
-    """Stations.  Use within a running event loop: `async with machine`."""
+    """A group of controllers with their drivers.  Use within a running event loop: `async with machine`."""
 
     def __init__(self, stations: Sequence[Station], period_s: float = 0.1, server: Server | None = None) -> None:
         self.stations = list(stations)
@@ -46,7 +46,7 @@ class Machine:
             self._server.close()
 
     async def run(self) -> None:
-        """Poll all stations for ever."""
+        """Poll all controllers for ever."""
         async with asyncio.TaskGroup() as group:
             for station in self.stations:
                 group.create_task(station.poll_forever(self._period_s))
@@ -57,7 +57,7 @@ async def _connect(station: Station) -> None:
         await station.driver.run(nothing())
         await station.poll()
     except DriverError as error:
-        raise LinkError(f"{station.name}: {error}") from None
+        raise LinkError(f"no connection to {station.name}: {error}") from None
 
 
 def at_port(
@@ -70,12 +70,15 @@ def at_port(
     registers: Sequence[str] = (),
     period_s: float = 0.1,
 ) -> Machine:
-    """Return the controller at a port.  Raises UsageError for an unknown model, option, axis or register."""
+    """Return a machine with the controller at a port.
+
+    Raises UsageError for an unknown model, option, axis or register.
+    """
     driver = AsyncController(url, core_of(model, options), baud)
     units = units or {}
     for axis in units:
         if axis not in driver.axes:
-            raise UsageError(f"no axis {axis!r}: expected {', '.join(driver.axes)}")
+            raise UsageError(f"no axis {axis!r}: expected one of {', '.join(driver.axes)}")
     return Machine([Station(model, model, driver, units, tuple(registers))], period_s)
 
 
@@ -89,14 +92,14 @@ async def of_scene(
     registers: Sequence[str] = (),
     period_s: float = 0.1,
 ) -> Machine:
-    """Serve a bench on ports of this computer, start virtual time, and return its controllers.
+    """Serve a bench on local ports, start virtual time, and return a machine with the controllers.
 
     `options`: options of drivers by controller; `without`: endpoints that have other hosts.  Raises UsageError.
     """
     names = [name for name in endpoints.names(bench) if name not in without and not name.endswith(".rs485")]
     for name in options:
         if name not in names:
-            raise UsageError(f"no controller {name!r}: expected {', '.join(names)}")
+            raise UsageError(f"no controller {name!r}: expected one of {', '.join(names)}")
     server = Server(bench, speed=speed)
     stations = []
     try:
@@ -115,15 +118,18 @@ async def of_scene(
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:
-    """Return the protocol core of a model.  Raises UsageError for an unknown model or option."""
+    """Return the part of a driver that implements the protocol of a model.
+
+    Raises UsageError for an unknown model or option.
+    """
     try:
         return make(model, dict(options))
     except DriverError as error:
-        raise UsageError(str(error)) from None
+        raise UsageError(f"no driver for {model}: {error}") from None
 
 
 def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
-    """Return the model, the options of the driver and the units of the axes."""
+    """Return the model of a controller, the options of its driver, and the units of its axes."""
     model = "smartmotor"
     given: dict[str, Any] = {}
     if name in bench.lines:
@@ -147,6 +153,6 @@ def _registers(name: str, given: Sequence[str]) -> tuple[str, ...]:
 
 def _check_names(stations: list[Station], given: Sequence[str]) -> None:
     known = {f"{station.name}.{axis}" for station in stations for axis in station.axes}
-    for one in given:
-        if one not in known and one.partition(".")[0] not in {station.name for station in stations}:
-            raise UsageError(f"no controller in {one!r}: expected a name such as {min(known)}")
+    for name in given:
+        if name not in known and name.partition(".")[0] not in {station.name for station in stations}:
+            raise UsageError(f"no controller has an axis or register {name!r}: expected e.g. {min(known)}")

@@ -28,7 +28,10 @@ Write = Callable[[int], Awaitable[None]]
 
 
 class Point:
-    """A pin or a register.  `value` is None until the first reading, and for outputs until the first writing."""
+    """A pin or a register of a controller.
+
+    `value` is None until the first reading, and for outputs until the first writing.
+    """
 
     def __init__(self, name: str, read: Read | None, write: Write | None = None, *, bit: bool = True) -> None:
         self.name, self.bit = name, bit
@@ -39,18 +42,18 @@ class Point:
 
     @property
     def writable(self) -> bool:
-        """True if the point can be written."""
+        """True if the pin or register can be written."""
         return self._write is not None
 
     async def refresh(self) -> None:
-        """Read the value, if the controller reports it."""
+        """Read the value of the pin or register, if the controller reports this value."""
         if self._read is not None:
             await self._set(await self._read())
 
     async def write(self, value: int) -> None:
-        """Write a value.  Raises RefusedError."""
+        """Write a value to the pin or register.  Raises RefusedError."""
         if self._write is None:
-            raise RefusedError(f"{self.name} can only be read")
+            raise RefusedError(f"{self.name} cannot be written: expected an output or a variable")
         await self._write(value)
         await self._set(value)
 
@@ -62,14 +65,17 @@ class Point:
 
 
 class _Group:
-    """Pins that the controller reports in one answer; the answer is used for each pin once."""
+    """Pins that the controller reports in one answer, so that several pins need only one request.
+
+    Each answer is used once for each pin.
+    """
 
     def __init__(self, ask: Callable[[], Awaitable[dict[Any, bool]]]) -> None:
         self._ask = ask
         self._unused: dict[Any, bool] = {}
 
     def reader(self, key: Any) -> Read:
-        """Return a function that reads one pin."""
+        """Return a function that reads the pin `key`."""
 
         async def read() -> int:
             if key not in self._unused:
@@ -137,7 +143,8 @@ def _register(driver: AsyncController, name: str, known: str) -> Point:
     variable = VARIABLE.fullmatch(last)
     is_known = isinstance(driver.core, SmartMotors) and (variable or REPORT.fullmatch(last))
     if not is_known or (axis and axis not in driver.axes):
-        raise UsageError(f"unknown register {name!r}: expected {known or 'none, as an IF1 has no registers'}")
+        registers = known or "none, because an IF1 has no registers"
+        raise UsageError(f"unknown register {name!r}: expected {registers}")
 
     async def read() -> int:
         return int(await driver.number(f"R{last}" if variable else last, axis or None))

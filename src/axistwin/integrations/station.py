@@ -17,7 +17,10 @@ COUNTS = MachineUnits(Fraction(1), "counts")
 
 
 class Station:
-    """A controller.  `units`: units of its axes by name; `registers`: see `points_of`."""
+    """A controller with its driver, its axes and its pins.
+
+    `units`: units of its axes by name; `registers`: see `points_of`.
+    """
 
     def __init__(
         self,
@@ -34,7 +37,7 @@ class Station:
         self._points_due = 0.0
 
     def wake(self) -> None:
-        """Poll at once."""
+        """Start the next poll at once."""
         self._wake.set()
 
     async def polled(self) -> None:
@@ -53,7 +56,7 @@ class Station:
                     await self._wake.wait()
 
     async def poll(self) -> None:
-        """Read all axes once, and the pins if they are due."""
+        """Read the status of all axes, and every half second the pins and registers."""
         polled, self._polled = self._polled, asyncio.Event()
         try:
             found = await self.driver.run(self.driver.core.statuses())
@@ -73,7 +76,7 @@ class Station:
                 await point.refresh()
 
     async def close(self) -> None:
-        """Close the port.  A motion continues."""
+        """Close the port of the controller.  A motion continues."""
         for axis in self.axes.values():
             axis.close()
         await self.driver.close()

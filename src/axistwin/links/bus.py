@@ -28,11 +28,10 @@ from axistwin.sim.registers import CONTROL
 LONGEST = 1024
 """Longest request line in bytes; a longer line is discarded and answered with an error."""
 MAX_BLOCK = 256
-USAGE = "r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
 
 
 class Registers(Protocol):
-    """The registers of a board as a client uses them: a `RegisterPort`, or a wrapper of a `RegisterPort`."""
+    """Interface with which clients read and write a board's registers; `RegisterPort` implements this interface."""
 
     @property
     def interrupt(self) -> bool:
@@ -43,17 +42,20 @@ class Registers(Protocol):
         """The interrupt line to the host."""
 
     def read(self, offset: int) -> int:
-        """Read a register."""
+        """Return the contents of the register at an offset."""
 
     def write(self, offset: int, value: int) -> None:
-        """Write a register."""
+        """Write a value to the register at an offset."""
 
     def init(self) -> None:
-        """Activate the bus's reset line."""
+        """Pulse the reset line of the bus."""
 
 
 class Slot(SingleClient["Master"]):
-    """The slot of a board on the bus, for one client.  `reset` is called for each new client."""
+    """Endpoint for the one client that reads and writes the registers of a board.
+
+    `reset` is called for each new client.
+    """
 
     def __init__(
         self,
@@ -69,7 +71,10 @@ class Slot(SingleClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """True while no requests are read from the client: the gate is closed, or the client does not read answers."""
+        """True while the server reads no requests from the client.
+
+        This is the case while the gate is closed, or while the client does not read its answers.
+        """
         return self.gate.closed or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:
@@ -77,13 +82,13 @@ class Slot(SingleClient["Master"]):
         self.reset()
 
     def flush_pending(self) -> None:
-        """Flush pending output to the client."""
+        """Send pending output to the client."""
         if self.client is not None:
             self.client.flush()
 
 
 class Master(Connection):
-    """A client of the bus socket, which is the bus master."""
+    """A client that is connected to the bus socket and acts as the bus master."""
 
     answers = True
 
@@ -97,7 +102,7 @@ class Master(Connection):
         self._last_reported = False
 
     def received(self, data: bytes) -> None:
-        """Execute the requests in received data, which may end in the middle of a request."""
+        """Execute all complete requests in the received data, and store an incomplete request until its end arrives."""
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
@@ -134,16 +139,19 @@ class Master(Connection):
             case ["init"]:
                 self.slot.bus.init()
                 return "ok"
-        raise UsageError(f"unknown request {_shown(' '.join(words))}: expected {USAGE}")
+        request = " ".join(words)
+        raise UsageError(
+            f"unknown request {_shown(request)}: expected r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
+        )
 
     def _store(self, offset: int, values: list[int]) -> str:
         if len(values) > MAX_BLOCK:
-            raise UsageError(f"too many bytes ({len(values)}): expected at most {MAX_BLOCK}")
+            raise UsageError(f"too many bytes in one request ({len(values)}): expected at most {MAX_BLOCK}")
         for value in values:
             self.slot.bus.write(offset, value)
         return "ok"
 
-    # Functions that report the interrupt line to clients
+    # Reports of the interrupt line
 
     def _subscribe(self, on: bool) -> None:
         self._end_subscription()
@@ -163,7 +171,7 @@ class Master(Connection):
         self._changes.append(line.level)
 
     def flush(self) -> None:
-        """Report the changes of the interrupt line."""
+        """Report the stored changes of the interrupt line to the client."""
         changes, self._changes = self._changes, []
         if not self.stalled:
             for level in changes:
@@ -173,16 +181,16 @@ class Master(Connection):
         self._last_reported = level
         self._write(f"! {level:d}")
 
-    # Functions for clients that are slow or have disconnected
+    # Slow and disconnected clients
 
     def resume_writing(self) -> None:
-        """Continue after the client has read its answers."""
+        """Continue to serve a client that has read its pending answers."""
         super().resume_writing()
         if self._unsubscribe is not None and self._last_reported is not self.slot.bus.interrupt:
             self._report(self.slot.bus.interrupt)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Release the slot after the client has disconnected."""
+        """Release the board for the next client after this client has disconnected."""
         self._end_subscription()
         super().connection_lost(exc)
 
@@ -202,11 +210,12 @@ def _count(text: str) -> int:
     return count
 
 
-def _number(text: str, base: int, highest: int, what: str) -> int:
+def _number(text: str, base: int, highest: int, parameter: str) -> int:
     digits = "0123456789abcdefABCDEF" if base == 16 else "0123456789"
     if not set(text) <= set(digits) or len(text) > 3 or int(text, base) > highest:
-        limits = "two hex digits" if base == 16 else f"a number from 0 to {highest}"
-        raise UsageError(f"invalid {what} {_shown(text)}: expected {limits}")
+        if base == 16:
+            raise UsageError(f"invalid byte {_shown(text)}: expected two hex digits, e.g. 8F")
+        raise UsageError(f"invalid {parameter} {_shown(text)}: expected a number from 0 to {highest}")
     return int(text, base)
 
 

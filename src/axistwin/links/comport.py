@@ -22,7 +22,7 @@ SERVER = 100
 
 
 class Code(IntEnum):
-    """Codes of the client's commands."""
+    """Codes of the RFC 2217 commands that a client sends."""
 
     SIGNATURE = 0
     SET_BAUDRATE = 1
@@ -40,7 +40,10 @@ class Code(IntEnum):
 
 
 class Control(IntEnum):
-    """Values of SET-CONTROL.  A value `ASK_…` asks for the setting whose values come after it in this list."""
+    """Values of the RFC 2217 command SET-CONTROL.
+
+    A value `ASK_…` asks for the setting whose values come after it in this list.
+    """
 
     ASK_FLOW = 0
     FLOW_NONE = 1
@@ -65,7 +68,7 @@ class Control(IntEnum):
 
 
 class ModemState(IntFlag):
-    """NOTIFY-MODEMSTATE: the client's input lines, and their changes."""
+    """Bits of the RFC 2217 notification NOTIFY-MODEMSTATE: levels and changes of the client's input lines."""
 
     NONE = 0
     CTS_CHANGED = 1
@@ -75,7 +78,7 @@ class ModemState(IntFlag):
 
 
 class LineState(IntFlag):
-    """NOTIFY-LINESTATE: bits of a UART's line status register."""
+    """Bits of the RFC 2217 notification NOTIFY-LINESTATE, which are the bits of a UART's line status register."""
 
     NONE = 0
     PARITY_ERROR = 4
@@ -86,7 +89,7 @@ class LineState(IntFlag):
 
 @dataclass(frozen=True)
 class SetLines:
-    """Request to set levels of control lines."""
+    """Request of the client to set its outputs DTR and RTS."""
 
     dtr: bool
     rts: bool
@@ -101,14 +104,14 @@ class SetBreak:
 
 @dataclass(frozen=True)
 class SetFlow:
-    """Request for a kind of flow control for data to the device, e.g. FLOW_NONE or FLOW_HARDWARE."""
+    """Request to choose the flow control for data to the device, e.g. FLOW_NONE or FLOW_HARDWARE."""
 
     outbound: Control
 
 
 @dataclass(frozen=True)
 class Purge:
-    """Request to discard characters received from the device, or not yet transmitted to the device."""
+    """Request to discard the received characters, the characters that are not yet transmitted, or both."""
 
     received: bool
     to_transmit: bool
@@ -116,7 +119,7 @@ class Purge:
 
 @dataclass(frozen=True)
 class Suspend:
-    """Request to suspend (True) or resume (False) data to the client."""
+    """Request to suspend or resume the transfer of data to the client."""
 
     on: bool
 
@@ -142,7 +145,10 @@ INBOUND = {
 
 
 class ComPort:
-    """The state of one client's port.  `line`: the initial format."""
+    """The state of a serial port as one RFC 2217 client has set it.
+
+    `line`: the initial line format.
+    """
 
     def __init__(self, line: UartFormat, signature: str) -> None:
         self.format, self.signature = line, signature
@@ -161,12 +167,12 @@ class ComPort:
     # Conversion of received bytes to events
 
     def receive(self, data: bytes) -> list[Event]:
-        """Process bytes from the client and return its requests."""
+        """Process bytes from the client, and return the client's requests as events."""
         events = [self._process(item) for item in self._parser.feed(data)]
         return [event for event in events if event is not None]
 
     def take_replies(self) -> bytes:
-        """Return pending answers for the client, and clear them."""
+        """Return all pending answers for the client, and remove these answers from the buffer."""
         replies = bytes(self.replies)
         self.replies.clear()
         return replies
@@ -185,7 +191,7 @@ class ComPort:
                 pass
         return None
 
-    # Options: only changes are answered, because otherwise both sides would answer each other for ever
+    # Only changes of Telnet options are answered: otherwise client and server would answer each other for ever
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
@@ -203,10 +209,10 @@ class ComPort:
     def _answer(self, code: Code, value: bytes) -> None:
         self.replies += bytes(Subnegotiation(Option.COM_PORT, bytes((SERVER + code,)) + value))
 
-    # Commands: an invalid value changes nothing, and the answer gives the actual setting
+    # A command with an invalid value changes no setting; the answer contains the present setting
 
     def _report_signature(self, value: bytes) -> None:
-        if not value:  # a signature with text would be the client's own
+        if not value:  # an empty value asks for the server's signature
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:
@@ -217,7 +223,7 @@ class ComPort:
         return event
 
     def _set_part(self, value: bytes, code: Code) -> Event | None:
-        """Set the data bits, the parity or the stop bits."""
+        """Set the number of data bits, the parity or the number of stop bits."""
         name, settings = PARTS[code]
         known = value[:1] and value[0] in settings
         event = self._set_format(replace(self.format, **{name: settings[value[0]]})) if known else None
@@ -278,8 +284,9 @@ class ComPort:
     # Notifications
 
     def set_modem_state(self, *, dsr: bool, cts: bool, moved: ModemState = ModemState.NONE) -> None:
-        """Report the levels of the client's input lines; `moved`: lines that have changed, even if they have changed
-        back.
+        """Report the client's inputs DSR and CTS if a level has changed.
+
+        `moved`: lines that have changed, even if they have changed back.
         """
         now = (ModemState.DSR if dsr else ModemState.NONE) | (ModemState.CTS if cts else ModemState.NONE)
         changed = self._modem_state ^ now
@@ -290,8 +297,8 @@ class ComPort:
             self._report_modem_state(moved)
 
     def set_line_state(self, errors: LineError) -> None:
-        """Report line errors of characters received from the device."""
-        # the bits have the same order in both types
+        """Report line errors of received characters to the client."""
+        # `LineError` and `LineState` have their bits in the same order
         state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()

@@ -39,7 +39,7 @@ Lose = Callable[[str], None]
 
 
 class Lines(Protocol):
-    """The control lines of a serial device: two outputs, two inputs."""
+    """The control lines of a serial device: the outputs DTR and RTS, and the inputs DSR and CTS."""
 
     dtr: bool
     rts: bool
@@ -54,23 +54,29 @@ class Lines(Protocol):
 
 
 class Stream(Protocol):
-    """The characters of an open device.  The callbacks of the constructor are called in the event loop."""
+    """Interface that reads and writes the characters of an open device.
+
+    The callbacks of the constructor are called in the event loop.
+    """
 
     def write(self, data: bytes) -> None:
-        """Send characters, now or later."""
+        """Send characters to the device, and buffer the characters that the device does not accept yet."""
 
     def pause(self) -> None:
-        """Stop reading."""
+        """Stop reading from the device."""
 
     def resume(self) -> None:
-        """Continue reading."""
+        """Continue reading from the device."""
 
     def close(self) -> None:
-        """Stop reading and writing."""
+        """Stop reading from the device and writing to the device."""
 
 
 def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> Stream:
-    """Return the stream of a device.  The event loop serves devices with a file descriptor, threads all others."""
+    """Return a stream that transfers the characters of an open device.
+
+    The event loop serves devices with a file descriptor; threads serve all other devices.
+    """
     try:
         descriptor: int = device.fileno()
     except OSError:  # Windows
@@ -79,7 +85,7 @@ def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> 
 
 
 class DescriptorStream:
-    """A stream that the event loop reads and writes."""
+    """Transfers the characters of a device that has a file descriptor, in the event loop."""
 
     def __init__(self, descriptor: int, name: str, receive: Receive, lose: Lose) -> None:
         self._descriptor, self._receive, self._lose = descriptor, receive, lose
@@ -88,19 +94,19 @@ class DescriptorStream:
         self.resume()
 
     def write(self, data: bytes) -> None:
-        """Send characters, now or later."""
+        """Send characters to the device, and buffer the characters that the device does not accept yet."""
         self._writer.write(data)
 
     def pause(self) -> None:
-        """Stop reading."""
+        """Stop reading from the device."""
         self._loop.remove_reader(self._descriptor)
 
     def resume(self) -> None:
-        """Continue reading."""
+        """Continue reading from the device."""
         self._loop.add_reader(self._descriptor, self._readable)
 
     def close(self) -> None:
-        """Stop reading and writing."""
+        """Stop reading from the device and writing to the device."""
         self.pause()
         self._writer.clear()
 
@@ -119,7 +125,7 @@ class DescriptorStream:
 
 
 class ThreadStream:
-    """A stream that one thread reads and another writes."""
+    """Transfers the characters of a device in two threads: one thread reads, the other thread writes."""
 
     def __init__(self, device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> None:
         self._device, self._name, self._receive, self._lose = device, name, receive, lose
@@ -133,7 +139,7 @@ class ThreadStream:
         self._thread.start()
 
     def write(self, data: bytes) -> None:
-        """Send characters, now or later.  If too many characters are waiting, the newest are lost."""
+        """Queue characters for the device, and discard the newest characters if the queue is full."""
         room = STALLED - self._queued
         self._dropped += len(data[room:])
         if kept := data[:room]:
@@ -141,18 +147,18 @@ class ThreadStream:
             self._worker.submit(self._write, kept)
 
     def pause(self) -> None:
-        """Stop reading; characters that have been read are kept for `resume`."""
+        """Stop reading from the device, and keep the characters that have already been read."""
         self._paused = True
 
     def resume(self) -> None:
-        """Continue reading."""
+        """Continue reading from the device."""
         self._paused = False
         held, self._held = bytes(self._held), bytearray()
         if held:
             self._receive(held)
 
     def close(self) -> None:
-        """Stop reading and writing."""
+        """Stop reading from the device and writing to the device."""
         self._closing = True
         self._thread.join()
         self._worker.shutdown(cancel_futures=True)
@@ -176,12 +182,12 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # a slow device only loses characters; the reading thread detects a lost device
+        except DEVICE_ERRORS:  # a failed write loses characters; the reading thread detects a lost device
             lost = len(data)
         self._call(self._count, len(data), lost)
 
     def _call(self, callback: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the event loop, unless the stream has been closed before."""
+        """Call a function in the event loop, unless the stream is closed."""
         if not self._closing:
             self._loop.call_soon_threadsafe(lambda: None if self._closing else callback(*arguments))
 
@@ -202,18 +208,18 @@ class ThreadStream:
 
 
 def error_text(error: Exception) -> str:
-    """Return the text of a device error; pyserial and termios give numbers only."""
+    """Return the message of a device error, e.g. `no such file or directory`."""
     number = getattr(error, "errno", None) or (error.args[0] if isinstance(error, TERMIOS_ERRORS) else None)
     return os.strerror(number).lower() if number else str(error)
 
 
 def settings_of(fmt: UartFormat) -> dict[str, Any]:
-    """Return a format as keyword arguments of pyserial."""
+    """Convert a line format to keyword arguments of pyserial."""
     return {"baudrate": fmt.baudrate, "bytesize": fmt.bytesize, "parity": fmt.parity, "stopbits": fmt.stopbits}
 
 
 def control_lines(device: "serial.Serial") -> Lines | None:
-    """Return the control lines of the device; None for a device without control lines, such as a pty."""
+    """Return the control lines of a device; None for a device without control lines, such as a pty."""
     try:
         device.dtr = device.dtr
     except OSError:
@@ -224,15 +230,16 @@ def control_lines(device: "serial.Serial") -> Lines | None:
 
 @contextmanager
 def opening(url: object) -> Iterator[None]:
-    """Within a `with` block, convert the errors of pyserial to LinkError."""
+    """Convert the errors of pyserial to LinkError within a `with` block."""
     try:
         yield
     except DEVICE_ERRORS as error:
+        reason = error_text(error)
         raise LinkError(
-            f"cannot open {url}: {error_text(error)}: check that it exists, is free and permits access"
+            f"cannot open {url}: {reason}; check that the device exists, is free and permits access"
         ) from None
 
 
 def set_lines(of: Lines | HostEnd, dtr: bool, rts: bool) -> None:
-    """Set DTR and RTS of a device, or of a host's end of a line."""
+    """Set the outputs DTR and RTS of a serial device or of a host."""
     of.dtr, of.rts = dtr, rts

@@ -24,7 +24,7 @@ REACTION_S = 0.02
 
 
 class HostThread:
-    """Calls a host's function in a separate thread."""
+    """Runs the function of a host program in a separate thread."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> None:
         self._call = partial(function, *arguments, **keywords)
@@ -43,7 +43,10 @@ class HostThread:
         self._now = now
 
     def sleep(self, seconds: float) -> None:
-        """Block the host for this virtual time.  Called by the host's own thread."""
+        """Block the host's thread for a number of seconds of virtual time.
+
+        Called by the host's own thread.
+        """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
             raise ValueError("sleep length must be non-negative")
@@ -55,13 +58,13 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """End the host's sleep, and wait until its thread runs."""
+        """End the sleep of the host, and wait until the host's thread runs again."""
         self.wakes_ns = None
         self._due.set()
         self._awake.wait()
 
     def sleeps_by_the_wall_clock(self) -> bool:
-        """True if the system reports that the thread is in a sleep which does not take virtual time."""
+        """True if the host's thread sleeps in real time, according to the operating system."""
         try:
             place = Path(f"/proc/self/task/{self._thread.native_id}/wchan").read_text(encoding="ascii")
         except OSError:
@@ -69,7 +72,7 @@ class HostThread:
         return "nanosleep" in place
 
     def start(self) -> None:
-        """Start the thread."""
+        """Start the host's thread."""
         self._thread.start()
 
     @property
@@ -83,25 +86,25 @@ class HostThread:
         return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
-        """Wait until the function has finished.  Return its result, or raise its exception."""
+        """Wait until the host's function has finished; return the function's result, or raise its exception."""
         self._thread.join()
         if self._error is not None:
             raise self._error
         return self._outcome
 
     def join(self, seconds: float) -> None:
-        """Wait until the function has returned, `seconds` at most."""
+        """Wait for at most `seconds` until the host's function has returned."""
         self._thread.join(seconds)
 
     def blocked(self) -> bool:
-        """True if the thread is blocked at this moment, or has ended."""
+        """True if the host's thread is blocked or has ended."""
         if self.done or self.wakes_ns is not None:
             return True
-        if self._thread.native_id is None:  # the thread has not started completely
+        if self._thread.native_id is None:  # a thread without a native id is still starting
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # the thread has ended, or the system is not Linux
+        except FileNotFoundError:  # the file is missing if the thread has ended or the system is not Linux
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"
@@ -130,7 +133,7 @@ def _sleep(seconds: float | SupportsIndex, /) -> None:
 
 @contextmanager
 def _sleeping(host: HostThread) -> Iterator[None]:
-    """Within a `with` block in the host's thread, `time.sleep` takes virtual time."""
+    """Let `time.sleep` take virtual time in the host's thread, within a `with` block."""
     with _lock:
         _hosts[threading.get_ident()] = host
         time.sleep = _sleep
@@ -144,5 +147,5 @@ def _sleeping(host: HostThread) -> Iterator[None]:
 
 
 def pause() -> None:
-    """Sleep between two polls."""
+    """Sleep for the time between two polls of the host threads."""
     time.sleep(POLL_S)

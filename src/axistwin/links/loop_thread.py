@@ -11,7 +11,10 @@ T = TypeVar("T")
 
 
 class LoopThread:
-    """Runs coroutines and functions for other threads.  `problems` collects the errors of callbacks."""
+    """Runs coroutines and functions in the thread of an event loop, on behalf of other threads.
+
+    `problems` collects the errors of callbacks.
+    """
 
     def __init__(self) -> None:
         self.problems: list[dict[str, Any]] = []
@@ -21,26 +24,26 @@ class LoopThread:
         self._thread.start()
 
     def run(self, coroutine: Coroutine[Any, Any, T]) -> T:
-        """Run a coroutine in the thread.
+        """Run a coroutine in the event loop's thread, and wait for the coroutine's result.
 
         Returns the result, or raises the error.  Raises UsageError in the thread itself, or after `stop`.
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
-            coroutine.close()  # a wait in the thread of the loop would never end
+            coroutine.close()  # a coroutine that is never awaited must be closed
             self.check_outside()
             raise UsageError("this twin is closed: its `with` block has ended")
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def check_outside(self) -> None:
-        """Raise UsageError if called from the thread itself, where waiting would block for ever."""
+        """Raise UsageError in the event loop's own thread, where waiting would block for ever."""
         if threading.current_thread() is self._thread:
             raise UsageError(
-                "cannot advance virtual time inside `do`, a condition or a callback: call it from the test's own thread"
+                "cannot advance virtual time inside `do`, a condition or a callback: expected a call in the test thread"
             )
 
     def do(self, action: Callable[[], T]) -> T:
-        """Call a function in the thread and return its result."""
+        """Call a function in the event loop's thread, and return the function's result."""
         if threading.current_thread() is self._thread:
             return action()
 
@@ -50,9 +53,9 @@ class LoopThread:
         return self.run(act())
 
     def stop(self) -> None:
-        """End the thread after its present callbacks."""
-        self.do(lambda: None)  # Runs the loop once more, in which asyncio closes connections.
-        self.run(self._loop.shutdown_default_executor())  # Ends the threads that resolve addresses.
+        """End the event loop's thread after the pending callbacks have been executed."""
+        self.do(lambda: None)  # asyncio closes connections during this pass of the loop
+        self.run(self._loop.shutdown_default_executor())  # this call ends the threads that resolve addresses
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

@@ -10,7 +10,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NoReturn
 
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.host_thread import POLLS, HostThread, pause
@@ -26,18 +26,20 @@ SLEPT = (
     "the host sleeps by the wall clock, and virtual time has advanced by {:g} s: "
     "call `time.sleep` as an attribute of `time`, which takes virtual time in a host's thread, or use speed=1.0"
 )
-HOST_CANNOT_ADVANCE = "a host cannot advance virtual time: time passes while the host waits for an answer or sleeps"
 
 
 class ServedClock:
-    """Clock of a bench at the speed of its pacer; an event loop in a thread serves the bench's ports."""
+    """Clock of a bench that runs in the event loop of another thread."""
 
     def __init__(self, loop: LoopThread, pacer: Pacer) -> None:
         self._loop, self._pacer = loop, pacer
 
     @property
     def now(self) -> int:
-        """Virtual time in nanoseconds; if the wall clock paces the bench, virtual time is first advanced to now."""
+        """Virtual time in nanoseconds.
+
+        If the wall clock paces the bench, virtual time is first advanced to now.
+        """
         if self._pacer.running:
             self._loop.do(self._advance_to_now)
         return self._pacer.clock.now
@@ -48,11 +50,13 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Advance virtual time.  Raises UsageError if the wall clock paces the bench."""
-        raise UsageError(f'cannot advance by {seconds:g} s: the wall clock paces this bench; serve with speed="manual"')
+        """Raise UsageError, because the wall clock paces this bench."""
+        raise UsageError(f'cannot advance by {seconds:g} s: expected a twin that is served with speed="manual"')
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Wait until `condition()` is true (returns True), or for `timeout` seconds of real time (returns False).
+        """Wait until `condition()` is true, for at most `timeout` seconds of real time.
+
+        Return True if the condition has become true in this time.
 
         An exception of `condition()` is raised.
         """
@@ -79,19 +83,19 @@ class ServedClock:
         return found
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Wait until a host has finished, `timeout` seconds at most.  Return the result of the host's function, or
-        raise its exception.
+        """Wait for at most `timeout` seconds until a host has finished, and return the result of the host's function.
+
+        An exception of the function is raised.
         """
         host.join(timeout)
         if not host.done:
             raise LinkError(
-                f"the host has not finished within {timeout:g} s: "
-                "give a longer timeout: start(function, …).result(timeout=SECONDS)"
+                f"the host has not finished within {timeout:g} s: expected a longer timeout, e.g. result(timeout=60)"
             )
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Register a host that must block before time passes."""
+        """Do nothing, because virtual time does not wait for hosts."""
 
     def _advance_to_now(self) -> None:
         self._pacer.sync()
@@ -99,7 +103,10 @@ class ServedClock:
 
 
 class ManualClock(ServedClock):
-    """Clock whose virtual time passes only in calls of its methods; calls from several threads are executed in turn."""
+    """Clock whose virtual time passes only while a test calls `advance`, `run_until` or `wait_for`.
+
+    Calls from several threads are executed in turn.
+    """
 
     def __init__(self, loop: LoopThread, pacer: ManualPacer) -> None:
         super().__init__(loop, pacer)
@@ -113,14 +120,17 @@ class ManualClock(ServedClock):
         return self._manual_pacer.clock.now
 
     def add(self, host: HostThread) -> None:
-        """Register a host that must block before time passes, and whose sleeps take virtual time."""
+        """Register a host that must block before virtual time passes.
+
+        `time.sleep` in the host's thread then takes virtual time.
+        """
         host.sleep_by(lambda: self.now)
         self._hosts.append(host)
 
     def advance(self, seconds: float) -> None:
-        """Advance virtual time by `seconds`, after receiving all data that hosts have sent."""
+        """Advance virtual time by `seconds`, after all data that hosts have sent are received."""
         if not 0 <= seconds < math.inf:
-            raise UsageError(f"invalid time in advance({seconds!r}): expected finite seconds of at least 0, e.g. 0.5")
+            raise UsageError(f"invalid time {seconds!r} in advance: expected a number of seconds from 0, e.g. 0.5")
         with self._exclusive():
             end_ns = self._pacer.clock.later(to_ns(seconds))
             self._run_hosts()
@@ -128,12 +138,14 @@ class ManualClock(ServedClock):
                 self._run_hosts()
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Advance until `condition()` is true (returns True), or by `timeout` virtual seconds (returns False).
+        """Advance virtual time until `condition()` is true, but by at most `timeout` virtual seconds.
+
+        Return True if the condition is true at the end.
 
         The condition is checked at every event, as in `Bench.run_until`, and after hosts have run.
         """
         if not timeout < math.inf:  # nor nan
-            raise UsageError(f"invalid timeout in run_until(…, timeout={timeout!r}): expected finite seconds, e.g. 10")
+            raise UsageError(f"invalid timeout {timeout!r} of run_until: expected a number of seconds, e.g. 10")
         with self._exclusive():
             end_ns = self._pacer.clock.later(to_ns(timeout))
             over = False
@@ -145,8 +157,9 @@ class ManualClock(ServedClock):
             return bool(condition())
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Advance virtual time until a host has finished.  Return the result of the host's function, or raise its
-        exception.
+        """Advance virtual time until a host has finished, and return the result of the host's function.
+
+        An exception of the function is raised.
 
         Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds, not counting
         the host's latest sleep.
@@ -162,18 +175,20 @@ class ManualClock(ServedClock):
                 if self._traffic != seen or host.done:
                     seen, silent_since = self._traffic, self.now
                 elif self.now - silent_since > to_ns(timeout) + host.slept_ns:
-                    raise LinkError(_silent(timeout))
+                    _fail(timeout)
         return host.outcome()
 
     @contextmanager
     def _exclusive(self) -> Iterator[None]:
-        """Keep other threads from advancing time.
+        """Prevent other threads from advancing virtual time, within a `with` block.
 
         Raises UsageError in the bench's own thread, and in the thread of a host: a host must block before time passes.
         """
         self._loop.check_outside()
         if any(host.current for host in self._hosts):
-            raise UsageError(HOST_CANNOT_ADVANCE)
+            raise UsageError(
+                "a host cannot advance virtual time: time passes while the host waits for an answer or sleeps"
+            )
         with self._turn:
             yield
 
@@ -182,7 +197,10 @@ class ManualClock(ServedClock):
         return self._manual_pacer.arrivals, self._manual_pacer.deliveries
 
     def _advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        """Advance to `end_ns`, or until the condition is true; return False if hosts must run before that."""
+        """Advance virtual time to `end_ns`, or until the condition is true.
+
+        Return False if a host must run earlier.
+        """
         sleepers = [host for host in self._hosts if host.wakes_ns is not None]
         wake_ns = min((host.wakes_ns for host in sleepers if host.wakes_ns is not None), default=end_ns + 1)
         over = self._loop.do(lambda: self._manual_pacer.advance(min(wake_ns, end_ns), condition))
@@ -194,7 +212,7 @@ class ManualClock(ServedClock):
         return False
 
     def _run_hosts(self) -> None:
-        """Receive the data of hosts until every host thread is blocked."""
+        """Receive data from the hosts until every host thread is blocked."""
         self._hosts = [host for host in self._hosts if not host.done]
         seen, quiet_polls = (-1, -1), 0
         while quiet_polls < POLLS:
@@ -206,7 +224,7 @@ class ManualClock(ServedClock):
             pause()
 
     def _wait_for_silent_host(self, host: HostThread, timeout: float) -> None:
-        """Wait in real time for a host that may be sleeping by the wall clock."""
+        """Wait in real time until a host that may be sleeping in real time sends data or ends."""
         if host.sleeps_by_the_wall_clock():
             warnings.warn(SLEPT.format(timeout), stacklevel=2)
         seen = self._traffic
@@ -215,8 +233,8 @@ class ManualClock(ServedClock):
             self._loop.run(self._manual_pacer.receive_all())
             if host.done or self._traffic != seen:
                 return
-        raise LinkError(_silent(timeout))
+        _fail(timeout)
 
 
-def _silent(timeout: float) -> str:
-    return f"the host is still waiting after {timeout:g} s of virtual time, and nothing was sent or received"
+def _fail(timeout: float) -> NoReturn:
+    raise LinkError(f"the host is still waiting after {timeout:g} s of virtual time, and nothing was sent or received")

@@ -20,7 +20,7 @@ several turns.
 
 
 class ManualPacer(Pacer):
-    """Advances a bench on request only."""
+    """Pacer that advances virtual time only when a test requests an advance."""
 
     def __init__(self, bench: Bench) -> None:
         super().__init__(bench.clock, None)
@@ -34,7 +34,7 @@ class ManualPacer(Pacer):
         """Do nothing, because virtual time passes only in `advance`."""
 
     def sync(self) -> None:
-        """Count an input from a host."""
+        """Count one input from a host."""
         self.arrivals += 1
 
     def work(self) -> None:
@@ -42,7 +42,7 @@ class ManualPacer(Pacer):
         self.flush()
 
     async def receive_all(self) -> int:
-        """Receive all data that hosts have sent so far.  Returns the number of inputs so far."""
+        """Receive all data that hosts have already sent, and return the total number of inputs."""
         idle = 0
         while idle < IDLE_TURNS:
             before = self.arrivals
@@ -51,7 +51,7 @@ class ManualPacer(Pacer):
         return self.arrivals
 
     def advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        """Advance to `end_ns`, but stop when `condition()` is true or when hosts must run.
+        """Advance virtual time to `end_ns`, but stop earlier if `condition()` is true or a host must run.
 
         Returns False if the advance was interrupted for hosts.
         """
@@ -65,7 +65,10 @@ class ManualPacer(Pacer):
         return stop_ns >= end_ns
 
     def _advance_to(self, stop_ns: int, condition: Callable[[], object] | None) -> bool:
-        """Advance to `stop_ns`.  Returns True if output is pending or the condition is true before that time."""
+        """Advance virtual time to `stop_ns`, but stop earlier if output is pending or the condition is true.
+
+        Returns True if output is pending or the condition is true.
+        """
         self.advancing = True
         self.passes += 1
         try:
@@ -86,7 +89,7 @@ class ManualPacer(Pacer):
         return True
 
     def _deliver(self) -> bool:
-        """Send pending output.  Return True if output was pending."""
+        """Send pending output to the hosts; return False if no output is pending."""
         if not self._to_flush:
             return False
         self.deliveries += 1

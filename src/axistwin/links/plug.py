@@ -27,7 +27,7 @@ FEW = 64
 
 
 class HostEnd(Protocol):
-    """The host's end of a line, with the settings that a client can change."""
+    """The host's end of a serial line, whose format, DTR and RTS a client can set."""
 
     format: UartFormat
     dtr: bool
@@ -35,59 +35,59 @@ class HostEnd(Protocol):
 
 
 class HostPort(Protocol):
-    """A serial port as a client uses it: a `SerialPort`, or a wrapper of a `SerialPort`."""
+    """Interface of a controller's serial port for clients; `SerialPort` implements this interface."""
 
     flow: Flow
     held: bool
 
     @property
     def host(self) -> HostEnd:
-        """The host's end of the line."""
+        """The host's end of the serial line."""
 
     @property
     def dtr_line(self) -> Pin:
-        """The device's data terminal ready."""
+        """The device's output DTR (data terminal ready)."""
 
     @property
     def rts_line(self) -> Pin:
-        """The device's request to send."""
+        """The device's output RTS (request to send)."""
 
     @property
     def pending(self) -> int:
-        """Number of queued characters that have not been sent."""
+        """Number of queued characters that have not been sent to the device."""
 
     @property
     def to_device(self) -> Line:
-        """The line to the device."""
+        """The serial line from the host to the device."""
 
     def write(self, data: bytes) -> None:
-        """Queue data for transmission."""
+        """Queue data for transmission to the device."""
 
     def read(self) -> bytes:
-        """Return and remove all received bytes."""
+        """Return all received bytes, and remove these bytes from the receive buffer."""
 
     def send_break(self, seconds: float) -> None:
-        """Send a break."""
+        """Send a break to the device for a number of seconds."""
 
     def drop_pending(self) -> None:
-        """Discard the queued characters that have not been sent."""
+        """Discard the queued characters that have not been sent to the device."""
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
-        """Call `callback(byte, errors)` for each received character.  Return an unsubscribe function."""
+        """Call `callback(byte, errors)` for each character from the device; return an unsubscribe function."""
 
 
 class SerialClient(Client, Protocol):
-    """The client of a serial port, at the other end of a transport."""
+    """Interface of a client that is connected to a serial port."""
 
     flow: Flow | None
     """Flow control chosen by the client; None: the flow control of the plug."""
 
     def deliver(self, data: bytes, errors: LineError) -> None:
-        """Send characters from the controller to the client; `errors`: the line errors of these characters."""
+        """Send characters from the controller to the client, with the line errors of these characters."""
 
 
 class Plug(SingleClient[SerialClient]):
-    """Connects a serial port with one client.
+    """Connects a serial port with one client at a time.
 
     `title`: the model of the controller.  `reset` is called for each new client.
     """
@@ -114,10 +114,10 @@ class Plug(SingleClient[SerialClient]):
         self.serial.subscribe_received(self._received)
         self.apply_flow()
 
-    # Connecting and disconnecting
+    # Connection and disconnection of clients
 
     def begin(self) -> None:
-        """Prepare the port for a new client."""
+        """Prepare the serial port for a new client."""
         self.serial.drop_pending()
         self.serial.read()
         self._errors = SOUND
@@ -126,7 +126,7 @@ class Plug(SingleClient[SerialClient]):
         self.reset()
 
     def end(self) -> None:
-        """Restore the line after the client has disconnected."""
+        """End a break, and set DTR and RTS on, after the client has disconnected."""
         self.set_break(False)
         self.serial.host.dtr = self.serial.host.rts = True
         self.apply_flow()
@@ -136,12 +136,12 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def full(self) -> bool:
-        """True while nothing is read from the client."""
+        """True while the server must not read data from the client."""
         return self.gate.closed or self._stop_observing is not None
 
     @property
     def chunk(self) -> int:
-        """Largest number of characters read from the client at once."""
+        """Largest number of characters that are read from the client at once."""
         return INSTANT_CHUNK if self.serial.to_device.instant else CHUNK
 
     @property
@@ -150,7 +150,7 @@ class Plug(SingleClient[SerialClient]):
         return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
 
     def send(self, data: bytes) -> None:
-        """Transmit characters from the client."""
+        """Transmit characters from the client to the controller."""
         self.pacer.sync()
         self.serial.write(data)
         self.pacer.work()
@@ -160,13 +160,13 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
     def change(self, change: Callable[[], object]) -> None:
-        """Apply a setting of the client: a line format or a control line."""
+        """Apply a change of the line format or a control line that the client has requested."""
         self.pacer.sync()
         change()
         self.pacer.work()
 
     def set_break(self, on: bool) -> None:
-        """Begin or end a break.
+        """Begin or end a break on the line to the controller.
 
         The length of a break is known only at its end.  The line therefore goes to space when the client ends the
         break, for the same length, but at least for the time of two characters.  Between begin and end nothing is
@@ -196,13 +196,13 @@ class Plug(SingleClient[SerialClient]):
     # Data from the controller
 
     def request_flush(self) -> None:
-        """Request a flush after the bench has been advanced."""
+        """Request that received characters are sent to the client after the next advance of the bench."""
         if not self._flush_requested:
             self._flush_requested = True
             self.pacer.request_flush(self)
 
     def flush(self) -> None:
-        """Send received characters to the client.  Without a client they are lost, as on an open cable."""
+        """Send characters from the controller to the client, or discard the characters if no client is connected."""
         self._flush_requested = False
         data, errors, self._errors = self.serial.read(), self._errors, SOUND
         if self.client is None:
@@ -218,7 +218,7 @@ class Plug(SingleClient[SerialClient]):
             self._errors |= errors
 
     def flush_pending(self) -> None:
-        """Flush pending output to the client."""
+        """Send pending characters to the client."""
         if self._flush_requested:
             self.flush()
 
@@ -230,6 +230,6 @@ class Plug(SingleClient[SerialClient]):
         return self.flow if wanted is None else wanted
 
     def apply_flow(self) -> None:
-        """Set the flow control of the host's end to the client's choice."""
+        """Apply the flow control that the client has chosen, or the default flow control."""
         if self.serial.flow is not self._flow:
             self.serial.flow = self._flow

@@ -27,16 +27,16 @@ from axistwin.links.writer import Writer
 from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
-EXTPROC = 0o200000  # reports every change of settings to this end; Python's termios lacks the constant
+EXTPROC = 0o200000  # Linux reports all changes of settings with this flag, which Python's module termios lacks
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
-TERMIOS2 = struct.Struct("4I20s2I")  # iflag, oflag, cflag, lflag, line and control characters, speeds
+TERMIOS2 = struct.Struct("4I20s2I")  # struct termios2 has four flag words, control characters and two speeds
 CBAUD, BOTHER = 0o010017, 0o010000
 
 
 class PtyPort:
-    """A pseudo terminal, its symbolic link, and its client."""
+    """A port that a host program opens as a serial device: a pseudo terminal with a symbolic link."""
 
     flow: Flow | None = None
 
@@ -59,24 +59,26 @@ class PtyPort:
         self._loop.add_reader(self._master, self._readable)
 
     def _make_link(self) -> None:
-        """Create the symbolic link.  Only a link without a target is replaced: a killed server leaves such a link."""
+        """Create the symbolic link to the pseudo terminal.
+
+        Only a link without a target is replaced: a killed server leaves such a link.
+        """
         if self._link is None:
             return
         try:
             if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
-                self._link.unlink()  # a killed server has left the link; the device may have the same number again
+                self._link.unlink()  # this link was left behind by a server that was killed
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()
-            raise LinkError(f"cannot create {self.url}: {self._link} already exists: remove it") from None
+            raise LinkError(f"cannot create {self.url}: {self._link} already exists; choose another path") from None
         except OSError as error:
             self._close_files()
-            raise LinkError(
-                f"cannot create {self.url}: {(error.strerror or str(error)).lower()}: choose another path"
-            ) from None
+            reason = (error.strerror or str(error)).lower()
+            raise LinkError(f"cannot create {self.url}: {reason}; choose another path") from None
 
     def close(self) -> None:
-        """Close the device and remove its link."""
+        """Close the pseudo terminal, and remove the symbolic link."""
         self._loop.remove_reader(self._master)
         self._writer.clear()
         self.plug.disconnect(self)
@@ -107,7 +109,7 @@ class PtyPort:
             self._take(packet[0], packet[1:])
 
     def _take(self, happened: int, data: bytes) -> None:
-        """Process a packet of the pty: characters, or a change of settings by the client."""
+        """Process a packet from the pseudo terminal, which contains characters or a change of settings."""
         if happened & TIOCPKT_IOCTL:
             self.plug.change(self._take_over_settings)
         if happened & termios.TIOCPKT_FLUSHREAD:
@@ -118,8 +120,9 @@ class PtyPort:
             self.plug.send(data)
 
     def _connect(self) -> bool:
-        """True if this client is connected.  A refused client is not tried again before the client closes the
-        device.
+        """Connect this client to the controller if possible; return True if the client is connected.
+
+        A refused client is not tried again before the client closes the device.
         """
         if self.plug.client is self:
             return True
@@ -137,7 +140,7 @@ class PtyPort:
             self._slave = None
 
     def _hold(self) -> None:
-        """Keep the device open and empty until the next client opens it."""
+        """Hold the pseudo terminal open and its buffers empty until the next client opens the device."""
         if self._slave is None:
             self._slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY)
         termios.tcflush(self._slave, termios.TCIOFLUSH)
@@ -158,11 +161,14 @@ class PtyPort:
     # Data to the client
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
-        """Send characters to the client."""
+        """Send characters from the controller to the client."""
         self._writer.write(data)
 
     def hung_up(self) -> bool:
-        """True if the client has closed the device; valid also while reading is paused."""
+        """True if the client has closed the device.
+
+        The value is valid also while reading is paused.
+        """
         poll = select.poll()
         poll.register(self._master, select.POLLHUP)
         return bool(poll.poll(0))
@@ -189,7 +195,7 @@ class PtyPort:
         return settings
 
     def _show(self, fmt: UartFormat) -> None:
-        """Set the device to this format, as far as a pty supports it."""
+        """Set the line format of the pseudo terminal, as far as a pseudo terminal supports the format."""
         iflag, oflag, flags, lflag, characters, _, _ = self._settings()
         flags = flags & ~(CBAUD | termios.CSTOPB | termios.PARODD) | getattr(termios, f"B{fmt.baudrate}", BOTHER)
         flags |= termios.CSTOPB if fmt.stopbits > 1 else 0

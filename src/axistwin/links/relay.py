@@ -58,7 +58,9 @@ class PassThrough(Uart):
 
 
 class Relay:
-    """A bench with one serial line, `name`, that is connected to a real device.
+    """Forwards characters and control lines between a host and a real serial device.
+
+    The relay is a bench with one serial line, `name`, that is connected to the device.
 
     `url`: a device or a URL of pyserial.  `line`: the initial format.  Raises LinkError if the device cannot be opened.
     """
@@ -84,7 +86,10 @@ class Relay:
         self._warned: set[str] = set()
 
     def start(self, pacer: Pacer, lost: Callable[[LinkError], None]) -> None:
-        """Start forwarding; `lost` is called when the device is lost.  Call within the event loop of the pacer."""
+        """Start to forward data between the host and the device.
+
+        `lost` is called when the device is lost.  Call within the event loop of the pacer.
+        """
         self._pacer, self._lost, self._loop = pacer, lost, asyncio.get_running_loop()
         self._lines = control_lines(self._device)
         if self._lines is not None:
@@ -98,7 +103,7 @@ class Relay:
         self._thread.start()
 
     def close(self) -> None:
-        """Close the device."""
+        """Stop forwarding, and close the device."""
         self._closing = True
         if self._thread is not None:
             self._thread.join()  # the thread ends soon, because it polls `_closing`
@@ -114,7 +119,7 @@ class Relay:
             self._outgoing.append(byte)
 
     def _forward(self) -> None:
-        """Forward characters from the host to the device, in the host's present format."""
+        """Forward characters from the host to the device, in the host's present line format."""
         if self.port.host.format != self._applied:
             self._applied = self._pass_through.format = self.port.host.format
             settings = settings_of(self._applied)
@@ -147,9 +152,9 @@ class Relay:
             self._lose(TimeoutError("it does not answer"))
         elif not self._closing:
             self._latest = self._worker.submit(self._counted, do)
-            asyncio.wrap_future(self._latest)  # reports unexpected exceptions
+            asyncio.wrap_future(self._latest)  # asyncio reports unexpected exceptions of the wrapped future
 
-    # Functions that run in the device thread
+    # Functions that run in the thread that writes to the device
 
     def _counted(self, do: Callable[[], None]) -> None:
         try:
@@ -165,7 +170,7 @@ class Relay:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
     def _apply(self, what: str, do: Callable[[], object]) -> None:
-        """Perform an action at the device; log an error of the device."""
+        """Call `do`, which changes a setting of the device, and log an error of the device."""
         try:
             do()
         except DEVICE_ERRORS as error:
@@ -177,7 +182,7 @@ class Relay:
             self._warned.add(words)
             log.warning("%s %s", self.url, words)
 
-    # Data from the device; `_listen` runs in the reading thread
+    # Data from the device
 
     def _listen(self) -> None:
         loop = self._loop
@@ -185,7 +190,7 @@ class Relay:
             try:
                 data = self._read()
                 levels = None if self._lines is None else (self._lines.dsr, self._lines.cts)
-            except (OSError, TypeError) as error:  # pyserial raises TypeError if the device has been closed meanwhile
+            except (OSError, TypeError) as error:  # pyserial raises TypeError if another thread has closed the device
                 if not self._closing:
                     loop.call_soon_threadsafe(self._lose, error)
                 return
@@ -193,7 +198,7 @@ class Relay:
                 loop.call_soon_threadsafe(self._take, data, levels)
 
     def _read(self) -> bytes:
-        """Return received characters; block for at most `POLL_S` for the first one."""
+        """Return the characters that the device has sent; wait for at most `POLL_S` seconds."""
         data = bytearray(self._device.read(1))
         while data and len(data) < CHUNK and (more := self._device.in_waiting):
             data += self._device.read(more)
@@ -216,7 +221,7 @@ class Relay:
 
 
 def _open(url: str, line: UartFormat) -> "serial.Serial":
-    import serial  # lazy import: only for a relay
+    import serial  # lazy import: pyserial is needed only while a relay runs
 
     with opening(url):
         return serial.serial_for_url(url, timeout=POLL_S, **settings_of(line))

@@ -37,7 +37,7 @@ FLOWS = {
 class ComPortClient(TcpClient):
     """A client that speaks RFC 2217."""
 
-    linger_s = 0  # the control lines are released when the connection ends
+    linger_s = 0  # a closed connection must release the control lines at once
     answers = True
 
     def __init__(self, plug: Plug, cts: str = "rts") -> None:
@@ -52,7 +52,7 @@ class ComPortClient(TcpClient):
         self._unsubscribe: list[Callable[[], None]] = []
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Connect a client."""
+        """Connect a client, and subscribe to changes of the client's DSR and CTS."""
         super().connection_made(transport)
         self._port.set_modem_state(dsr=self._dsr.level, cts=self._cts.level)
         self._unsubscribe = [
@@ -109,7 +109,7 @@ class ComPortClient(TcpClient):
     # To the client
 
     def deliver(self, data: bytes, errors: LineError) -> None:
-        """Send the device's characters and control lines to the client."""
+        """Send the device's characters and the changes of its control lines to the client."""
         self._report_lines()
         if errors:
             self._port.set_line_state(errors)

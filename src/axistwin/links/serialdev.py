@@ -33,7 +33,7 @@ POLL_S = 0.02
 
 
 class SerialDevice:
-    """A serial device that is permanently connected to a controller."""
+    """A real serial device of this computer, to which a virtual controller is permanently connected."""
 
     flow: Flow | None = Flow.NONE
     """Flow control is not simulated, because the real host handles the controller's DTR."""
@@ -66,7 +66,7 @@ class SerialDevice:
             self._poll_lines()
 
     def close(self) -> None:
-        """Close the device, unless already closed."""
+        """Close the device if it is open."""
         if not self._device.is_open:
             return
         for unsubscribe in self._unsubscribe:
@@ -97,12 +97,12 @@ class SerialDevice:
         self._stream.write(data)
 
     def _drive(self, _: object = None) -> None:
-        """Copy the controller's output lines to the device."""
+        """Set DTR and RTS of the device to the levels of the controller's outputs."""
         assert self._lines is not None
         set_lines(self._lines, self.plug.serial.dtr_line.level, self.plug.serial.rts_line.level)
 
     def _follow_format(self) -> None:
-        """Set the real UART to the format of the controller's UART."""
+        """Set the line format of the real device to the format of the controller's UART."""
         inside = self.plug.serial.to_device.receiver.format
         wanted = self.format if inside is None else replace(inside, baudrate=self.format.baudrate)
         if wanted == self._applied or self.plug.gate.closed:
@@ -113,7 +113,7 @@ class SerialDevice:
         except DEVICE_ERRORS as error:
             log.warning("%s: %s does not support %s: %s", self.plug.name, self.name, wanted, error)
 
-    # Functions that the plug calls
+    # Functions that `Plug` calls
 
     def hung_up(self) -> bool:
         """Return False, because a real cable stays connected."""
@@ -132,7 +132,7 @@ class SerialDevice:
 
 
 def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
-    import serial  # lazy import: needed only for serial devices
+    import serial  # lazy import: pyserial is needed only for serial devices
 
     with opening(url):
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))

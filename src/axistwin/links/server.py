@@ -18,14 +18,8 @@ if TYPE_CHECKING:
     from axistwin.links.sharing import Hub
 
 
-NO_PTY = (
-    "a pty needs Linux: expected a port on TCP, e.g. rfc2217://127.0.0.1:2217; for a host that opens a serial device, "
-    "connect two virtual ones (com0com, socat) and name one of them, e.g. serial://COM5"
-)
-
-
 class OpenPort(Protocol):
-    """An open port."""
+    """Interface of a port that is open for clients."""
 
     url: PortUrl
     """Actual address of the port; for port 0, with the number that the system has chosen."""
@@ -35,17 +29,22 @@ class OpenPort(Protocol):
 
 
 class Ports(Protocol):
-    """Interface that returns the port of a named endpoint for clients.  Raises UsageError for an unknown name."""
+    """Interface that returns serial ports and the registers of boards by name.
+
+    Raises UsageError for an unknown name.
+    """
 
     def serial(self, name: str) -> HostPort:
-        """Return the serial port of an endpoint."""
+        """Return the serial port of the controller or the line `name`."""
 
     def bus(self, name: str) -> "Registers":
-        """Return the registers of a board."""
+        """Return the registers of the board `name`."""
 
 
 class Server:
-    """Paces a bench and opens ports to its controllers.  Use within a running event loop.
+    """Advances a bench, and opens ports to the controllers of the bench.
+
+    Use within a running event loop.
 
     `speed`: multiple of real time; None: as fast as possible.  `flow`: the host's flow control, for transports that do
     not transmit it.  `reset`: True power-cycles the controller for each new client; a function is called with the
@@ -75,7 +74,7 @@ class Server:
         self._open: list[OpenPort] = []
 
     async def open(self, name: str, url: PortUrl) -> PortUrl:
-        """Open a port to the endpoint of this name: a controller, a second channel, or a line of motors.
+        """Open a port to the controller, the second channel or the line of motors that has this name.
 
         Raises LinkError; UsageError for an unknown name.
         """
@@ -115,7 +114,10 @@ class Server:
         self.pacer.stop()
 
     def client(self, name: str) -> str:
-        """Return the address of the client at this endpoint, such as `127.0.0.1:4711`; "" without a client."""
+        """Return the address of the client that is connected to an endpoint, e.g. `127.0.0.1:4711`.
+
+        Returns "" without a client.
+        """
         return next((endpoint.client_name for endpoint in self._endpoints if endpoint.name == name), "")
 
     @property
@@ -139,7 +141,7 @@ class Server:
         return self._hubs[name]
 
     def _power_cycle(self, name: str) -> None:
-        """Switch all controllers at this endpoint off and on."""
+        """Switch the power of a controller, or of all motors on a line, off and on."""
         line = self.bench.lines.get(name)
         for controller in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             controller.power_cycle()
@@ -154,11 +156,14 @@ class Server:
 
 
 async def _open(plug: Plug, url: PortUrl) -> OpenPort:
-    """Open a serial port; each transport is imported on first use."""
+    """Open a serial port of the kind that the scheme of the URL selects."""
     match url.scheme:
         case "pty":
             if sys.platform != "linux":
-                raise LinkError(NO_PTY)
+                raise LinkError(
+                    "a pty needs Linux: expected a port on TCP, e.g. rfc2217://127.0.0.1:2217, "
+                    "or one end of two connected virtual serial ports (com0com, socat), e.g. serial://COM5"
+                )
             from axistwin.links.pty import PtyPort
 
             return PtyPort(plug, url)

@@ -22,7 +22,7 @@ LONGEST_S = 2.0
 
 
 class Seat:
-    """The place of one TCP client; the client uses this object as its plug."""
+    """Connection of one TCP client to a serial connector that several clients share."""
 
     def __init__(self, hub: "Hub") -> None:
         self._hub = hub
@@ -37,29 +37,29 @@ class Seat:
 
     @property
     def chunk(self) -> int:
-        """Largest number of characters read from the client at once."""
+        """Largest number of characters that are read from the client at once."""
         return self._hub.plug.chunk
 
     @property
     def full(self) -> bool:
-        """True while nothing is read from the client."""
+        """True while the server must not read data from the client."""
         return self._hub.plug.full or len(self.waiting) > FULL
 
     def connect(self, client: TcpClient) -> bool:
-        """Connect the client.  Returns False if new clients are refused."""
+        """Connect the client; return False if new clients are refused."""
         self.client = client
         if not self._hub.enter(self):
             self.client = None
         return self.client is not None
 
     def disconnect(self, client: TcpClient) -> None:
-        """Release the seat after its client has disconnected."""
+        """Disconnect this client from the shared serial connector."""
         if self.client is client:
             self._hub.leave(self)
             self.client = None
 
     def send(self, data: bytes) -> None:
-        """Transmit characters from the client, after the requests of other clients."""
+        """Transmit characters from the client to the controller, after the waiting requests of other clients."""
         self.waiting += data
         self._hub.pump(self)
         if self.full and self.client is not None:
@@ -67,7 +67,7 @@ class Seat:
 
 
 class Hub:
-    """The only client of a plug: it sends the requests of its seats, and distributes the answers."""
+    """Shares one serial connector among several clients: sends their requests in turn, and sends each answer to all."""
 
     flow: Flow | None = None
 
@@ -83,13 +83,13 @@ class Hub:
         self._timer: asyncio.TimerHandle | None = None
 
     def seat(self) -> TcpClient:
-        """Return a client on a seat of its own."""
+        """Return a handler for one new TCP client."""
         return TcpClient(Seat(self))
 
     # From the seats
 
     def enter(self, seat: Seat) -> bool:
-        """Add a seat.  Returns False if the plug refuses clients."""
+        """Add a client; return False if the serial connector refuses new clients."""
         if self.plug.gate.closed or not (self._seats or self.plug.connect(self)):
             return False
         self._seats.append(seat)
@@ -97,7 +97,7 @@ class Hub:
         return True
 
     def leave(self, seat: Seat) -> None:
-        """Remove a seat; the plug is released with the last one."""
+        """Remove a client, and release the serial connector after the last client."""
         if seat not in self._seats:
             return
         self._seats.remove(seat)
@@ -106,7 +106,7 @@ class Hub:
         if seat in self._queue:
             self._queue.remove(seat)
         if self._turn is seat:
-            self._complete = True  # an incomplete request ends by silence
+            self._complete = True  # silence on the line ends an incomplete request
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)
@@ -115,7 +115,7 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send the waiting characters of a seat if the seat has the turn."""
+        """Send the waiting characters of a client if it is the client's turn, otherwise queue the client."""
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)
@@ -139,7 +139,7 @@ class Hub:
         self._timer = loop.call_at(min(loop.time() + SILENCE_S, latest_s), self._silent)
 
     def _silent(self) -> None:
-        """Give the turn to the next seat, after the last character of the request has been sent."""
+        """Let the next client send its request if all characters of the present request have been sent."""
         if self.plug.serial.pending:
             self._complete_at_s = asyncio.get_running_loop().time()
             self._restart_timer()
@@ -159,7 +159,7 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Return False, because the hub stays connected until its last seat leaves."""
+        """Return False, because the connection lasts until the last client disconnects."""
         return False
 
     def drop(self) -> None:
@@ -171,7 +171,7 @@ class Hub:
         self._each(TcpClient.pause)
 
     def resume(self) -> None:
-        """Continue reading from the clients whose requests do not wait."""
+        """Continue reading from all clients that do not have too many waiting characters."""
         for seat in self._seats:
             if seat.client is not None and not seat.full:
                 seat.client.resume()

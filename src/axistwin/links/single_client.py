@@ -16,12 +16,15 @@ log = getLogger("axistwin.links")
 
 
 class Client(Protocol):
-    """A client at the other end of a transport."""
+    """Interface of a client that is connected to an endpoint."""
 
     name: str
 
     def hung_up(self) -> bool:
-        """True if the client has, or may have, disconnected; another client may then replace this client."""
+        """True if the client has disconnected or may have disconnected.
+
+        Another client may then replace this client.
+        """
 
     def drop(self) -> None:
         """Disconnect the client."""
@@ -34,7 +37,7 @@ class Client(Protocol):
 
 
 class Gate:
-    """Access of clients to endpoints: the gate is open, or closed for a reason."""
+    """Controls whether clients may connect and send data."""
 
     def __init__(self) -> None:
         self.reason = ""
@@ -46,11 +49,14 @@ class Gate:
 
     @property
     def closed(self) -> bool:
-        """True while the gate is closed: nothing is read from clients, and new clients are refused."""
+        """True while no data are read from clients, and new clients are refused."""
         return self.reason != ""
 
     def close(self, reason: str) -> None:
-        """Flush pending output, stop reading from clients, and refuse new clients.  An empty reason opens the gate."""
+        """Flush pending output, stop reading from clients, and refuse new clients.
+
+        An empty reason opens the gate.
+        """
         if reason != self.reason:
             self.reason = reason
             self.changes.emit()
@@ -64,7 +70,10 @@ G = TypeVar("G", bound=Client)
 
 
 class SingleClient(Generic[G]):
-    """An endpoint for one client.  `name`: the name of the controller."""
+    """Endpoint of a controller to which one client at a time can connect.
+
+    `name`: the name of the controller.
+    """
 
     def __init__(self, name: str, pacer: Pacer, gate: Gate | None = None) -> None:
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
@@ -80,16 +89,22 @@ class SingleClient(Generic[G]):
 
     @property
     def chunk(self) -> int:
-        """Largest number of bytes read from a client at once; other clients are served in between."""
+        """Largest number of bytes that are read from the client at once.
+
+        Other clients are served before the next bytes are read.
+        """
         return 64
 
     @property
     def client_name(self) -> str:
-        """Name of the connected client; "" without one."""
+        """Name of the connected client, or an empty text if no client is connected."""
         return "" if self.client is None or self._has_disconnected else self.client.name
 
     def connect(self, client: G) -> bool:
-        """Connect this client, unless another client is connected.  Returns True if the client is connected."""
+        """Connect a client; return False if the client is refused.
+
+        A client is refused while the gate is closed, or while another client is connected.
+        """
         if self.gate.closed:
             self._warn_refused(client, self.gate.reason)
             return False
@@ -107,7 +122,7 @@ class SingleClient(Generic[G]):
         return True
 
     def disconnect(self, client: G) -> None:
-        """Release the endpoint after this client has disconnected."""
+        """Release the endpoint for the next client after a client has disconnected."""
         if self.client is client and self.gate.closed:
             self._has_disconnected = True
         elif self.client is client:
@@ -117,16 +132,16 @@ class SingleClient(Generic[G]):
             self.pacer.work()
 
     def begin(self) -> None:
-        """Prepare the device for a new client."""
+        """Prepare the controller for a new client."""
 
     def end(self) -> None:
-        """Restore the device after a client has disconnected."""
+        """Restore the control lines after a client has disconnected."""
 
     def flush_pending(self) -> None:
-        """Flush pending output to the client."""
+        """Send pending output to the client."""
 
     def _warn_refused(self, client: G, why: str) -> None:
-        """Log that a client was refused, once per connected client, because a client may try many times."""
+        """Log the first refusal of a client, because a client may try many times."""
         if not self._has_refused:
             log.warning("%s: refused %s, as %s", self.name, client.name, why)
         self._has_refused = True

@@ -35,7 +35,7 @@ IDLE_S = 60
 
 
 class Connector(Protocol):
-    """A place for clients: a plug, a slot, or a seat at a shared plug."""
+    """Interface of an endpoint to which a TCP client connects."""
 
     client: Any
 
@@ -45,28 +45,28 @@ class Connector(Protocol):
 
     @property
     def full(self) -> bool:
-        """True while nothing is read from the client."""
+        """True while the server must not read data from the client."""
 
     @property
     def chunk(self) -> int:
-        """Largest number of characters read from the client at once."""
+        """Largest number of characters that are read from the client at once."""
 
     def connect(self, client: Any) -> bool:
-        """Connect a client.  Returns False if the client is refused."""
+        """Connect a client; return False if the client is refused."""
 
     def disconnect(self, client: Any) -> None:
-        """Release the place after its client has disconnected."""
+        """Release the endpoint after the client has disconnected."""
 
 
 class SerialConnector(Connector, Protocol):
-    """A place for clients that send characters."""
+    """Interface of a serial endpoint to which a TCP client connects."""
 
     def send(self, data: bytes) -> None:
-        """Transmit characters from the client."""
+        """Transmit characters from the client to the controller."""
 
 
 class Connection(asyncio.BufferedProtocol, ABC):
-    """A client on a TCP connection; the base of all protocols on TCP."""
+    """A client that is connected over TCP; base class of all protocols on TCP."""
 
     linger_s = LINGER_S
     answers = False
@@ -84,7 +84,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that asyncio calls
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Connect the client, or refuse the client."""
+        """Connect the client to the endpoint, or close the connection of a refused client."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=STALLED)
         peer = self._transport.get_extra_info("peername")
@@ -104,7 +104,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._has_sent = False
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
-        if not self._has_sent:  # without an answer in this call, the received characters are not acknowledged yet
+        if not self._has_sent:  # a call that sends no answer does not acknowledge the received characters
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
@@ -112,30 +112,28 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)
-        return bool(self.linger_s)  # asyncio closes the connection if this is False
+        return bool(self.linger_s)  # asyncio closes the connection if this function returns False
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
         """Disconnect the client."""
         self.plug.disconnect(self)
 
     def pause_writing(self) -> None:
-        """Record that the client does not read."""
+        """Record that the client has stopped reading data from the connection."""
         self.stalled = True
         if self.answers:
             self.pause()
 
     def resume_writing(self) -> None:
-        """Record that the client reads again."""
+        """Record that the client reads data from the connection again."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()
 
-    # Functions that the plug calls
+    # Functions that the endpoint calls
 
     def hung_up(self) -> bool:
-        """True if the client has disconnected, or is not being read from, so that a disconnection would not be
-        noticed.
-        """
+        """True if the client has disconnected, or if the server could not notice a disconnection."""
         if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         return _hung_up(self._socket)
@@ -166,7 +164,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
 
 
 class TcpClient(Connection):
-    """A host on a raw TCP connection to a serial plug."""
+    """A host that is connected to a serial endpoint over raw TCP."""
 
     flow: Flow | None = None
 
@@ -176,14 +174,14 @@ class TcpClient(Connection):
         self.dropped = 0
 
     def resume_writing(self) -> None:
-        """Record that the client reads again, and log lost characters."""
+        """Record that the client reads data again, and log how many characters were lost."""
         if self.dropped:
             log.warning("%s: %s reads too slowly, %d characters were lost", self.plug.name, self.name, self.dropped)
             self.dropped = 0
         super().resume_writing()
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
-        """Send characters to the client."""
+        """Send characters from the controller to the client."""
         self.write(data)
 
     def received(self, data: bytes) -> None:
@@ -191,7 +189,7 @@ class TcpClient(Connection):
         self.plug.send(data)
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the client; they are lost while the client does not read."""
+        """Send bytes to the client, or discard the bytes while the client does not read."""
         if self.stalled:
             self.dropped += len(data)
         elif not self._transport.is_closing():
@@ -199,25 +197,28 @@ class TcpClient(Connection):
 
 
 class TcpPort:
-    """A listening socket."""
+    """A TCP port that listens for clients."""
 
     def __init__(self, url: PortUrl, server: asyncio.Server) -> None:
         self.url, self._server = url, server
 
     def close(self) -> None:
-        """Stop listening."""
+        """Stop listening for clients."""
         self._server.close()
 
 
 async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
-    """Listen at the address of `url`; port 0: any free port, see `url` of the result.  Raises LinkError."""
+    """Listen for clients at the address of `url`, and return the open port.
+
+    Port 0 selects any free port; `url` of the result contains its number.  Raises LinkError.
+    """
     loop = asyncio.get_running_loop()
     try:
         sock = _listening_socket(*await _resolved(url))
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise LinkError(
-            f"cannot listen on {url}: {reason}: choose another address, or port 0 for any free port"
+            f"cannot listen on {url}: {reason}; choose another address, or port 0 for any free port"
         ) from None
     server = await loop.create_server(make, sock=sock)
     host, port, *_ = sock.getsockname()
@@ -225,8 +226,9 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
 
 
 async def _resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
-    """Return the address family and the socket address of `url`; an IPv4 address needs no look-up, which would start a
-    thread.
+    """Return the address family and the socket address for `url`.
+
+    An IPv4 address is not looked up, because a look-up would start a thread.
     """
     try:
         socket.inet_pton(socket.AF_INET, url.host)
@@ -244,7 +246,7 @@ def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket
     try:
         # on Windows, SO_REUSEADDR would let a second server use the same address
         sock.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR), 1)
-        # set before listening, because connections inherit it
+        # connections inherit the size of the receive buffer from the listening socket
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         sock.bind(address)
     except OSError:
@@ -255,7 +257,10 @@ def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket
 
 
 def _hung_up(sock: socket.socket) -> bool:
-    """True if the other end is closed.  On Windows, which has no `poll`, the event loop finds this out by reading."""
+    """True if the other end of the connection is closed.
+
+    False on Windows, which has no `poll`: there the event loop detects a closed connection by reading.
+    """
     if not hasattr(select, "poll"):
         return False
     poll = select.poll()
@@ -270,7 +275,9 @@ def _keep_alive(sock: socket.socket) -> None:
 
 
 def _acknowledge(sock: socket.socket) -> None:
-    """Acknowledge the next packet at once: with Nagle's algorithm a client that writes twice would be delayed by 40 ms.
+    """Let the system acknowledge the next received packet at once.
+
+    With Nagle's algorithm, a client that writes twice would otherwise be delayed by 40 ms.
 
     The system clears this option after each acknowledgement.
     """

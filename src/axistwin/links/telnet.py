@@ -10,7 +10,7 @@ LONGEST = 64
 
 
 class Verb(IntEnum):
-    """Verbs of option negotiation."""
+    """Verbs of a Telnet option negotiation."""
 
     WILL = 0xFB
     WONT = 0xFC
@@ -19,7 +19,7 @@ class Verb(IntEnum):
 
 
 class Option(IntEnum):
-    """Options used by RFC 2217."""
+    """Telnet options that RFC 2217 uses."""
 
     BINARY = 0
     ECHO = 1
@@ -29,7 +29,7 @@ class Option(IntEnum):
 
 @dataclass(frozen=True)
 class Negotiation:
-    """An option negotiation: IAC verb option."""
+    """A Telnet option negotiation, which consists of IAC, a verb and an option."""
 
     verb: Verb
     option: int
@@ -40,7 +40,7 @@ class Negotiation:
 
 @dataclass(frozen=True)
 class Subnegotiation:
-    """A subnegotiation: IAC SB option payload IAC SE."""
+    """A Telnet subnegotiation, which consists of IAC SB, an option, a payload and IAC SE."""
 
     option: int
     payload: bytes
@@ -51,7 +51,7 @@ class Subnegotiation:
 
 @dataclass(frozen=True)
 class Command:
-    """A command without parameters, such as BRK: IAC code."""
+    """A Telnet command without parameters, such as BRK."""
 
     code: int
 
@@ -60,18 +60,24 @@ Item = bytes | Negotiation | Subnegotiation | Command
 
 
 def escape(data: bytes) -> bytes:
-    """Double each FF of the data, for sending."""
+    """Double each byte FF in data that are sent over Telnet."""
     return data.replace(b"\xff", b"\xff\xff")
 
 
 class Parser:
-    """Splits a byte stream into items; the stream may arrive in pieces of any size."""
+    """Splits a Telnet byte stream into data, commands and negotiations.
+
+    The stream may arrive in pieces of any size.
+    """
 
     def __init__(self) -> None:
         self._begun = b""
 
     def feed(self, data: bytes) -> list[Item]:
-        """Return the items that `data` completes.  Data between two commands is one item."""
+        """Process received bytes, and return the data, commands and negotiations that are complete.
+
+        Data between two commands is one item.
+        """
         items: list[Item] = []
         plain = bytearray()
         data, at = self._begun + data, 0
@@ -98,7 +104,10 @@ class Parser:
 
 
 def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
-    """Return the item that begins with this IAC, and the index of the item's end; None if the item is incomplete."""
+    """Return the data or the command that begins at index `iac`, and the index of its end.
+
+    Returns None if the command is incomplete.
+    """
     if len(data) < iac + 2:
         return None
     code = data[iac + 1]
@@ -124,6 +133,6 @@ def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:
             at += 2
         elif data[at + 1] == SE and payload:
             return Subnegotiation(payload[0], bytes(payload[1:])), at + 2
-        else:  # a new command has begun: discard the incomplete subnegotiation
+        else:  # an incomplete subnegotiation is discarded when a new command begins
             return Command(SB), at
     return None if at < begin + LONGEST else (Command(SB), at)

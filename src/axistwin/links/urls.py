@@ -25,7 +25,7 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class PortUrl:
-    """The URL of a port: an address for `tcp`, `rfc2217` and `bus`, a path for `pty` and `serial`."""
+    """The URL of a port, which contains an address (`tcp`, `rfc2217`, `bus`) or a path (`pty`, `serial`)."""
 
     scheme: str
     host: str = ""
@@ -52,7 +52,7 @@ def parse(text: str) -> PortUrl:
     """Parse the URL of a port.  Raises UsageError."""
     scheme, colon, rest = text.partition(":")
     if "\0" in text:
-        raise UsageError(f"invalid port {text!r}: expected no NUL character, e.g. {EXAMPLES['tcp']}")
+        raise UsageError(f"invalid port {text!r}: expected a URL without NUL characters, e.g. {EXAMPLES['tcp']}")
     if scheme not in EXAMPLES or not colon:
         raise UsageError(f"invalid port {text!r}: expected a URL, e.g. {', '.join(EXAMPLES.values())}")
     rest = rest.removeprefix("//")
@@ -62,7 +62,7 @@ def parse(text: str) -> PortUrl:
 
 
 def parse_as(scheme: str, text: str) -> PortUrl:
-    """Parse the value of an option that names the scheme, such as `--tcp 127.0.0.1:5001`."""
+    """Parse the value of a command-line option whose name is the scheme, e.g. `--tcp 127.0.0.1:5001`."""
     return parse(f"{scheme}:{text}" if scheme == "pty" else f"{scheme}://{text}")
 
 
@@ -73,7 +73,7 @@ def _network(scheme: str, rest: str, text: str) -> PortUrl:
     if port is None or port > 0xFFFF:
         raise UsageError(f"invalid address {text!r}: expected ADDRESS:PORT, e.g. {EXAMPLES[scheme]}")
     if query not in (("", "cts=rts", "cts=dtr") if scheme == "rfc2217" else ("",)):
-        raise UsageError(f"invalid option {query!r} in {text!r}: expected ?cts=dtr for rfc2217, none for tcp and bus")
+        raise UsageError(f"invalid option {query!r} in {text!r}: expected ?cts=dtr for rfc2217, or no option")
     return PortUrl(scheme, host.strip("[]") or LOOPBACK, port, cts="dtr" if query == "cts=dtr" else "rts")
 
 
@@ -87,7 +87,7 @@ def _serial(rest: str, text: str) -> PortUrl:
 
 
 def _number(text: str) -> int | None:
-    """Return a number without a sign; None if `text` is not a number."""
+    """Return the value of an unsigned number; None if `text` is not a number."""
     try:
         return whole(text, 0) if text.isdecimal() else None
     except NumberError:

@@ -11,7 +11,7 @@ STALLED = 64 * 1024
 
 
 class Writer:
-    """Writes to a non-blocking descriptor.  When the buffer is full, the newest characters are lost."""
+    """Writes to a non-blocking file descriptor, and discards the newest characters when the buffer is full."""
 
     def __init__(self, descriptor: int, name: str) -> None:
         self.descriptor, self.name = descriptor, name
@@ -20,7 +20,7 @@ class Writer:
         self._dropped = 0
 
     def write(self, data: bytes) -> None:
-        """Write now, or later when the descriptor accepts data again."""
+        """Write data to the descriptor, and buffer the bytes that the descriptor does not accept yet."""
         if not self._waiting:
             data = data[self._write(data) :]
             if data:
@@ -30,7 +30,7 @@ class Writer:
         self._dropped += len(data[room:])
 
     def clear(self) -> None:
-        """Discard buffered characters."""
+        """Discard all buffered characters."""
         self._waiting.clear()
         self._loop.remove_writer(self.descriptor)
 
@@ -48,5 +48,5 @@ class Writer:
             return os.write(self.descriptor, data)
         except BlockingIOError:
             return 0
-        except OSError:  # the other end is closed; the read callback handles the closed connection
+        except OSError:  # the read callback handles a closed connection
             return len(data)

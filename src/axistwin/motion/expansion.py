@@ -31,7 +31,7 @@ BITS = 1 << 62
 
 
 class _Segments(NamedTuple):
-    """The segments of several moves as arrays."""
+    """The segments of several moves, with one array for each quantity."""
 
     pulses: "NDArray[np.int64]"
     base_ns: "NDArray[np.int64]"
@@ -42,12 +42,12 @@ class _Segments(NamedTuple):
 
 
 def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Fill `out` with the pulse times of complete moves, in order; a profile that occurs often is calculated once."""
+    """Fill `out` with the times of all pulses of complete moves, in order of time."""
     import numpy as np
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    patterns: dict[int, NDArray[np.int64]] = {}  # all patterns together are at most half as long as `out`
+    patterns: dict[int, NDArray[np.int64]] = {}  # pulse patterns need at most half the memory of `out`
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
         if not repeated:
@@ -63,7 +63,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _shared(moves: Sequence[Timed]) -> list[Timed]:
-    """Return the moves; equal profiles are replaced by one shared object."""
+    """Return the moves, with equal profiles replaced by one shared object."""
     known: dict[tuple[int, ...], Profile] = {}
     found = []
     for start_ns, profile in moves:
@@ -79,7 +79,10 @@ def _pulses(profile: Profile) -> int:
 
 
 def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) -> int:
-    """Fill `out` from index `at` with the pulse times of these moves; return the index after the last pulse."""
+    """Write the pulse times of moves to `out`, and return the index after the last pulse.
+
+    `at` is the index of the first pulse.
+    """
     for method, group in groupby(moves, lambda move: _method(move[1])):
         for batch in _batches(group):
             end = at + sum(_pulses(profile) for _, profile in batch)
@@ -89,7 +92,7 @@ def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) ->
 
 
 def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
-    """Split the moves into batches; a batch has about SEGMENTS segments."""
+    """Split moves into batches of about SEGMENTS segments."""
     batch, segments = [], 0
     for move in moves:
         batch.append(move)
@@ -102,7 +105,7 @@ def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
 
 
 def _method(profile: Profile) -> Callable[[Sequence[Timed], "NDArray[np.int64]"], None]:
-    """Return the fastest method that computes the pulse times of this profile exactly."""
+    """Return the fastest function that computes the pulse times of a profile exactly."""
     pulses = _pulses(profile)
     if pulses * profile.per_rate > EXACT or pulses > LONG * len(profile.starts):
         return _one_by_one
@@ -119,14 +122,15 @@ def _one_by_one(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Fill `out` with pulse times by NumPy; all numbers must have less than 63 bits."""
+    """Write the pulse times of moves to `out`, calculated with NumPy integers of at most 62 bits."""
     import numpy as np
 
     def flat(tables: Iterable[Iterable[int]]) -> "NDArray[np.int64]":
         return np.array(list(chain.from_iterable(tables)), np.int64)
 
     profiles = [profile for _, profile in moves]
-    lengths = flat([[len(profile.starts) for profile in profiles]])  # the last of the starts is the end of the move
+    # the last entry of `starts` is the end of the move
+    lengths = flat([[len(profile.starts) for profile in profiles]])
     origins, ticks, parts, per_rate = (
         np.repeat(flat([numbers]), lengths)
         for numbers in zip(*((at, p.ticks, p.parts, p.per_rate) for at, p in moves), strict=True)
@@ -135,7 +139,8 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     ends = np.cumsum(lengths) - 1
     durations = np.diff(starts, append=0)
     durations[ends] = 1
-    rates = np.maximum(np.diff(phases, append=0) // durations, 1)  # a segment of rate 0 has no pulses, nor has the end
+    # segments without pulses get the rate 1, to avoid a division by zero
+    rates = np.maximum(np.diff(phases, append=0) // durations, 1)
     done = phases // parts
     pulses = np.diff(done, append=0)
     pulses[ends] = 0
@@ -147,7 +152,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Fill `out` with pulse times by Python's integers, which have no limit."""
+    """Write the pulse times of moves to `out`, calculated with Python integers of any size."""
     import numpy as np
 
     rows = []
@@ -164,7 +169,7 @@ def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
-    """Calculate the times of all pulses, in pieces of whole segments."""
+    """Write the times of all pulses of the segments to `out`."""
     import numpy as np
 
     ends = np.cumsum(segments.pulses)
@@ -178,6 +183,6 @@ def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
         times -= np.repeat(firsts[piece].astype(np.float64), pulses)
         times *= np.repeat(segments.period_ns[piece], pulses)
         times += np.repeat(segments.rest_ns[piece], pulses)
-        out[at:end] = times  # the conversion to integers rounds down
+        out[at:end] = times  # storing floats in an integer array rounds them down
         out[at:end] += np.repeat(segments.base_ns[piece], pulses)
         j, at = following, end

@@ -23,19 +23,23 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-BLOCK = 1 << 12  # Smallest number of pulses that are calculated one by one before the pattern is repeated.
-MOST_BLOCK = 1 << 16  # Largest number of pulses that are calculated one by one.
+BLOCK = 1 << 12
+"""Smallest number of pulses that are calculated one by one before the pattern is repeated."""
+MOST_BLOCK = 1 << 16
+"""Largest number of pulses that are calculated one by one."""
 
 
 class Segment(NamedTuple):
-    """A part of a motion at constant `rate` in pulses/s; `seconds` is None if it never ends."""
+    """A part of a motion at a constant rate."""
 
     rate: Fraction
+    """Pulse rate in pulses/s."""
     seconds: Fraction | None
+    """Duration; None for a segment that never ends."""
 
 
 class Profile:
-    """A velocity profile: segments of constant rate, one after the other, from time 0.
+    """A velocity profile: a sequence of segments of constant pulse rate, which begins at time 0.
 
     Internal times are in units of 1/`ticks` s, phases in units of 1/`parts` pulse; both are exact.
     """
@@ -43,25 +47,29 @@ class Profile:
     def __init__(
         self, segments: Iterable[Segment], phase: Fraction = Fraction(0), before: Fraction = Fraction(0)
     ) -> None:
-        """`phase`: fraction of a pulse left over from the motion before; `before`: rate at the end of that motion."""
+        """Calculate the integer tables of a profile.
+
+        `phase`: fraction of a pulse left over from the motion before; `before`: rate at the end of that motion.
+        """
         self.phase, self.before = phase, before
         self.segments: Sequence[Segment] = tuple(s for s in segments if s.seconds is None or s.seconds)
         self.ticks = lcm(*{s.seconds.denominator for s in self.segments if s.seconds is not None})
         self.per_rate = lcm(phase.denominator, *{s.rate.denominator for s in self.segments})
         self.parts = self.per_rate * self.ticks
-        self.rates: list[int] = []  # pulse rates in parts per tick
+        self.rates: list[int] = []
+        """Pulse rate of each segment, in parts per tick."""
         self.starts, self.phases = [0], [phase.numerator * (self.parts // phase.denominator)]
         self._lay_out(self.segments)
 
     def _lay_out(self, segments: Sequence[Segment]) -> bool:
-        """Append segments to the integer tables.  Return False if the common denominators do not fit."""
+        """Append segments to the integer tables of the profile.  Return False if a table would need fractions."""
         per_rate, per_second, start, phase = self.per_rate, self.ticks, self.starts[-1], self.phases[-1]
         duration, ticks, rest = None, 0, 0
         for rate, seconds in segments:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            if seconds is not None and seconds is not duration:  # consecutive segments often share their duration
+            if seconds is not None and seconds is not duration:  # equal durations need only one division
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
             if unfit or rest:
@@ -79,46 +87,49 @@ class Profile:
         return True
 
     def _segment_at(self, ticks_s: int) -> int:
-        """Return the index of the segment at a time given in ticks * S."""
+        """Return the index of the segment at a time.
+
+        The time is in units of 1/S tick.
+        """
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the phase (pulses since the start), in parts * S; the time must not be after the end."""
+        """Return the exact number of pulses since the start, as a multiple of 1/(parts * S) pulse."""
         ticks_s = elapsed_ns * self.ticks
         j = min(self._segment_at(ticks_s), len(self.rates) - 1)
         return self.phases[j] * S + self.rates[j] * (ticks_s - self.starts[j] * S)
 
     def over(self, elapsed_ns: int) -> bool:
-        """True if the last segment has ended by this time."""
+        """Return True if the last segment of the profile has ended by this time."""
         return self.end_ns is not None and elapsed_ns >= self.end_ns
 
     def pulses_by(self, elapsed_ns: int) -> int:
-        """Return the number of pulses issued up to and including this nanosecond."""
+        """Return the number of pulses from the start up to and including the nanosecond `elapsed_ns`."""
         if elapsed_ns < 0 or not self.rates:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # a pulse belongs to the nanosecond that contains its exact time, so pulses before the next one are counted
+        # count all pulses whose exact time is before the next nanosecond
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
-        """Return the time of the n-th pulse (n from 1), in nanoseconds from the start; the pulse must exist."""
+        """Return the time of the n-th pulse in nanoseconds from the start; n begins at 1."""
         j = bisect_left(self.phases, n * self.parts, 1) - 1
         return (self.starts[j] * S + (n * self.parts - self.phases[j]) * S // self.rates[j]) // self.ticks
 
     def rate_at(self, elapsed_ns: int) -> Fraction:
-        """Return the pulses per second at this time; 0 before and after the motion."""
+        """Return the pulse rate in pulses/s at a time; the rate is 0 before and after the motion."""
         if elapsed_ns < 0 or self.over(elapsed_ns) or not self.segments:
             return Fraction(0)
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return the pulses and the fraction of a pulse before this time, which must not be after the end."""
+        """Return the number of whole pulses before a time, and the fraction of the next pulse."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 
     def trend(self, elapsed_ns: int) -> int:
-        """Return +1 while the pulse rate rises, -1 while it falls, 0 at constant rate and at rest."""
+        """Return +1 during acceleration, -1 during deceleration, and 0 at constant rate or at rest."""
         if elapsed_ns < 0 or self.over(elapsed_ns) or not self.segments:
             return 0
         j = self._segment_at(elapsed_ns * self.ticks)
@@ -130,7 +141,7 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """Return this profile up to a time, followed by the segments `then`; the phase is continuous."""
+        """Return a profile that follows this profile up to a time, and then the segments `then`."""
         if self.over(elapsed_ns):
             return self
         ticks_s = elapsed_ns * self.ticks
@@ -142,7 +153,10 @@ class Profile:
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
-        """Return the first `kept` segments followed by `added`; None if the common denominators do not fit."""
+        """Return a profile of the first `kept` segments and the segments `added`, or None if this is not possible.
+
+        It is not possible if the common denominators of this profile do not fit the added segments.
+        """
         profile = Profile.__new__(Profile)
         profile.__dict__.update(self.__dict__)
         profile.segments = (*self.segments[:kept], *added)
@@ -151,11 +165,14 @@ class Profile:
         return profile if profile._lay_out(added) else None
 
     def scaled(self, ratio: Fraction) -> "Profile":
-        """Return the profile with all rates multiplied by `ratio`; the durations do not change."""
+        """Return a profile whose rates are multiplied by `ratio` and whose durations are the same."""
         return Profile(Segment(segment.rate * ratio, segment.seconds) for segment in self.segments)
 
     def fill_pulse_times(self, first: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Fill `out` with the times of consecutive pulses from number `first` (1 or more), plus `offset_ns`."""
+        """Fill `out` with the times of consecutive pulses, beginning with pulse number `first`.
+
+        `first` is at least 1; `offset_ns` is added to each time.
+        """
         n, last = first, first + len(out) - 1
         for j in range(len(self.rates)):
             segment_last = last if j + 1 >= len(self.phases) else min(last, self.phases[j + 1] // self.parts)
@@ -164,7 +181,9 @@ class Profile:
                 n = segment_last + 1
 
     def _fill(self, j: int, n: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Fill `out` with the times of consecutive pulses from number n, all of segment j.
+        """Fill `out` with the times of consecutive pulses of one segment.
+
+        `n` is the number of the first pulse, `j` is the index of the segment.
 
         The period is a fraction of b nanoseconds, so after b pulses the pattern repeats a whole number of nanoseconds
         later.  One block is calculated, and the others are shifted copies of it.
@@ -190,7 +209,7 @@ class Profile:
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Set out[k] = (start + period * k) // b + offset_ns, in blocks so short that no number exceeds 63 bits."""
+        """Set out[k] to (start + period * k) // b + offset_ns for each index k."""
         import numpy as np
 
         whole, fraction = divmod(period, b)
@@ -211,5 +230,5 @@ class Profile:
 
 @lru_cache(maxsize=1024)
 def _seconds(parts: int, per_second: int) -> Fraction:
-    """Return a duration in seconds; the velocities of a stream have equal durations."""
+    """Return parts / per_second as a fraction; calls with equal arguments return the same object."""
     return Fraction(parts, per_second)

@@ -20,9 +20,10 @@ from axistwin.motion.profile import Segment
 def quantised_levels(
     start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction
 ) -> list[Segment]:
-    """Return the levels between the rates `start` and `end`, excluding `start`, `end` and levels of rate 0.
+    """Return the constant-rate levels of a ramp between the rates `start` and `end`.
 
-    The number of levels is at most the number of units, and at most the number of increments, between the two rates.
+    The rates `start`, `end` and 0 are excluded.  The number of levels is at most the number of units, and at most the
+    number of increments, between the two rates.
     """
     rising = end > start
     steps = -(-abs(end - start) // increment) - 1
@@ -33,18 +34,18 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the levels of a ramp whose level changes at each increment, each with its number of intervals."""
+    """Yield each level of a fast ramp, whose level changes at every increment, and its number of intervals."""
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the levels of a ramp whose levels last for several increments, each with its number of intervals."""
+    """Yield each level of a slow ramp, whose levels last for several increments, and its number of intervals."""
     if steps < 1:
         return
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
     done = 0
     for level in range(first, last + 1) if b > 0 else range(first, last - 1, -1):
-        # the largest k for which (2(a + kb) + q) // 2q equals this level
+        # compute k, the number of the last interval at the rate `level`
         edge = 2 * q * (level + 1) - q - 2 * a if b > 0 else 2 * a + q - 2 * q * level
         k = min(steps, -(-edge // (2 * b)) - 1 if b > 0 else edge // (-2 * b))
         yield level, k - done
@@ -53,7 +54,7 @@ def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """The velocity profile of a preset move: acceleration, constant rate, deceleration.
+    """Velocity profile of a preset move, with acceleration, constant rate and deceleration.
 
     `whole` is True if the move reaches max velocity.
     """
@@ -64,13 +65,13 @@ class Trapezoid:
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """All segments in order of time."""
+        """All segments of the velocity profile in order of time."""
         return (*self.up, self.along, *reversed(self.up))
 
 
 @dataclass(frozen=True)
 class QuantisedRamp:
-    """The acceleration to `max_rate` of a preset move; the deceleration is its mirror image."""
+    """The acceleration of a preset move; the deceleration is the mirror image of the acceleration."""
 
     up: tuple[Segment, ...]
     max_rate: Fraction
@@ -78,11 +79,11 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Number of pulses in the first k levels of the acceleration, for k = 0, 1 and so on."""
+        """Number of pulses in the first k levels of the acceleration, for each k from 0."""
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:
-        """Return a profile of exactly `distance` pulses (at least 1).
+        """Return the velocity profile of a move of exactly `distance` pulses.
 
         If the distance is too short for the whole acceleration and deceleration, the acceleration ends after the last
         interval for which both fit.  The remaining pulses run at the rate reached by then.

@@ -20,7 +20,7 @@ MOST_INTERVAL = (1 << 31) - 1
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """One step command; `interval` and `add` are in ticks."""
+    """One step command of a motion board, which outputs one or more pulses."""
 
     interval: int
     count: int
@@ -28,11 +28,14 @@ class Steps:
 
     @property
     def ticks(self) -> int:
-        """Ticks from the pulse before this command to its last pulse."""
+        """Number of ticks from the last pulse before this command to the last pulse of this command."""
         return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
 
     def times(self, last: int) -> "NDArray[np.int64]":
-        """Return the tick of each pulse; `last` is the tick of the pulse before the command."""
+        """Return the tick of each pulse of this command.
+
+        `last` is the tick of the last pulse before this command.
+        """
         import numpy as np
 
         k = np.arange(1, self.count + 1, dtype=np.int64)
@@ -41,7 +44,7 @@ class Steps:
 
 
 def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator[Steps]:
-    """Yield the longest commands whose pulses are within `tolerance` ticks of the `wanted` times.
+    """Yield step commands whose pulses are within `tolerance` ticks of the `wanted` times.
 
     The wanted times must rise.  `last` is the tick of the pulse before them, earlier by more than `tolerance`.  Raises
     ValueError if an interval is out of range.
@@ -58,9 +61,9 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return the longest command whose pulses are within these bounds, in ticks after the previous pulse."""
+    """Return the step command that outputs the most pulses, each between its bounds `low` and `high`."""
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
-        raise ValueError(f"a pulse {int(high[0])} ticks after the previous one: expected 1 to {MOST_INTERVAL}")
+        raise ValueError(f"interval of {int(high[0])} ticks between two pulses: expected 1 to {MOST_INTERVAL} ticks")
     best, reach = _fit(low[:1], high[:1]), 2
     assert best is not None, "a command of one pulse is always possible"
     while reach <= len(low) and (found := _fit(low[:reach], high[:reach])):
@@ -77,7 +80,7 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
 
 
 def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
-    """Return a command with one pulse between each `low` and `high`, or None if no such command exists."""
+    """Return a step command with one pulse in each interval from `low` to `high`, or None if this is impossible."""
     import numpy as np
 
     count = len(low)

@@ -22,7 +22,7 @@ HISTORY = 10_000
 
 @dataclass(slots=True)
 class Move:
-    """One move in one direction, beginning at `start_ns` and at the net pulse count `origin`."""
+    """One move in one direction, which begins at the time `start_ns` and the net pulse count `origin`."""
 
     start_ns: int
     direction: int
@@ -31,7 +31,7 @@ class Move:
 
     @property
     def end_ns(self) -> int | None:
-        """Time at which the last segment ends; None: endless."""
+        """Time at which the move ends, or None for an endless move."""
         return None if self.profile.end_ns is None else self.start_ns + self.profile.end_ns
 
     def position_at(self, time_ns: int) -> int:
@@ -39,7 +39,7 @@ class Move:
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
-        """Return the time at which this net pulse count is reached; None if never, or if it is the start count."""
+        """Return the time at which the move reaches a net pulse count, or None if no pulse leads to this count."""
         n = (position - self.origin) * self.direction
         if n < 1 or (self.profile.pulses is not None and n > self.profile.pulses):
             return None
@@ -47,7 +47,7 @@ class Move:
 
 
 class Train:
-    """All moves of a step output; the net pulse count begins at 0 and is never set to another value."""
+    """All moves of one step output, with the net pulse count, which begins at 0."""
 
     def __init__(self, history: int = HISTORY) -> None:
         self.moves: deque[Move] = deque([Move(0, +1, Profile(()), 0)], maxlen=history)
@@ -56,11 +56,11 @@ class Train:
 
     @property
     def move(self) -> Move:
-        """The latest move, which may be finished."""
+        """The latest move of the step output, which may be finished."""
         return self.moves[-1]
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Move:
-        """Begin a new move; a previous move that is still in progress ends now."""
+        """Begin a new move, and end a previous move that is still in progress."""
         if self.moving(now_ns):
             self.replace(self.move.profile.cut(now_ns - self.move.start_ns))
         self.forgotten += len(self.moves) == self.moves.maxlen
@@ -69,26 +69,26 @@ class Train:
         return move
 
     def replace(self, profile: Profile) -> None:
-        """Replace the profile of the latest move.  The part before the present time must not change."""
+        """Replace the profile of the latest move; the new profile must have the same past."""
         self.move.profile = profile
 
     def moving(self, now_ns: int) -> bool:
-        """True while the latest move is in progress."""
+        """Return True while the latest move is in progress."""
         return not self.move.profile.over(now_ns - self.move.start_ns)
 
     def move_at(self, time_ns: int) -> Move:
-        """Return the latest move that began at or before this time."""
+        """Return the latest move that began at or before a time."""
         starts = [move.start_ns for move in self.moves]
         first = self.moves[0].start_ns
         if time_ns < first and self.forgotten:
             raise UsageError(
-                f"pulses before {to_seconds(first):g} s are no longer stored: begin at that time, "
+                f"pulses before {to_seconds(first):g} s are no longer stored: request later pulses, "
                 f"or add the controller with history={2 * len(self.moves)}"
             )
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
 
     def pulse_times(self, start_ns: int, stop_ns: int) -> "NDArray[np.int64]":
-        """Return the times of all pulses with start_ns <= time < stop_ns, in order."""
+        """Return the times of all pulses from `start_ns` to before `stop_ns`, in order of time."""
         import numpy as np
 
         earliest = self.move_at(start_ns).start_ns
@@ -110,10 +110,10 @@ class Train:
         return times
 
     def pulse_runs(self, start_ns: int, stop_ns: int) -> "Iterator[tuple[int, NDArray[np.int64]]]":
-        """Yield direction and pulse times of each move with pulses at start_ns <= time < stop_ns, in order."""
+        """Yield the direction and the pulse times of each move that has pulses between two times."""
         import numpy as np
 
-        # `start_ns - 1` includes an earlier move whose last pulse is at start_ns
+        # an earlier move may end at start_ns with its last pulse, so the search begins 1 ns earlier
         earliest = self.move_at(max(start_ns - 1, 0)).start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
@@ -124,7 +124,7 @@ class Train:
                     yield move.direction, times
 
     def _span(self, move: Move, start_ns: int, stop_ns: int) -> tuple[int, int]:
-        """Return the numbers of pulses of a move before these two times."""
+        """Return the number of pulses of a move before `start_ns`, and the number before `stop_ns`."""
         profile = move.profile
         if profile.pulses is not None and start_ns <= move.start_ns and profile.over(stop_ns - 1 - move.start_ns):
             return 0, profile.pulses

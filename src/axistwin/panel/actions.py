@@ -11,7 +11,10 @@ from axistwin.sim.signal import Signal
 
 
 class State(StrEnum):
-    """State of a session and of its pages.  A page stores it in `document.body.dataset.state`, for tests."""
+    """State of a session and of the session's pages: busy, running or quiet.
+
+    A page stores its state in `document.body.dataset.state`, for tests.
+    """
 
     BUSY = "busy"
     """A step, a `go_to` or a message of the browser is being handled."""
@@ -22,7 +25,10 @@ class State(StrEnum):
 
 
 class ActionQueue:
-    """The queue of actions on one session.  In this class, a *move* is a `step` or a `go_to`."""
+    """The queue of the actions that all users perform on one session.
+
+    In this class, a *move* is a `step` or a `go_to`.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -35,7 +41,7 @@ class ActionQueue:
 
     @property
     def busy(self) -> bool:
-        """True during a `step` or a `go_to`."""
+        """True while the session executes a `step` or a `go_to`."""
         return self._moving or self._session.busy
 
     @property
@@ -54,14 +60,14 @@ class ActionQueue:
         return (clock.quiet and clock.now >= session.pacer.agenda_ns) or clock.next_event_ns() is None
 
     def do(self, act: Callable[[], object]) -> None:
-        """Perform an action at once, or after the present step or `go_to`."""
+        """Perform an action now or, during a `step` or a `go_to`, afterwards."""
         if self.busy:
             self._waiting.append(lambda perform: act() if perform else None)
         else:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Begin a step or `go_to` by `begin()`, after the present one if necessary.
+        """Call `begin()`, which begins a `step` or a `go_to`, after the present `step` or `go_to` has ended.
 
         Returns the result of the move; None if `stop` has dropped the move.
         """
@@ -73,13 +79,15 @@ class ActionQueue:
         return self._move(begin, turn)
 
     def stop(self) -> None:
-        """Abort the present step or `go_to`, and discard all waiting actions."""
+        """Abort the present `step` or `go_to`, and discard all waiting actions."""
         self._session.give_up()
         while self._waiting:
             self._waiting.popleft()(False)
 
     def subscribe(self, observer: Callable[[], None]) -> Callable[[], None]:
-        """Call `observer` at the state `QUIET`, and after each step or `go_to`.  Returns an unsubscribe function."""
+        """Call `observer` when the session becomes quiet, and after each `step` or `go_to`; return an unsubscribe
+        function.
+        """
         return self._quiet.subscribe(observer)
 
     def _grant(self, turn: asyncio.Future[bool], perform: bool) -> None:

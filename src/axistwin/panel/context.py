@@ -19,7 +19,7 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return `view` with a guard that logs its exceptions, so that the other views of the page are still updated.
+    """Return a function that calls `view` and logs exceptions of `view`, so that other views are still updated.
 
     Only the first of several consecutive exceptions is logged.
     """
@@ -40,7 +40,7 @@ def careful(view: Refresh) -> Refresh:
 
 
 def together(*views: Refresh) -> Refresh:
-    """Combine several views into one view that updates all of them."""
+    """Combine several update functions into one function that calls all of them."""
 
     def refresh() -> None:
         for each in views:
@@ -50,7 +50,10 @@ def together(*views: Refresh) -> Refresh:
 
 
 def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
-    """Return a view that is updated in every n-th frame (`every`) while virtual time passes, else in each frame."""
+    """Return a function that calls `view` only at every n-th update of the page while virtual time passes.
+
+    `every`: the number n.  While virtual time is stopped, the function calls `view` at each update.
+    """
     frame = 0
 
     def refresh() -> None:
@@ -70,7 +73,7 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return the object that `make(session)` creates; all calls return the same object."""
+        """Return the object that `make(session)` creates; all calls with the same `make` return the same object."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])
@@ -92,14 +95,14 @@ class Context:
 
     @property
     def drives(self) -> bool:
-        """True if the user of this page is the driver."""
+        """True if the user of this page is the driver, who may control the session."""
         return self.people.driver is self.person
 
     def touch(self, action: Callable[[], object], *, now: bool = False) -> bool:
-        """Perform an action on the session if this user is the driver.  Errors are shown on the page.
+        """Perform an action on the session if the user of this page may control the session.
 
-        During a step or a `go_to`, the action waits in the queue, unless `now`.  Returns False if the user is not
-        the driver, or if the action has failed at once.
+        During a step or a `go_to`, the action waits in the queue, unless `now`.  Errors are shown on the page.  Returns
+        False if the user is not the driver, or if the action has failed at once.
         """
         if not self._may():
             return False
@@ -124,7 +127,9 @@ class Context:
     def move(
         self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
     ) -> Awaitable[None] | None:
-        """Begin a step or a `go_to` if this user is the driver, and call `done` with the result.
+        """Begin a `step` or a `go_to` if the user of this page may control the session.
+
+        `done` is called with the result.
 
         Errors are shown on the page.
         """

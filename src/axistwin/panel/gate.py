@@ -27,7 +27,7 @@ COOKIE_MAX_AGE_S = 30 * 24 * 3600
 
 
 def is_loopback(host: str) -> bool:
-    """True if a host, given by name or IP address, is a loopback host."""
+    """True if a host name or an IP address belongs to the loopback interface."""
     if host == "localhost" or host.endswith(".localhost"):
         return True
     try:
@@ -37,7 +37,10 @@ def is_loopback(host: str) -> bool:
 
 
 class Gate:
-    """ASGI middleware that refuses requests without access.  `token`: required from browsers; None: not required."""
+    """ASGI middleware that refuses requests from other web sites and requests without a valid token.
+
+    `token`: required from browsers; None: no token is required.
+    """
 
     def __init__(self, app: ASGIApp, token: str | None) -> None:
         self.app = app
@@ -57,7 +60,10 @@ class Gate:
             await self._pass(cookies.get(PERSON), scope, receive, send)
 
     async def _pass(self, person: str | None, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request with its user's key to the application; a new user receives a key as a cookie."""
+        """Pass a request to the application, with the key that identifies the user.
+
+        A new user receives a key as a cookie.
+        """
         scope["person"] = person or secrets.token_urlsafe(12)
 
         async def answer(message: Message) -> None:
@@ -71,7 +77,7 @@ class Gate:
         await self.app(scope, receive, answer)
 
     def _foreign(self, headers: Headers) -> str:
-        """Return the reason to refuse a request from another web site; "" for a request from the panel's page."""
+        """Return the reason to refuse a request from another web site; "" for a request that is accepted."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if self._token is None and not is_loopback(_name(host)):
             return f"invalid host name {host!r}: expected a loopback name, e.g. localhost"
@@ -93,13 +99,13 @@ class Gate:
         return "the panel requires a token: open the address that axistwin serve has printed"
 
     def _shown(self, scope: Scope) -> str | None:
-        """Return the token in the URL of a request; None without a token."""
+        """Return the token in the URL of a request; None if the URL has no token."""
         if self._token is None or scope["type"] != "http":
             return None
         return dict(parse_qsl(scope["query_string"].decode("latin-1"))).get("token")
 
     async def _welcome(self, token: str, scope: Scope, receive: Receive, send: Send) -> None:
-        """Redirect to the URL without the token, and store the token in a cookie."""
+        """Redirect the browser to the URL without the token, and store the token in a cookie."""
         others = [(key, value) for key, value in parse_qsl(scope["query_string"].decode("latin-1")) if key != "token"]
         address = scope["path"] + (f"?{urlencode(others)}" if others else "")
         response = RedirectResponse(address, 303, HEADERS | {"Set-Cookie": _set_cookie(_cookie(scope), token)})
@@ -107,12 +113,15 @@ class Gate:
 
 
 def _name(host: str) -> str:
-    """Return a host without its port: `localhost` for `localhost:8080`, `::1` for `[::1]:8080`."""
+    """Return a host name without its port: `localhost` for `localhost:8080`, `::1` for `[::1]:8080`."""
     return host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]
 
 
 def _cookie(scope: Scope) -> str:
-    """Return the name of the token's cookie; the name contains the port, as all ports of a host share cookies."""
+    """Return the name of the cookie that stores the token.
+
+    The name contains the port, because all ports of a host share cookies.
+    """
     server = scope.get("server") or ("", 0)
     return f"axistwin-token-{server[1]}"
 

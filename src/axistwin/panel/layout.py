@@ -18,7 +18,11 @@ KEEP = (
 
 
 def written(person: Person) -> str:
-    """Return the layout of a user as text: settings that are words, or on or off; the oldest are left out."""
+    """Return the settings of a user's page as JSON text.
+
+    Only settings that are words, or on or off, are included.  If the text is too long, the oldest settings are left
+    out.
+    """
     kept = [(key, value) for key, value in person.settings.items() if isinstance(value, bool | str)]
     while len(text := json.dumps(dict(kept), separators=(",", ":"))) > MOST:
         kept.pop(0)
@@ -26,7 +30,7 @@ def written(person: Person) -> str:
 
 
 def restore(person: Person, cookie: str | None) -> None:
-    """Restore the layout of a new user from the cookie; an invalid cookie is ignored."""
+    """Restore the layout of a new user's page from a cookie; an invalid cookie is ignored."""
     if person.settings or cookie is None:
         return
     try:

@@ -15,13 +15,15 @@ class Lessons:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Continue each lesson with the same step on this bench."""
+        """Continue each lesson on a new bench, at the same step."""
         for name, (number, pupil) in self._pupils.items():
             pupil.close()
             self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)
 
     def of(self, name: str) -> tuple[int, Pupil] | None:
-        """Return the number of a controller's lesson, from 1, and the progress in it; None without a lesson.
+        """Return the number of the present lesson of a controller, and the progress in this lesson.
+
+        The first lesson has the number 1.  Returns None without a lesson.
 
         The present step is checked by its effect on the bench.
         """
@@ -31,7 +33,10 @@ class Lessons:
         return found
 
     async def begin(self, name: str, number: int) -> None:
-        """Switch a controller off and on, begin a lesson, and start virtual time.  Raises AxistwinError."""
+        """Switch a controller off and on, begin a lesson, and start virtual time.
+
+        Raises AxistwinError.
+        """
         self.end(name)
         session = self._session
         lesson = course(session.bench[name].product.model)[number - 1]
@@ -45,16 +50,16 @@ class Lessons:
             session.run()
 
     def end(self, name: str) -> None:
-        """End the lesson of a controller, if any."""
+        """End the lesson of a controller, if one has begun."""
         _, pupil = self._pupils.pop(name, (0, None))
         if pupil is not None:
             pupil.close()
 
 
 async def initialise(session: Session, name: str) -> bool:
-    """Perform the actions that make a controller ready, at full speed.  Returns False if it is ready already.
+    """Perform the actions that make a controller ready for commands.
 
-    Raises AxistwinError.
+    The bench runs at full speed.  Returns False if the controller is ready already.  Raises AxistwinError.
     """
     acts = Tutor(session.bench[name]).initialisation()
     needed = False

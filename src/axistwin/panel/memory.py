@@ -21,25 +21,28 @@ AT_A_TIME = 50
 
 
 class Memory:
-    """Memory management of the pages of a session."""
+    """Keeps garbage collection short, although the pages of a session consist of many objects."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._kept: weakref.ref[Bench] | None = None
 
     def keep(self) -> None:
-        """Exclude all present objects from garbage collection, after a full collection if the bench was replaced."""
+        """Exclude all present objects from later garbage collections.
+
+        If the bench was replaced, all objects are collected first.
+        """
         bench = self._session.bench
         if self._kept is None or self._kept() is not bench:
             gc.unfreeze()
             gc.collect()
             self._kept = weakref.ref(bench)
-        gc.collect(1)  # collects only objects that were created recently
+        gc.collect(1)  # the garbage collector's generations 0 and 1 contain only recently created objects
         gc.freeze()
 
 
 async def release(elements: Iterable[ui.element]) -> None:
-    """Free elements that have been removed from a page, a few in each pass of the event loop."""
+    """Free the memory of elements that have been removed from a page, a few in each pass of the event loop."""
     left = list(elements)
     while left:
         for element in left[-AT_A_TIME:]:
@@ -49,7 +52,7 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Remove the references of an element that form cycles."""
+    """Remove all references from an element, so that no reference cycle keeps the element in memory."""
     for part in (element._classes, element._style, element._props):
         part._change_handlers.clear()
     if isinstance(element, ValueElement):

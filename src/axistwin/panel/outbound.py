@@ -14,7 +14,7 @@ AT_A_TIME = 60
 
 
 def execute(client: Client, code: str) -> None:
-    """Execute JavaScript in the browser without an answer.
+    """Execute JavaScript in the browser, without waiting for an answer.
 
     `Client.run_javascript` would create a task of the event loop for each call, in case that the answer is awaited.
     """
@@ -23,7 +23,10 @@ def execute(client: Client, code: str) -> None:
 
 
 class Outbound:
-    """Holds back all messages to the browser in a `with` block, which builds views; `send` sends them afterwards."""
+    """Holds back all messages to the browser while a `with` block builds elements of the page.
+
+    `send` sends the messages afterwards.
+    """
 
     def __init__(self, client: Client) -> None:
         self._client, self._outbox = client, client.outbox
@@ -39,7 +42,7 @@ class Outbound:
         del self._outbox.enqueue_update, self._outbox.enqueue_message
 
     async def send(self) -> None:
-        """Send the new elements, the elements that contain them, and then the other messages, in this order."""
+        """Send the new elements first, then the elements that contain them, and then all other messages."""
         there = list(self._client.elements.values())
         inside = [each for each in there if each.id not in self._before]
         for at in range(0, len(inside), AT_A_TIME):

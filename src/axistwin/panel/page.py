@@ -51,7 +51,9 @@ DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {
 
 
 async def page(enter: Callable[[], Context]) -> None:
-    """Build the page for one browser.  `enter` is called when the browser has connected, and returns the `Context`.
+    """Build the panel's page for one browser.
+
+    `enter` is called when the browser has connected, and returns the `Context`.
 
     Until then the page is empty, because a program that only fetches the URL needs no views.  The views are built in
     pieces, one page at a time; the bench runs between two pieces.
@@ -63,7 +65,7 @@ async def page(enter: Callable[[], Context]) -> None:
     ui.add_css(asset("drawings.css") + _text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # this call also returns if the browser does not connect
+    await client.connected()  # `connected` also returns if the browser does not connect
     if client.is_deleted:
         return
     execute(client, LOAD)
@@ -81,7 +83,7 @@ async def page(enter: Callable[[], Context]) -> None:
 
 
 class Visits:
-    """All open pages of a session; a disconnected page is kept for some time."""
+    """The open pages of a session, and a few pages whose browser has disconnected."""
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()
@@ -99,7 +101,7 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the update task of a page; cancel the task if the page has been removed in the meantime."""
+        """Store the task that updates a page, or cancel the task if the page has been removed."""
         if client in self._frames:
             self._frames[client] = frames
         else:
@@ -119,7 +121,7 @@ class Visits:
             self._forget(oldest)
             elements = list(oldest.layout.descendants())
             oldest.layout.clear()
-            oldest.outbox.message_history.clear()  # a browser that returns to this page reloads it
+            oldest.outbox.message_history.clear()  # a browser that connects again reloads the page
             _released(elements)
 
     def _forget(self, client: Client) -> None:
@@ -130,12 +132,12 @@ class Visits:
 
 
 def _released(elements: list[ui.element]) -> None:
-    """Free elements that have been removed from a page, in a background task."""
+    """Free the memory of removed elements in a background task."""
     background_tasks.create(release(elements), name="panel")
 
 
 def rehearse(context: Context, request: Request) -> None:
-    """Build a page without a browser; files and modules are then loaded before a host could be delayed."""
+    """Build a page without a browser, so that all files and modules are loaded before a host connects."""
     client = Client(ui.page(""), request=request)
     made = _built(client, context)
     with client:
@@ -161,7 +163,7 @@ def _text(*place: str) -> str:
 
 
 def views(context: Context) -> Iterator[Refresh]:
-    """Build the views of the page one by one, and yield their update functions."""
+    """Build the views of the page one by one, and yield the update function of each view."""
     yield from _header(context)
     yield from _body(context)
 
@@ -219,7 +221,7 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
 
 
 class _Frames:
-    """Sends frames to one page; the next frame is sent when the browser has drawn the previous one."""
+    """Updates one page again and again; each update waits until the browser has drawn the previous update."""
 
     def __init__(self, client: Client, context: Context, made: list[Refresh]) -> None:
         self._client, self._context, self._made = client, context, made
@@ -232,12 +234,13 @@ class _Frames:
             ui.on("sent", self._on_sent)
 
     async def show(self) -> None:
-        """Send frame after frame until the page is closed."""
+        """Update the page again and again until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
         ends = self._context.people.subscribe(partial(_notify, client)), self._context.actions.subscribe(self._news.set)
         try:
             with client:
-                await self._drawn(State.BUSY)  # the browser sets the sizes of terminals in the first frame
+                # the browser computes the sizes of terminals when it first draws the page
+                await self._drawn(State.BUSY)
             while not client.is_deleted:
                 began_s = loop.time()
                 with client:
@@ -259,7 +262,7 @@ class _Frames:
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:
-        """Update all views of the page; let other tasks of the event loop run after every `TURN_S` seconds."""
+        """Update all views of the page, with pauses in which other tasks of the event loop run."""
         left = deque(self._made)
         while left:
             self._context.session.inspect(partial(_refresh_some, left))
@@ -267,14 +270,14 @@ class _Frames:
                 await asyncio.sleep(0)
 
     def _keep_layout(self) -> None:
-        """Store the layout in the browser if it has changed."""
+        """Store the layout of the page in the browser if the layout has changed."""
         text = layout.written(self._context.person)
         if text != self._layout:
             self._layout = text
             self._client.run_javascript(layout.KEEP.format(text=json.dumps(text)))
 
     async def _complete(self) -> None:
-        """Build the tabs that the user has opened, with pauses for other work."""
+        """Build the tabs that the user has opened, with pauses in which other tasks of the event loop run."""
         context = self._context
         while context.unbuilt:
             build = careful(context.unbuilt.pop())
@@ -283,7 +286,7 @@ class _Frames:
                 context.common(Memory).keep()
 
     async def _drawn(self, state: State) -> None:
-        """Wait until the browser has drawn the frame, and publish the state on the page."""
+        """Wait until the browser has drawn the page, and store the session's state in the page."""
         try:
             code = DRAWN.format(state=json.dumps(state), handled=self._handled)
             await self._client.run_javascript(code, timeout=PATIENCE_S)
@@ -291,7 +294,7 @@ class _Frames:
             return
 
     async def _rest(self, seconds: float) -> None:
-        """Wait before the next frame; a message from the browser ends this wait while the bench is paused."""
+        """Wait before the next update; while the bench is paused, a message from the browser ends the wait."""
         if self._context.session.running:
             await asyncio.sleep(max(0.0, seconds))
             return
@@ -307,7 +310,7 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update views at the same virtual time for `TURN_S`, and remove them from `left`."""
+    """Update views at the same virtual time for `TURN_S` seconds, and remove the updated views from `left`."""
     until_s = perf_counter() + TURN_S
     while left and perf_counter() < until_s:
         left.popleft()()

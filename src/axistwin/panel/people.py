@@ -15,7 +15,7 @@ LONGEST_NAME = 30
 
 @dataclass(eq=False)
 class Person:
-    """One user: a browser, identified by the key in its cookie."""
+    """One user of the panel, who is identified by the key in a browser's cookie."""
 
     key: str
     name: str
@@ -30,22 +30,25 @@ class Person:
     settings: dict[str, object] = field(default_factory=dict)
 
     def came(self) -> None:
-        """Count a newly connected page of this user."""
+        """Record that a page of this user has connected."""
         self.pages += 1
 
     def left(self) -> None:
-        """Count a disconnected page of this user."""
+        """Record that a page of this user has disconnected."""
         self.pages -= 1
         self.left_s = monotonic()
 
     @property
     def gone(self) -> bool:
-        """True if no page of this user has been connected for `GONE_S`."""
+        """True if no page of this user has been connected for `GONE_S` seconds."""
         return not self.pages and monotonic() - self.left_s > GONE_S
 
 
 class People:
-    """All users of a panel; the first user is the driver until another user becomes the driver."""
+    """All users of a panel, and the driver, who is the only user that may control the session.
+
+    The first user is the driver until another user becomes the driver.
+    """
 
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
@@ -54,7 +57,10 @@ class People:
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
-        """Return the user with this key, or a new user; the user becomes the driver if the driver is absent."""
+        """Return the user with this key, or a new user.
+
+        The user becomes the driver if the present driver is absent.
+        """
         self._forget()
         if key not in self._all:
             self._came += 1
@@ -76,16 +82,16 @@ class People:
 
     @property
     def there(self) -> list[Person]:
-        """Users with a connected page."""
+        """Users who have at least one connected page."""
         return [person for person in self._all.values() if person.pages]
 
     @property
     def driver_name(self) -> str:
-        """Name of the driver; "nobody" without a driver."""
+        """Name of the user who controls the session; "nobody" if no user controls the session."""
         return self.driver.name if self.driver else "nobody"
 
     def take_over(self, person: Person) -> None:
-        """Make this user the driver, and notify all users."""
+        """Make a user the driver, who controls the session, and notify all users."""
         if self.driver is not person:
             self.driver = person
             self.notify(f"{person.name} drives now")
@@ -95,7 +101,7 @@ class People:
         person.name = " ".join(name.split())[:LONGEST_NAME] or person.name
 
     def subscribe(self, observer: Callable[[str], None]) -> Callable[[], None]:
-        """Call `observer` with each message to all users.  Returns an unsubscribe function."""
+        """Call `observer` with each message that is sent to all users; return an unsubscribe function."""
         return self._messages.subscribe(observer)
 
     def notify(self, text: str) -> None:

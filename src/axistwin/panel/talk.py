@@ -26,7 +26,10 @@ DIM, HOST, DEVICE, WRONG, NORMAL = "\x1b[2m", "\x1b[36m", "\x1b[32m", "\x1b[31m"
 
 
 class Talk:
-    """Messages on the present bench of a session.  `generation`: number of benches that the session has used."""
+    """Messages of hosts and controllers on the present bench of a session.
+
+    `generation`: number of benches that the session has used.
+    """
 
     def __init__(self, session: Session) -> None:
         self.generation = 0
@@ -36,7 +39,7 @@ class Talk:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Delete all messages, and subscribe to those on this bench."""
+        """Delete all stored messages, and record the messages on a new bench."""
         self._listening.close()
         self.generation += 1
         self._said = {name: deque(maxlen=KEPT) for name in endpoints.names(bench)}
@@ -44,7 +47,7 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the total number of events at an endpoint, and the events after the first `count`."""
+        """Return the number of events at an endpoint so far, and the events after the first `count` events."""
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)
         return total, list(islice(said, len(said) - new, None))
@@ -56,7 +59,10 @@ class Talk:
 
 
 class Printer:
-    """Converts the events of one terminal to text.  Each message is a line with its start time."""
+    """Converts the events at one endpoint to lines of text, each with its start time.
+
+    Each message is one line.
+    """
 
     def __init__(self, codec: Codec, whole: bool) -> None:
         self._codec, self._whole = codec, whole
@@ -70,7 +76,7 @@ class Printer:
         self._by_host = None
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Convert the next events to text."""
+        """Convert events at an endpoint to the text that a terminal shows."""
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:

@@ -22,7 +22,10 @@ class _Abandoned(BaseException):
 
 
 async def in_turns(compute: Callable[[], T]) -> T:
-    """Return the result of `compute()`, executed in pieces, or raise its exception."""
+    """Execute `compute()` in short pieces, between which other tasks run, and return the result.
+
+    Raises the exception of `compute()`.
+    """
     work = _Work(compute)
     try:
         while not work.go_on():
@@ -57,7 +60,7 @@ class _Work(Generic[T]):
         return self._over
 
     def abandon(self) -> None:
-        """Cancel the computation; its `finally` clauses are executed."""
+        """Cancel the computation, and execute its `finally` clauses."""
         self._abandoned = True
         while not self._over:
             self.go_on()
@@ -69,7 +72,10 @@ class _Work(Generic[T]):
         return self._found[0]
 
     def breathe(self) -> None:
-        """End the present piece if it has lasted for `TURN_S` seconds; called in the thread of the computation."""
+        """Pause the computation if its present piece has lasted for `TURN_S` seconds.
+
+        Called in the thread of the computation.
+        """
         if perf_counter() - self._began_s < TURN_S or self._over:
             return
         self._stop.release()
@@ -80,7 +86,8 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        asyncio._set_running_loop(self._loop)  # safe, because the event loop waits during each piece
+        # both threads may use the event loop, because the loop waits while this thread runs
+        asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()
         try:

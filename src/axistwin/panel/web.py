@@ -33,7 +33,10 @@ NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "h
 
 @dataclass(frozen=True)
 class Address:
-    """Host and port of the panel.  `token`: required from browsers; None: not required."""
+    """Host and port of the panel, and the token that browsers must send.
+
+    The token is None if no token is required.
+    """
 
     host: str
     port: int
@@ -41,9 +44,9 @@ class Address:
 
     @staticmethod
     def read(text: str, token: str | None) -> "Address":
-        """Read an address such as `8080`, `0.0.0.0:8080` or `[::1]:8080`.  Raises UsageError.
+        """Parse the address of a panel, e.g. `8080`, `0.0.0.0:8080` or `[::1]:8080`.
 
-        If the host is not a loopback host and no token is given, the address has a random token.
+        If the host is not a loopback host and no token is given, the address has a random token.  Raises UsageError.
         """
         host, _, number = text.rpartition(":")
         try:
@@ -54,31 +57,36 @@ class Address:
             ) from None
         host = host.strip("[]") or LOOPBACK
         if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
-            raise UsageError("--panel-token: expected letters and digits only, because the token is part of an address")
+            raise UsageError(
+                "invalid --panel-token: expected letters and digits only, because the token is part of an address"
+            )
         return Address(host, port, token or (None if is_loopback(host) else secrets.token_urlsafe(16)))
 
 
 class Panel:
-    """A web server that shows a session."""
+    """Web server of the panel, which shows a session in browsers."""
 
     def __init__(self, title: str, session: Session, address: Address) -> None:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
-        self.common(Talk)  # records messages even before the first page is opened
+        self.common(Talk)  # `Talk` records messages even before the first page is opened
         self._title = title
         self._server: _Server | None = None
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> str:
-        """Start the server.  Returns the panel's URL, with the token, if any.  Raises LinkError."""
-        sock = _listening(self.address)  # this may fail, so it is done before NiceGUI is set up
+        """Start the web server, and return the panel's URL.
+
+        The URL contains the token, if any.  Raises LinkError.
+        """
+        sock = _listening(self.address)  # the address may be in use, so the socket is opened before NiceGUI is set up
         server = self._server = _Server(
             uvicorn.Config(
                 Gate(_application(self, self._title), self.address.token),
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=GOODBYE_S,
-                ws_per_message_deflate=False,  # compressing a frame would take longer than building it
+                ws_per_message_deflate=False,  # the compression of a message would take longer than its construction
             )
         )
         self._task = asyncio.create_task(server.serve(sockets=[sock]))
@@ -106,7 +114,7 @@ class _Server(uvicorn.Server):
 
 def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
-    app.user_middleware.clear()  # removes the middleware of an earlier panel in the same process
+    app.user_middleware.clear()  # an earlier panel in the same process has left its middleware
     app.middleware_stack = None
     icon = (resources.files(__package__) / "panel.svg").read_text(encoding="utf-8")
 
@@ -126,7 +134,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
         show_welcome_message=False,
         reconnect_timeout=RECONNECT_S,
         tailwind=False,
-        # on this machine, compressing the libraries takes longer than sending them, and delays the bench
+        # a browser on the same computer needs no compression, which would delay the bench
         gzip_middleware_factory=None if is_loopback(panel.address.host) else GZipMiddleware,
     )
     return application
@@ -139,8 +147,9 @@ def _listening(address: Address) -> socket.socket:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise LinkError(
-            f"cannot show a panel on {address.host}:{address.port}: {reason}: "
+            f"cannot show a panel on {address.host}:{address.port}: {reason}; "
             "choose another port, or port 0 for any free port"
         ) from None
-    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # without this option, frames would arrive 40 ms late
+    # without TCP_NODELAY, messages to the browser would arrive 40 ms late
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return sock

@@ -31,15 +31,15 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
             points = tuple((float(rate), float(torque)) for rate, torque in motor["torque"])
             motor = StepperMotor(**{**motor, "torque": points})
         load = Load(**given["load"]) if given.get("load") is not None else None
-    except (TypeError, KeyError, ValueError) as error:
-        raise UsageError(f"axis {name}: {error}") from None
+    except (TypeError, KeyError, ValueError) as reason:
+        raise UsageError(f"invalid option of axis {name}: {reason}") from None
     axis = StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, limits=limits, home=home, history=history)
     axis.units = units
     return axis
 
 
 def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:
-    """Return the axis of a servo motor with encoder.
+    """Return an axis with a servo motor and an encoder.
 
     Options: `units`, `limits`, `motor` (name or values of a data sheet), `load`.
     """
@@ -48,8 +48,8 @@ def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) 
     limits = _span(name, "limits", given.get("limits"), units)
     try:
         motor, load = data_sheets(given)
-    except UsageError as error:
-        raise UsageError(f"axis {name}: {error}") from None
+    except UsageError as reason:
+        raise UsageError(f"invalid option of axis {name}: {reason}") from None
     axis = ServoAxis(clock, name, motor=motor, load=load, limits=limits, history=history)
     axis.units = units
     return axis
@@ -58,7 +58,7 @@ def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) 
 def _check(name: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
     for option in given:
         if option not in known:
-            raise UsageError(f"axis {name} has no option {option!r}: it takes {', '.join(known)}")
+            raise UsageError(f"axis {name} has no option {option!r}: expected one of {', '.join(known)}")
 
 
 def _units(name: str, given: Mapping[str, Any]) -> MachineUnits | None:
@@ -66,12 +66,14 @@ def _units(name: str, given: Mapping[str, Any]) -> MachineUnits | None:
         return None
     try:
         return MachineUnits.given(given["units"])
-    except UsageError as error:
-        raise UsageError(f"axis {name}: units: {error}") from None
+    except UsageError as reason:
+        raise UsageError(f"invalid units of axis {name}: {reason}") from None
 
 
 def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tuple[int, int] | None:
-    """Return an option of two positions.  Raises UsageError unless they are in ascending order."""
+    """Return an option that consists of two positions, e.g. `limits`.  Raises UsageError unless the positions are in
+    order.
+    """
     if given is None:
         return None
     try:
@@ -80,12 +82,12 @@ def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tup
         first = last = None
     try:
         first, last = (position(end, units) if isinstance(end, str) else end for end in (first, last))
-    except UsageError as error:
-        raise UsageError(f"axis {name}: {option}={given!r}: {error}") from None
+    except UsageError as reason:
+        raise UsageError(f"invalid {option}={given!r} of axis {name}: {reason}") from None
     if not (type(first) is int and type(last) is int and first <= last):
-        raise UsageError(f"axis {name}: {option}={given!r}: expected two positions, e.g. [-100, 5000]")
+        raise UsageError(f"invalid {option}={given!r} of axis {name}: expected two positions, e.g. [-100, 5000]")
     if not -MOST_POSITION <= first <= last <= MOST_POSITION:
         raise UsageError(
-            f"axis {name}: {option} goes beyond ±{MOST_POSITION}: expected two positions, e.g. [-100, 5000]"
+            f"invalid {option} of axis {name}: expected positions from {-MOST_POSITION} to {MOST_POSITION}"
         )
     return first, last

@@ -18,7 +18,9 @@ SAMPLES = 10
 
 
 class Samples(NamedTuple):
-    """Positions of an axis at `start_ns`, `start_ns + period_ns`, …; they are final.
+    """Positions of an axis, sampled at `start_ns` and then every `period_ns`.
+
+    These samples are final.
 
     `positions`: encoder counts from 0 when the bench was made.  `commanded`: the setpoints for the same samples in the
     same coordinates (`commanded - position` is the following error).  A `period_ns` of 0 means that a person has moved
@@ -34,7 +36,7 @@ class Samples(NamedTuple):
         return len(self.positions)
 
     def time_ns(self, sample: int) -> int:
-        """Return the time of the sample of this index, from 0."""
+        """Return the time of a sample, given by its index from 0."""
         return self.start_ns + sample * self.period_ns
 
 
@@ -43,7 +45,7 @@ Listener = Callable[[Samples], None]
 
 @dataclass(slots=True)
 class _Stretch:
-    """Consecutive samples in which the axis moves; `before`: the position before the first sample."""
+    """A block of consecutive samples of a moving axis; `before` is the position before the first sample."""
 
     start_ns: int
     period_ns: int
@@ -55,7 +57,7 @@ class _Stretch:
         return self.start_ns - self.period_ns
 
     def times(self) -> "NDArray[np.int64]":
-        """Return the times of the count changes, spread evenly from each sample to the next."""
+        """Return the interpolated times of the count changes, evenly spaced between two samples."""
         import numpy as np
 
         positions = np.frombuffer(self.positions, np.int64)
@@ -68,7 +70,10 @@ class _Stretch:
 
 
 class CountHistory:
-    """Times of an encoder's count changes, for at least the latest `samples` samples in which the axis moved."""
+    """Recent times of an encoder's count changes.
+
+    At least the latest `samples` samples in which the axis moved are covered.
+    """
 
     def __init__(self, samples: int) -> None:
         self.samples = samples
@@ -78,7 +83,7 @@ class CountHistory:
         """Changes up to this time have been discarded; None if no change has been discarded."""
 
     def add(self, samples: Samples) -> None:
-        """Append samples."""
+        """Append samples to the history."""
         given = samples.positions
         positions = given if isinstance(given, array) else array("q", given)
         if positions[0] == positions[-1] == self._last and positions.count(self._last) == len(positions):
@@ -91,14 +96,17 @@ class CountHistory:
             self._kept -= len(oldest.positions)
             self.forgotten_ns = self._stretches[0].begin_ns
 
-    def times(self, start_ns: int, stop_ns: int, advice: int) -> "NDArray[np.int64]":
-        """Return all changes with start_ns <= time < stop_ns; `advice`: the `history` to suggest in an error."""
+    def times(self, start_ns: int, stop_ns: int, larger_history: int) -> "NDArray[np.int64]":
+        """Return the times of all count changes from `start_ns` to before `stop_ns`.
+
+        Raises UsageError if old changes have been discarded; the message suggests the option `history=larger_history`.
+        """
         import numpy as np
 
         if self.forgotten_ns is not None and start_ns <= self.forgotten_ns:
             raise UsageError(
-                f"counts before {to_seconds(self.forgotten_ns):g} s are no longer stored: begin at that time, "
-                f"or add the controller with history={advice}"
+                f"encoder counts before {to_seconds(self.forgotten_ns):g} s are no longer stored: begin at that time, "
+                f"or add the controller with history={larger_history}"
             )
         found = [stretch.times() for stretch in self._stretches if stretch.begin_ns < stop_ns]
         times = np.concatenate(found) if found else np.empty(0, np.int64)

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class EncoderData:
-    """`counts_per_rev`: counts after quadrature per revolution of `pulses_per_rev` motor pulses.  `backlash`: in
-    counts, between motor and encoder.
+    """Resolution, backlash and index mark of an encoder.
+
+    `counts_per_rev`: counts after quadrature per revolution of `pulses_per_rev` motor pulses.  `backlash`: in counts,
+    between motor and encoder.
 
     Channel Z is active once per revolution, for `index_counts` counts from count `index` on.
     """
@@ -27,35 +29,39 @@ class EncoderData:
 
 
 class Encoder:
-    """An encoder that counts the load's motion.  After a reversal, the load first rests within the backlash."""
+    """An incremental encoder that counts the motion of the load, with backlash between motor and load.
+
+    After a reversal, the load first rests within the backlash.
+    """
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
-        self._load = self._began = 0  # load position now, and at the last change of direction
+        self._load = self._began = 0  # `_began` is the load position at the start of the present motion
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        self._counted: tuple[int, int] | None = None  # load position and count at the time when wrong counting began
+        self._counted: tuple[int, int] | None = None  # `_counted` is the load position and count when miscounting began
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
-        """Follow a monotonic motion of the shaft to `position` (in pulses).  Return the count there."""
+        """Turn the shaft to `position` in pulses, without a reversal, and return the encoder count."""
         before, self._load = self._load, self._dragged(self._load, position)
         if self._load != before:
             self.direction = 1 if self._load > before else -1
         return self._count(self._load)
 
     def begin(self) -> None:
-        """Store the position of the load at the start of a monotonic motion."""
+        """Store the position of the load at the start of a motion without reversal."""
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the count for an earlier `position` of the shaft in the present monotonic motion."""
+        """Return the count at an earlier shaft position in the present motion without a reversal."""
         return self._count(self._dragged(self._began, position))
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Counts per number of pulses in a motion in one direction, and the largest deviation from it in counts.
+        """Three numbers: encoder counts, the motor pulses that produce these counts, and the maximum deviation in
+        counts.
 
         The deviation: 1 count of the shaft's position, the backlash, and 1 count at each end if the encoder miscounts.
         """
@@ -64,12 +70,15 @@ class Encoder:
 
     @property
     def at_index(self) -> bool:
-        """True while the index mark is at the sensor."""
+        """True while the index mark of the encoder is at the sensor."""
         disc = self._load + self._displaced + self._turned
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 
     def index_edges(self) -> tuple[int, ...]:
-        """Return the index mark's nearest edges below and above the motor; edge n is between positions n-1 and n."""
+        """Return the edges of the index mark that are next to the motor position, above and below.
+
+        Edge n lies between the positions n-1 and n.
+        """
         rev, width = abs(self.data.counts_per_rev), self.data.index_counts
         shift = self._displaced + self._turned - self.data.index
         into = (self._load + shift) % rev
@@ -78,7 +87,7 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Return the motor position n such that the encoder reaches this count between positions n-1 and n."""
+        """Return the motor position n in pulses: the encoder reaches the given count between n-1 and n."""
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:
             return -(-counts * pulses // per_rev)
@@ -97,7 +106,9 @@ class Encoder:
         return count + (counted if since * self._of > 0 else -counted)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """From now on count `of` instead of each `out_of` true counts, e.g. 9 of 10, -1 of 1 (reversed), 0 of 1 (dead).
+        """Make the encoder miscount: from now on, `out_of` true counts give `of` reported counts.
+
+        Examples: 9 of 10, -1 of 1 (reversed), 0 of 1 (dead).
 
         After 1 of 1 the encoder counts correctly again, from its present count.
         """
@@ -105,11 +116,11 @@ class Encoder:
         self._of, self._out_of = of, out_of
 
     def displace(self, counts: int) -> None:
-        """Push the load; the load stays there until the motor moves it back."""
+        """Displace the load by `counts`; the load stays there until the motor moves it back."""
         self._displaced += counts
         self.direction = 1 if counts > 0 else -1
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`."""
+        """Turn the encoder by `counts` relative to its shaft."""
         self._counted = self._load + self._displaced, self._count(self._load) + counts
         self._turned += counts

@@ -19,7 +19,7 @@ FASTEST = 2_000_000
 
 
 class JoystickInputs(NamedTuple):
-    """Names of the controller's inputs for AT ZERO, pulses and direction."""
+    """Names of the controller inputs for the joystick signals AT ZERO, pulses and direction."""
 
     at_zero: str
     step: str
@@ -31,7 +31,7 @@ class JoystickInputs(NamedTuple):
 
 
 class Joystick:
-    """One axis of the joystick; its first use connects it to the controller's inputs."""
+    """One axis of a joystick, which is connected to the controller's inputs at its first use."""
 
     def __init__(self, clock: Clock, pins: Mapping[str, Pin], inputs: JoystickInputs) -> None:
         self.clock, self.inputs = clock, inputs
@@ -45,9 +45,12 @@ class Joystick:
         self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:
-        """Deflect the stick for `rate` pulses per second; 0: release the stick.  Raises UsageError."""
+        """Deflect the joystick so that it outputs `rate` pulses per second; 0 releases the joystick.
+
+        Raises UsageError for an invalid rate.
+        """
         if abs(rate) > FASTEST:
-            raise UsageError(f"joystick {rate}: expected pulses per second, from {-FASTEST} to {FASTEST}")
+            raise UsageError(f"invalid joystick rate {rate}: expected {-FASTEST} to {FASTEST} pulses per second")
         self.manual_actions.report(ManualAct.JOYSTICK, rate)
         if not self._plugged_in:
             self._plug_in()
@@ -57,7 +60,7 @@ class Joystick:
             self.clock.process(self._deflected())
 
     def _plug_in(self) -> None:
-        """Connect the joystick to the inputs."""
+        """Connect the joystick to the inputs of the controller."""
         self._plugged_in = True
         for pin in (self._at_zero, self._step, self._direction):
             pin.wired = True
@@ -76,7 +79,7 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """Set the direction, with `settle_ns` at zero before and after the change."""
+        """Set the direction of the pulses; wait `settle_ns` before and after a change."""
         if self._direction.level is not clockwise:
             yield self.clock.timeout(self.inputs.settle_ns)
             self._direction.set(clockwise)

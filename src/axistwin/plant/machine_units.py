@@ -28,21 +28,21 @@ MOST_POSITION = 1 << 53
 
 @dataclass(frozen=True)
 class MachineUnits:
-    """The unit of an axis: `per` pulses or counts are one unit `of`."""
+    """Unit of the positions of an axis, e.g. 80 pulses per mm: `per` is 80, and `of` is "mm"."""
 
     per: Fraction
     of: str
 
     @classmethod
     def given(cls, table: Any) -> Self:
-        """Read the units from a table with the keys `per` and `of`.  Raises UsageError."""
+        """Create units from a table with the keys `per` and `of`, e.g. 80 pulses per mm.  Raises UsageError."""
         if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
-            raise UsageError(f"units={table!r}: expected the keys per and of, e.g. {EXAMPLE}")
+            raise UsageError(f"invalid units {table!r}: expected a table with the keys per and of, e.g. {EXAMPLE}")
         return cls(check_per(table["per"]), check_of(table["of"]))
 
     @classmethod
     def written(cls, text: str) -> Self:
-        """Read the units from a text that `str` has written, e.g. `80 per mm`.  Raises UsageError."""
+        """Parse the text form of units, e.g. `80 per mm`.  Raises UsageError."""
         per, _, of = text.partition(" per ")
         return cls(check_per(per), check_of(of))
 
@@ -50,21 +50,24 @@ class MachineUnits:
         return f"{self.per} per {self.of}"
 
     def value(self, counts: float) -> float:
-        """Convert a number of counts to this unit."""
+        """Convert a number of counts to the unit of the axis."""
         return float(Fraction(counts) / self.per)
 
     def shown(self, counts: float) -> str:
-        """Convert a number of counts to this unit, as text with as many decimals as one count needs."""
+        """Convert a number of counts to text in the unit of the axis.
+
+        The text has as many decimals as one count needs.
+        """
         return f"{self.value(counts):.{self.decimals}f}"
 
     @property
     def decimals(self) -> int:
-        """Number of decimals that is needed to distinguish two neighbouring positions."""
+        """Number of decimals that are needed to distinguish two neighbouring counts in this unit."""
         return min(max(ceil(log10(self.per)), 0), MOST_DECIMALS)
 
 
 def check_per(given: Any) -> Fraction:
-    """Read a number of counts per unit, e.g. 80, 6.4 or "6400/360".  Raises UsageError."""
+    """Parse a number of counts per unit, e.g. 80, 6.4 or "6400/360".  Raises UsageError."""
     parts = _PER.fullmatch(str(given)) if type(given) in (int, float, str) else None
     try:
         if parts is not None and decimal(parts[1]) > 0 and decimal(parts[2] or "1") > 0:
@@ -73,18 +76,18 @@ def check_per(given: Any) -> Fraction:
                 return per
     except NumberError:
         pass
-    raise UsageError('expected the pulses or counts of one unit, e.g. 80, 6.4 or "6400/360"')
+    raise UsageError('expected a number of pulses or counts per unit, e.g. 80, 6.4 or "6400/360"')
 
 
 def check_of(given: Any) -> str:
-    """Check the name of a unit, e.g. "mm", and return it.  Raises UsageError."""
+    """Return the name of a unit, e.g. "mm".  Raises UsageError if the name is invalid."""
     if not isinstance(given, str) or not _OF.fullmatch(given) or given in _RESERVED:
         raise UsageError('expected the name of a unit, e.g. "mm", "deg" or "rev"')
     return given
 
 
 def position(given: int | str, units: MachineUnits | None) -> int:
-    """Read a position, a whole number of counts or a text such as "12.5 mm"; return it in counts.
+    """Convert a position, e.g. 1000 or "12.5 mm", to counts.
 
     Raises UsageError.
     """
@@ -92,38 +95,43 @@ def position(given: int | str, units: MachineUnits | None) -> int:
         return given
     found = _QUANTITY.fullmatch(given) if isinstance(given, str) and len(given) < 100 else None
     if found is None or found["per_second"]:
-        raise UsageError(f"expected a position, {_examples(units)}")
+        raise UsageError(f"expected a position, e.g. {_example_positions(units)}")
     if found["of"] is None:
         try:
             return whole(found["number"], -MOST_POSITION, MOST_POSITION)
-        except NumberError as error:
-            raise UsageError(f"{error}: expected whole counts, {_examples(units)}") from None
+        except NumberError:
+            raise UsageError(f"invalid number of counts {given!r}: expected e.g. {_example_positions(units)}") from None
     counts = round(_quantity(found["number"], found["of"], units))
     if abs(counts) > MOST_POSITION:
-        raise UsageError(f"{given} goes beyond ±{MOST_POSITION} counts")
+        raise UsageError(f"position {given} is out of range: expected {-MOST_POSITION} to {MOST_POSITION} counts")
     return counts
 
 
 def rate(given: float | str, units: MachineUnits | None) -> float:
-    """Read a velocity, a number of counts/s or a text such as "50 mm/s"; return it in counts/s."""
+    """Convert a velocity, e.g. 2000 (counts/s) or "50 mm/s", to counts/s."""
     if isinstance(given, int | float):
         return float(given)
     found = _QUANTITY.fullmatch(given) if len(given) < 100 else None
     if found is None or not found["of"] or not found["per_second"]:
-        raise UsageError(f"expected a number of counts/s, or e.g. '50 {units.of if units else 'mm'}/s'")
+        unit = units.of if units else "mm"
+        raise UsageError(f"expected a velocity as a number of counts/s, or as a text, e.g. '50 {unit}/s'")
     return float(_quantity(found["number"], found["of"], units))
 
 
-def _quantity(number: str, of: str, units: MachineUnits | None) -> Fraction:
+def _quantity(number: str, unit: str, units: MachineUnits | None) -> Fraction:
     if units is None:
-        raise UsageError(f"the axis has no unit {shortened(of)}: expected counts, or units = {EXAMPLE} of the axis")
-    if of != units.of:
-        raise UsageError(f"{shortened(of)} is not the unit of the axis: expected {units.of}")
+        raise UsageError(
+            f"unknown unit {shortened(unit)}: expected counts, or set the option units = {EXAMPLE} of the axis"
+        )
+    if unit != units.of:
+        raise UsageError(f"{shortened(unit)} is not the unit of the axis: expected {units.of}")
     try:
         return Fraction(decimal(number)) * units.per
-    except NumberError as error:
-        raise UsageError(str(error)) from None
+    except NumberError:
+        raise UsageError(
+            f"invalid number {shortened(number)}: expected a decimal number below 1e30, e.g. 12.5"
+        ) from None
 
 
-def _examples(units: MachineUnits | None) -> str:
-    return f"e.g. 1000 or '12.5 {units.of}'" if units is not None else "e.g. 1000"
+def _example_positions(units: MachineUnits | None) -> str:
+    return f"1000 or '12.5 {units.of}'" if units is not None else "1000"

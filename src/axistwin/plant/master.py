@@ -30,7 +30,7 @@ class Followed(Protocol):
 
     @property
     def resting(self) -> bool:
-        """True if the axis does not move before the next `on_motion`."""
+        """True if the axis rests until the next event `on_motion`."""
 
     @property
     def predictable(self) -> bool:
@@ -38,21 +38,31 @@ class Followed(Protocol):
 
     @property
     def follows(self) -> "Followed | None":
-        """The axis on which the master encoder of this axis is mounted; None without one."""
+        """Axis on which the master encoder of this axis is mounted; None without a master encoder."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` when the axis crosses an edge; edge n lies between position n-1 and n."""
+        """Call `callback()` when the axis crosses one of the edges.
+
+        Edge n lies between the positions n-1 and n.
+        """
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
-        """Return the positions at these times, in order, predicted for a motion that does not change."""
+        """Return the predicted positions at `times_ns`, which are in ascending order.
+
+        The prediction is for a motion that does not change.
+        """
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the positions now and at the first of these times; all are certain until `on_replan`."""
+        """Return the present position, then predicted positions at `times_ns`, as far as they are certain.
+
+        The returned positions are valid until `on_replan`.
+        """
 
 
 class Run(NamedTuple):
-    """A motion at constant speed: from count `base`, `counts` edges spread evenly over `duration_ns` from `start_ns`
-    on.
+    """A motion at constant speed, with evenly spaced encoder edges.
+
+    The `counts` edges begin at count `base`, and take `duration_ns` from `start_ns` on.
     """
 
     start_ns: int
@@ -62,11 +72,11 @@ class Run(NamedTuple):
 
     @property
     def end_ns(self) -> int:
-        """Time of the last edge of the motion."""
+        """Time of the last edge of the motion, in ns."""
         return self.start_ns + self.duration_ns
 
     def at(self, time_ns: int) -> int:
-        """Return the count at a time not before the start.
+        """Return the count at `time_ns`, which must not be before the start of the motion.
 
         The n-th edge occurs `n * duration_ns / |counts|` after the start, rounded up to a whole nanosecond.  The
         count is therefore rounded towards `base`, in either direction.
@@ -104,12 +114,12 @@ class Master:
 
     @property
     def count(self) -> int:
-        """Net quadrature edges (or steps) in the positive direction, from 0 when the bench was made."""
+        """Encoder count after quadrature (or step count) in the positive direction; 0 when the bench is created."""
         return self.at(self.clock.now)
 
     @property
     def ratio(self) -> Fraction:
-        """Number of edges per count (or pulse) of the axis on which the encoder is mounted."""
+        """Number of encoder edges per count or pulse of the axis on which the encoder is mounted."""
         return self._ratio
 
     @property
@@ -119,11 +129,11 @@ class Master:
 
     @property
     def predictable(self) -> bool:
-        """True if `predict` is possible: the encoder is mounted on an axis that is `predictable`."""
+        """True if the counts can be predicted, because the encoder is mounted on an axis that is `predictable`."""
         return self.followed is not None and self.followed.predictable
 
     def predict(self, first_ns: int, period_ns: int, number: int) -> list[int]:
-        """Return `number` counts, the first at `first_ns`, one per period, predicted for a motion that does not change.
+        """Predict `number` encoder counts: the first at `first_ns`, then one every `period_ns`.
 
         The encoder must be mounted on an axis that is `predictable`.
         """
@@ -133,26 +143,31 @@ class Master:
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def read_ahead(self, times_ns: range, offset: int) -> list[int]:
-        """Return the counts plus `offset`, now and at the first of these times, up to the last certain one."""
+        """Return the present count, then predicted counts at `times_ns` as far as they are certain.
+
+        Each count is increased by `offset`.
+        """
         if self.followed is None:
             return [self.count + offset]
         numerator, denominator, base = self._ratio.numerator, self._ratio.denominator, self.run.base + offset
         return [base + p * numerator // denominator for p in self.followed.positions_ahead(times_ns)]
 
     def at(self, time_ns: int) -> int:
-        """Return the count at a time after the start of the present motion, if the motion does not change."""
+        """Return the encoder count at `time_ns`, if the present motion does not change."""
         if self.followed is not None:
             return self.run.base + floor(self.followed.position * self._ratio)
         return self.run.at(time_ns)
 
     def move(self, counts: int, seconds: float) -> None:
-        """Output `counts` edges at constant speed within `seconds`, from now on; 0: at once.
+        """Output `counts` edges at constant speed within `seconds`, from now on.
+
+        With 0 seconds, all edges occur at once.
 
         Cancels an earlier motion.  Raises UsageError for a negative time.
         """
         check_counts(counts, "move")
         if not 0 <= seconds < float("inf"):
-            raise UsageError(f"move({counts}, {seconds!r}): expected a time of 0 seconds or more")
+            raise UsageError(f"invalid time in move({counts}, {seconds!r}): expected 0 seconds or more")
         duration_ns = to_ns(seconds)
         self.manual_actions.report(ManualAct.MASTER, counts, seconds)
         count = self.count
@@ -161,7 +176,7 @@ class Master:
         self._change(Run(self.clock.now, count, counts, duration_ns), None)
 
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
-        """Mount the encoder on the shaft of `axis`; it counts `ratio` for each unit of the axis.
+        """Mount the encoder on the shaft of `axis`; the encoder outputs `ratio` edges per count or pulse of the axis.
 
         Raises UsageError for a ratio beyond a million, and for an axis that is the motor's own or follows the motor,
         because the two would depend on each other.
@@ -181,16 +196,20 @@ class Master:
         below: Followed | None = axis
         while below is not None:
             if below is self._own:
-                way = "is its motor's own" if axis is self._own else "follows its motor"
-                raise UsageError(f"a master encoder cannot follow an axis that {way}: expected another axis")
+                refused_axis = (
+                    "the axis of its own motor" if axis is self._own else "an axis that follows its own motor"
+                )
+                raise UsageError(
+                    f"cannot mount a master encoder on {refused_axis}: expected the axis of another controller"
+                )
             below = below.follows
 
     def stop(self) -> None:
-        """Stop the encoder, and detach it from its axis."""
+        """Stop the encoder, and remove it from the axis on which it is mounted."""
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Discard predictions of an encoder at rest, because the axis begins to move."""
+        """Notify the subscribers, because the axis of the encoder begins a motion or changes its profile."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

@@ -13,7 +13,9 @@ class _Value(Generic[T]):
 
 
 class Override(Generic[T]):
-    """`values` holds the setting, followed by the values of the active defects, the latest at the end.
+    """A machine setting, and the values of active defects that override the setting.
+
+    `values` holds the setting, followed by the values of the active defects, the latest at the end.
 
     `before_change` is called before each change, `on_change` after it.
     """
@@ -26,17 +28,17 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The setting, followed by the values of all active defects."""
+        """The machine setting, followed by the overriding values of all active defects."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Change the setting; an active defect still overrides it."""
+        """Change the setting; the value of an active defect still overrides the setting."""
         self._before_change()
         self._values[0].value = value
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Add the value of a defect.  Return a function that ends the defect."""
+        """Override the setting by the value of a defect.  Return a function that ends the defect."""
         added = _Value(value)
         self._before_change()
         self._values.append(added)

@@ -18,7 +18,9 @@ MOST_TUNING = 65535
 
 @dataclass(frozen=True)
 class ServoMotor:
-    """A brushless servo motor, its amplifier, encoder and tuning.  All figures are at the shaft.
+    """Data sheet of a brushless servo motor with its amplifier, encoder and tuning.
+
+    All figures are at the shaft.
 
     Figures are above 0, except frictions, brake, inductance and tuning, which may be 0; `counts_per_rev` is 2000 or
     4000.  The back-EMF in V per rad/s equals the torque constant in N·m per A.  Inductance divided by resistance is the
@@ -29,7 +31,7 @@ class ServoMotor:
     winding_resistance_ohm: float
     rotor_inertia_kg_m2: float
     coulomb_friction_nm: float
-    viscous_friction_nm_s: float  # Friction torque in N·m per rad/s.
+    viscous_friction_nm_s: float  # The unit of viscous friction is N·m per rad/s.
     counts_per_rev: int  # after quadrature
     supply_voltage_v: float
     peak_current_a: float  # Amplifier limit.
@@ -38,8 +40,8 @@ class ServoMotor:
     housing_to_ambient_k_per_w: float
     winding_time_constant_s: float
     housing_time_constant_s: float
-    brake_torque_nm: float  # Torque of the static brake.
-    winding_inductance_h: float = 0.0  # With 0, the current follows the voltage at once.
+    brake_torque_nm: float
+    winding_inductance_h: float = 0.0  # With an inductance of 0, the current follows the voltage at once.
     kp: int = 42
     ki: int = 28
     kd: int = 550
@@ -52,14 +54,14 @@ class ServoMotor:
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
             low = 0.0 if name in TUNING or any(part in name for part in MAY_BE_0) else None
-            _check(f"motor: {name}", value, low, MOST_TUNING if name in TUNING else MOST, whole=name in WHOLE)
+            _check(f"motor {name}", value, low, MOST_TUNING if name in TUNING else MOST, whole=name in WHOLE)
         if self.counts_per_rev not in (2000, 4000):
-            raise UsageError(f"motor: counts_per_rev={self.counts_per_rev}: expected 2000 or 4000")
-        _check("motor: ks", self.ks, 1.0, MOST_TUNING)
+            raise UsageError(f"invalid counts_per_rev={self.counts_per_rev} of a motor: expected 2000 or 4000")
+        _check("motor ks", self.ks, 1.0, MOST_TUNING)
 
     @property
     def tuning(self) -> tuple[int, ...]:
-        """Factory values of KP KI KD KL KS KV KA KG."""
+        """Factory values of the servo gains KP, KI, KD, KL, KS, KV, KA and KG."""
         return tuple(getattr(self, name) for name in TUNING)
 
     @property
@@ -74,7 +76,10 @@ MAY_BE_0 = "friction", "brake", "inductance"
 
 @dataclass(frozen=True)
 class ServoLoad:
-    """The load on the shaft.  `gravity_torque_nm` is constant; positive turns the shaft in the positive direction."""
+    """Data of the load on a servo motor's shaft: inertia, friction and gravity torque.
+
+    `gravity_torque_nm` is constant; a positive torque acts in the positive direction.
+    """
 
     inertia_kg_m2: float = 0.0
     coulomb_friction_nm: float = 0.0
@@ -83,18 +88,20 @@ class ServoLoad:
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
-            _check(f"load: {name}", value, -MOST if name == "gravity_torque_nm" else 0.0, MOST)
+            _check(f"load {name}", value, -MOST if name == "gravity_torque_nm" else 0.0, MOST)
 
 
-def _check(what: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
-    """Raise UsageError unless `value` is a finite number from `low` (None: above 0) to `high`."""
+def _check(figure: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
+    """Raise UsageError unless a figure is a finite number in its permitted range.
+
+    The range is from `low` (None: above 0) to `high`.
+    """
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
-        raise UsageError(f"{what}={value!r}: expected a {'whole ' if whole else ''}number")
+        raise UsageError(f"invalid {figure}={value!r}: expected a {'whole number' if whole else 'number'}")
     if value > high or (value <= 0 if low is None else value < low):
-        raise UsageError(
-            f"{what}={value!r}: expected a number {'above 0' if low is None else f'from {low:g}'} to {high:g}"
-        )
+        lowest = "above 0" if low is None else f"from {low:g}"
+        raise UsageError(f"invalid {figure}={value!r}: expected a number {lowest} to {high:g}")
 
 
 FRAME17 = ServoMotor(
@@ -150,29 +157,32 @@ SERVO_MOTORS = {"frame17": FRAME17, "frame23": FRAME23, "frame34": FRAME34}
 
 
 def servo_motor(given: object) -> ServoMotor:
-    """Return a data sheet by its name, or from the figures that differ from `model` (default frame23)."""
+    """Return the data sheet of a servo motor, given by name or by its figures.
+
+    Figures that are not given are those of `model` (default frame23).
+    """
     if isinstance(given, ServoMotor):
         return given
     values: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {"model": given}
     model = values.pop("model", "frame23")
     if not isinstance(model, str) or model not in SERVO_MOTORS:
-        raise UsageError(f"motor={model!r}: expected one of {', '.join(SERVO_MOTORS)}, or values")
+        raise UsageError(f"unknown motor {model!r}: expected one of {', '.join(SERVO_MOTORS)}, or a table of figures")
     _check_names("motor", values, ("model", *(field.name for field in fields(ServoMotor))))
     return replace(SERVO_MOTORS[model], **values) if values else SERVO_MOTORS[model]
 
 
 def servo_load(given: object = None) -> ServoLoad:
-    """Return the load on the shaft from its values; None: no load."""
+    """Return the load on a servo motor's shaft from a table of figures; None means no load."""
     if isinstance(given, ServoLoad):
         return given
     if given is not None and not isinstance(given, Mapping):
-        raise UsageError(f"load={given!r}: expected values, e.g. {{'inertia_kg_m2': 1e-5}}")
+        raise UsageError(f"invalid load {given!r}: expected a table of figures, e.g. {{'inertia_kg_m2': 1e-5}}")
     values = dict(given or {})
     _check_names("load", values, tuple(field.name for field in fields(ServoLoad)))
     return ServoLoad(**values)
 
 
-def _check_names(of: str, given: Mapping[str, object], known: tuple[str, ...]) -> None:
+def _check_names(part: str, given: Mapping[str, object], known: tuple[str, ...]) -> None:
     for name in given:
         if name not in known:
-            raise UsageError(f"{of}: unknown name {name}: expected one of {', '.join(known)}")
+            raise UsageError(f"unknown figure {name!r} of the {part}: expected one of {', '.join(known)}")

@@ -1,8 +1,8 @@
 """The axis of a servo motor: a shaft with an encoder, powered or not.
 
 A *source* (the motor's processor) calculates the shaft's motion sample by sample, ahead of the clock.  All reads and
-changes therefore use the source.  The machine's own state survives a loss of power and is
-kept here: physics, external torques, ambient temperature, switches.
+changes therefore use the source.  The machine's own state survives a loss of power and is kept here: physics, external
+torques, ambient temperature, switches.
 """
 
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
@@ -35,53 +35,67 @@ IDEAL_COUNTS_PER_REV = 2000
 
 
 class Source(Protocol):
-    """Interface of the processor that calculates the motion of a shaft; all values are those of the latest sample."""
+    """Interface of the motor's processor, which calculates the motion of the shaft.
+
+    All values are those of the latest sample.
+    """
 
     def refresh(self) -> None:
-        """Publish all samples up to now; state and predictions stay the same."""
+        """Publish all samples up to now, without changing the state or the predictions."""
 
     def catch_up(self) -> None:
-        """Publish all samples up to now, before a change of state."""
+        """Publish all samples up to now, before the state of the shaft changes."""
 
     def replan(self) -> None:
-        """Discard predictions after a change of load, jam or ambient temperature."""
+        """Discard predicted positions after a change of load, blocking or ambient temperature."""
 
     def position(self) -> int:
-        """Encoder counts from 0 when the bench was made, in the machine's own direction."""
+        """Position of the shaft in encoder counts; 0 when the bench is created.
+
+        The positive direction is that of the machine.
+        """
 
     def commanded(self) -> int:
-        """Position of the controller's trajectory, in the controller's coordinates, in counts."""
+        """Position of the controller's trajectory in counts, in the coordinates of the controller."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the positions now and at these times, up to the first time at which an input could change them."""
+        """Return the present position, then positions at `times_ns`, up to the first time at which an input could
+        change the motion.
+        """
 
     def setpoint(self) -> int:
-        """Commanded position of the shaft in counts, in the machine's own direction."""
+        """Commanded position of the shaft in encoder counts.
+
+        The positive direction is that of the machine.
+        """
 
     def velocity(self) -> float:
-        """Velocity of the shaft, in counts per second, in the machine's own direction."""
+        """Velocity of the shaft in encoder counts per second.
+
+        The positive direction is that of the machine.
+        """
 
     def moving(self) -> bool:
         """True if the shaft turns or a trajectory is in progress."""
 
     def next_sample_ns(self) -> int | None:
-        """Time of the next possible change of position; None: no change by itself."""
+        """Time in ns of the next possible change of position; None if the position cannot change by itself."""
 
     def temperature(self) -> float:
         """Temperature of the motor, in degrees Celsius."""
 
     def energy_nj(self) -> int:
-        """Energy that the windings have taken since the bench was made, in nJ."""
+        """Energy in nJ that the windings have taken since the bench was created."""
 
     def push(self, counts: int) -> None:
-        """Displace the shaft by `counts` now."""
+        """Turn the shaft by `counts` now."""
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts` now."""
+        """Turn the encoder by `counts` relative to its shaft."""
 
 
 class AtRest:
-    """Source of a shaft without power, which is at rest."""
+    """Motion source of a shaft without power: the shaft rests until a person turns it."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
@@ -92,7 +106,7 @@ class AtRest:
     catch_up = replan = refresh
 
     def position(self) -> int:
-        """The position at which the shaft rests."""
+        """Position of the resting shaft in encoder counts."""
         return self._axis.shaft
 
     setpoint = position
@@ -102,7 +116,7 @@ class AtRest:
         return [self._axis.shaft]
 
     def commanded(self) -> int:
-        """0, because no trajectory exists."""
+        """Always 0, because a motor without power has no trajectory."""
         return 0
 
     def velocity(self) -> float:
@@ -118,15 +132,15 @@ class AtRest:
         return None
 
     def temperature(self) -> float:
-        """The ambient temperature."""
+        """Temperature of a motor without power: the ambient temperature."""
         return self._axis.ambient
 
     def energy_nj(self) -> int:
-        """Energy that the windings had taken at the loss of power, in nJ."""
+        """Energy in nJ that the windings had taken when the power was switched off."""
         return self._axis.energy_nj
 
     def push(self, counts: int) -> None:
-        """Displace the shaft by `counts`; it then stays at this position."""
+        """Turn the shaft by `counts`; the shaft then rests at the new position."""
         axis = self._axis
         axis.shaft += counts
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
@@ -136,27 +150,33 @@ class AtRest:
 
 
 class EncoderView:
-    """The encoder of a servo axis, as users of a bench can read and change it."""
+    """Functions for users to read and disturb the encoder of a servo axis."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
 
     @property
     def count(self) -> int:
-        """Counts after quadrature, from 0 when the bench is made."""
+        """Encoder count after quadrature; 0 when the bench is created."""
         return self._axis.position
 
     def displace(self, counts: int) -> None:
-        """Turn the shaft by `counts`, as a person would; the shaft stays there until the motor moves it back."""
+        """Turn the shaft by `counts`, as a person does by hand.
+
+        The shaft stays there until the motor moves it back.
+        """
         check_counts(counts, "displace")
         self._axis.push(counts)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Let the encoder report `of` counts for each `out_of` true counts; 1 for 1 is correct."""
+        """Make the encoder miscount: `out_of` true counts give `of` reported counts.
+
+        1 for 1 is correct.
+        """
         self._axis.miscount(of, out_of)
 
     def slip(self, counts: int) -> None:
-        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
+        """Turn the encoder by `counts` relative to its shaft; the shaft does not turn."""
         self._axis.slip(counts)
 
 
@@ -214,26 +234,30 @@ class ServoAxis:
         self._source: Source = AtRest(self)
 
     def _make_overrides(self) -> None:
-        """Create the settings of the machine that faults override: load, jam, magnets, supply, ambient temperature."""
+        """Create the machine settings that faults can override: load, blocking, torque, supply voltage, ambient
+        temperature.
+        """
         self._outside = Override(0.0, self._replan, self._catch_up)
         self._jams = Override(False, self._replan, self._catch_up)
         self._torque = Override(1.0, self._replan, self._catch_up)
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
 
-    # Functions for the motor's processor
+    # Interface for the motor's processor
 
     def connect(self, source: Source) -> None:
-        """Connect a source of the motion (the motor's processor), which continues from the axis's present state."""
+        """Connect the motor's processor, which calculates the motion of the shaft from now on."""
         self._source = source
 
     def disconnect(self) -> None:
-        """Disconnect the source; the shaft then rests at its present position."""
+        """Disconnect the motor's processor; the shaft then rests at its present position."""
         self.shaft = self._source.position()
         self._source = AtRest(self)
 
     def publish(self, samples: Samples) -> None:
-        """Send final samples to subscribers, in order of time, up to the present time.
+        """Pass new samples to the subscribers, in order of time.
+
+        The samples are final.
 
         Between published samples the position is constant, so long rests need no samples.
         """
@@ -241,27 +265,34 @@ class ServoAxis:
         self._published.emit(samples)
 
     def left_window(self) -> None:
-        """Update the switches after the shaft has left its window (the positions without a switch change); set a new
-        window.
+        """Update the switches after the shaft has crossed a switch edge.
+
+        Then set the window: the range of positions in which no switch changes.
         """
         self._find_window()
         self._left_window.emit()
 
-    # Functions for users of the machine
+    # State of the machine, and manual actions
 
     @property
     def position(self) -> int:
-        """Position of the shaft in encoder counts from 0 when the bench was made, in the machine's own coordinates."""
+        """Position of the shaft in encoder counts; 0 when the bench is created.
+
+        The positive direction is that of the machine.
+        """
         return self._source.position()
 
     @property
     def commanded(self) -> int:
-        """Position of the motor's trajectory in the motor's coordinates (`O=` shifts them, F=2 turns them)."""
+        """Position of the motor's trajectory, in the coordinates that the motor's program uses.
+
+        The command `O=` shifts these coordinates, and F=2 inverts them.
+        """
         return self._source.commanded()
 
     @property
     def setpoint(self) -> int:
-        """Position of the trajectory in the coordinates of `position`; with the servo off, the shaft's position.
+        """Commanded position of the shaft in encoder counts; with the servo off, the actual position.
 
         `setpoint - position` is the following error.
         """
@@ -274,7 +305,7 @@ class ServoAxis:
 
     @property
     def velocity(self) -> float:
-        """Counts per second, negative in the negative direction."""
+        """Velocity of the shaft in encoder counts per second; negative in the negative direction."""
         return self._source.velocity()
 
     @property
@@ -284,7 +315,7 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """Always False, because a person can turn the shaft at any time, without a call of `on_motion`."""
+        """Always False, because a person can turn the shaft at any time."""
         return False
 
     @property
@@ -294,19 +325,22 @@ class ServoAxis:
 
     @property
     def follows(self) -> Followed | None:
-        """The axis on which this motor's master encoder is mounted."""
+        """Axis on which the external encoder of this motor is mounted; None if it is not mounted."""
         return self.master.followed
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
-        """Raise an error: positions of a servo cannot be predicted."""
-        raise AssertionError(f"a servo's position cannot be predicted: {times_ns}")
+        """Raise an error, because positions of a servo cannot be predicted."""
+        raise AssertionError(f"cannot predict positions of the servo axis {self.name} at {times_ns}")
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the positions now and at the first of these times; all are certain until `on_replan`."""
+        """Return the present position, then predicted positions at `times_ns`, as far as they are certain.
+
+        The returned positions are valid until `on_replan`.
+        """
         return self._source.positions_ahead(times_ns)
 
     def next_sample_ns(self) -> int | None:
-        """Time of the next possible change of position; None: no change by itself."""
+        """Time in ns of the next possible change of position; None if the position cannot change by itself."""
         return self._source.next_sample_ns()
 
     @property
@@ -316,7 +350,9 @@ class ServoAxis:
 
     @property
     def energy(self) -> float:
-        """Energy that the windings have taken since the bench was made, in J: heat of the windings, and work.
+        """Energy in J that the motor windings have taken since the bench was created.
+
+        The energy includes heat of the windings, and mechanical work.
 
         The energy decreases while the motor brakes into the supply.  Without a data sheet the energy is 0.
         """
@@ -324,47 +360,50 @@ class ServoAxis:
 
     @property
     def ambient(self) -> float:
-        """Temperature around the motor, in degrees Celsius.  Defects override the setting; the latest defect wins."""
+        """Temperature around the motor, in degrees Celsius.
+
+        Defects override the setting; the latest defect wins.
+        """
         return self._ambient.values[-1]
 
     @ambient.setter
     def ambient(self, celsius: float) -> None:
         if not COLDEST <= celsius <= HOTTEST:
-            raise UsageError(f"ambient={celsius!r}: expected a temperature from {COLDEST:g} to {HOTTEST:g} °C")
+            raise UsageError(f"invalid ambient temperature {celsius!r}: expected {COLDEST:g} to {HOTTEST:g} °C")
         self.manual_actions.report(ManualAct.AMBIENT, celsius)
         self._ambient.set(float(celsius))
 
     def heat(self, celsius: float) -> Callable[[], None]:
-        """Override the ambient temperature, as a defect does.  Return a function that ends the defect."""
+        """Simulate a defect that changes the ambient temperature.  Return a function that ends the defect."""
         return self._ambient.add(celsius)
 
     @property
     def outside_torque(self) -> float:
-        """Torque that acts on the shaft from outside, in N·m."""
+        """External torque on the shaft, in N·m."""
         return sum(self._outside.values)
 
     @property
     def jammed(self) -> bool:
-        """True if the shaft cannot turn."""
+        """True while a person or a defect blocks the shaft."""
         return any(self._jams.values)
 
     def load(self, newton_metres: float) -> None:
-        """Apply an external torque to the shaft; positive turns it in the positive direction."""
+        """Apply an external torque to the shaft; a positive torque acts in the positive direction."""
         check_torque(newton_metres)
         self.manual_actions.report(ManualAct.LOAD, newton_metres)
         self._outside.set(float(newton_metres))
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
-        """Add an external torque, as a defect does.  Return a function that ends the defect."""
+        """Simulate a defect that adds an external torque.  Return a function that ends the defect."""
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
-        """Block the shaft, or release it; the trajectory continues."""
+        """Block the shaft if `on` is True, or release the shaft; the trajectory continues."""
         self.manual_actions.report(ManualAct.JAM, bool(on))
         self._jams.set(bool(on))
 
     def seize(self) -> Callable[[], None]:
-        """Block the shaft, as a defect does.  Return a function that ends the defect."""
+        """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
         return self._jams.add(True)
 
     @property
@@ -373,16 +412,20 @@ class ServoAxis:
         return min(self._torque.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
-        """Reduce the motor's torque to the fraction `left`, 0 to 1.  Return a function that ends the defect."""
+        """Simulate a defect that reduces the motor torque to the fraction `left`, 0 to 1.  Return a function that ends
+        the defect.
+        """
         return self._torque.add(left)
 
     @property
     def supply(self) -> float:
-        """Remaining fraction of the supply voltage, 0 to 1."""
+        """Supply voltage as a fraction of the nominal voltage, 0 to 1."""
         return min(self._supply.values)
 
     def sag(self, left: float) -> Callable[[], None]:
-        """Reduce the supply voltage to the fraction `left`, 0 to 1.  Return a function that ends the defect."""
+        """Simulate a defect that reduces the supply voltage to the fraction `left`, 0 to 1.  Return a function that
+        ends the defect.
+        """
         return self._supply.add(left)
 
     def _catch_up(self) -> None:
@@ -401,26 +444,30 @@ class ServoAxis:
         self.on_supply.emit()
 
     def miscount(self, of: int, out_of: int) -> None:
-        """From now on count `of` instead of each `out_of` true counts.  The motor uses the wrong count."""
+        """Make the encoder miscount: from now on, `out_of` true counts give `of` reported counts.
+
+        The motor uses the reported count.
+        """
         self._source.catch_up()
         self.counts_of, self.counts_out_of = of, out_of
         self._source.replan()
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder on its shaft by `counts`.  The motor uses the wrong count."""
+        """Turn the encoder by `counts` relative to its shaft.  The motor then uses the wrong count."""
         self._source.catch_up()
         self._source.slip(counts)
         self._source.replan()
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by `counts`, as a person would."""
+        """Turn the shaft by `counts`, as a person does by hand."""
         self.manual_actions.report(ManualAct.PUSH, counts)
         self._source.catch_up()
         self._source.push(counts)
         self.left_window()
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the ns times of encoder count changes, from `start_ns` to before `stop_ns` (None: up to now).
+        """Return the times in ns of the encoder count changes, from `start_ns` to before `stop_ns` (default: up to
+        now).
 
         The count is known at samples; changes between two samples are spread evenly.
         """
@@ -429,7 +476,7 @@ class ServoAxis:
         return self._counts.times(start_ns, stop_ns, 2 * self._history_option)
 
     def subscribe(self, callback: Listener) -> Callable[[], None]:
-        """Call `callback(samples)` with final samples, in order of time.  Return an unsubscribe function.
+        """Call `callback(samples)` for each new block of samples, in order of time.  Return an unsubscribe function.
 
         Samples may come in blocks; `catch_up` publishes all samples up to now.
         """
@@ -437,18 +484,20 @@ class ServoAxis:
         return self._published.subscribe(callback)
 
     def catch_up(self) -> None:
-        """Publish all samples up to now, without any change."""
+        """Publish all samples up to the present time."""
         self._source.refresh()
 
     @property
     def forgotten(self) -> bool:
-        """True if old samples have been discarded."""
+        """True if the oldest samples of the axis are no longer stored."""
         return self._counts.forgotten_ns is not None
 
     # Switches
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` when the shaft has crossed an edge; edge n lies between position n-1 and n.
+        """Call `callback()` when the shaft has crossed one of the edges.
+
+        Edge n lies between the positions n-1 and n.
 
         Return an unsubscribe function.
         """
@@ -472,13 +521,15 @@ class ServoAxis:
 
 
 def data_sheets(given: Mapping[str, Any]) -> "tuple[ServoMotor | None, ServoLoad | None]":
-    """Return the options `motor` (name or values of a data sheet) and `load` as data; None without a motor: ideal.
+    """Return the data sheets of motor and load from the options of a servo axis.
+
+    None without a motor: the axis is ideal.
 
     Raises UsageError.
     """
     motor, load = given.get("motor"), given.get("load")
     if motor is None and load is None:
         return None, None
-    from axistwin.plant import servo  # lazy import: needed only for an axis with a data sheet
+    from axistwin.plant import servo  # lazy import: only an axis with a data sheet needs this module
 
     return None if motor is None else servo.servo_motor(motor), None if load is None else servo.servo_load(load)

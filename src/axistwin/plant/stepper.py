@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 
 
 class EncoderView:
-    """The encoder of an axis, as users of a bench can read and change it."""
+    """Functions for users to read and disturb the encoder of a stepper axis."""
 
     def __init__(self, axis: "StepperAxis", encoder: Encoder) -> None:
         self._axis, self._encoder = axis, encoder
 
     @property
     def data(self) -> EncoderData:
-        """Resolution and backlash of the encoder."""
+        """Resolution, backlash and index mark of the encoder."""
         return self._encoder.data
 
     @property
     def count(self) -> int:
-        """Counts after quadrature, from 0 when the bench is made."""
+        """Encoder count after quadrature; 0 when the bench is created."""
         return self._encoder.follow(self._axis.position)
 
     def displace(self, counts: int) -> None:
-        """Push the load by `counts`; the load stays there until the motor moves it back."""
+        """Displace the load by `counts`; the load stays there until the motor moves it back."""
         check_counts(counts, "displace")
         self._axis.manual_actions.report(ManualAct.PUSH, counts)
         self._encoder.displace(counts)
@@ -50,7 +50,9 @@ class EncoderView:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Counts per number of pulses in a motion in one direction, and the largest deviation in counts."""
+        """Three numbers: encoder counts, the motor pulses that produce these counts, and the maximum deviation in
+        counts.
+        """
         return self._encoder.counts_per_pulses
 
     @property
@@ -73,7 +75,7 @@ class EncoderView:
         return stack.close
 
     def begin(self) -> None:
-        """Begin a move; store the state of the encoder at its start."""
+        """Store the state of the encoder at the start of a move."""
         _ = self.count
         self._encoder.begin()
 
@@ -88,20 +90,26 @@ class EncoderView:
         return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Let the encoder report `of` counts for each `out_of` true counts; 1 for 1 is correct."""
-        _ = self.count  # reading the count first updates the encoder to the present position
+        """Make the encoder miscount: `out_of` true counts give `of` reported counts.
+
+        1 for 1 is correct.
+        """
+        _ = self.count  # reading `count` updates the encoder to the present position
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
     def slip(self, counts: int) -> None:
-        """Let the encoder slip by `counts` on its shaft; the shaft does not turn."""
+        """Turn the encoder by `counts` relative to its shaft; the shaft does not turn."""
         _ = self.count
         self._encoder.slip(counts)
         self._axis.on_push.emit()
 
 
 class StepperAxis:
-    """Motor, load and encoder behind one step output.  Without a `motor` the axis is ideal and never stalls."""
+    """A stepper motor with its load and encoder, driven by one step output.
+
+    Without a `motor` the axis is ideal and never stalls.
+    """
 
     unit: ClassVar[str] = "pulses"
     """Unit of positions."""
@@ -124,9 +132,9 @@ class StepperAxis:
         self.units: MachineUnits | None = None
         """Unit of positions in texts and plots; the axis itself counts pulses.  None: no other unit."""
         self.on_motion: Signal[[]] = Signal()
+        """Event: a move begins, or changes its profile."""
         self.on_replan: Signal[[]] = Signal()
         """Event that never happens, because `positions_ahead` returns only the present position."""
-        """Event: a move begins, or changes its profile."""
         self.on_push: Signal[[]] = Signal()
         self.manual_actions = ManualActions(clock)
         """Reports the actions of a person at the axis: `load`, `jam`, `push`."""
@@ -136,15 +144,15 @@ class StepperAxis:
         self._jams = Override(False, self._replan)
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
-        self._lost = 0  # Net number of steps that were lost in finished moves.
-        self._unmade = 0  # Net number of pulses that earlier holds have suppressed.
-        self._made: int | None = None  # Net number of pulses of a held output; None if the output is not held.
+        self._lost = 0  # `_lost` is the net number of steps lost in finished moves
+        self._unmade = 0  # `_unmade` is the net number of pulses that earlier holds have suppressed
+        self._made: int | None = None  # `_made` is the net number of pulses of a held output, or None
         self._was_held = False
 
-    # Functions for the controller
+    # Interface for the controller
 
     def start(self, profile: Profile, direction: int) -> None:
-        """Begin a new move now; `direction` +1 or -1."""
+        """Begin a new move with the velocity profile `profile`; `direction` is +1 or -1."""
         if self._made is None:
             self._lost += self.train.move.direction * self._lost_in_move(over=True)
         self._fall_in()
@@ -155,7 +163,10 @@ class StepperAxis:
         self.on_motion.emit()
 
     def replace(self, profile: Profile) -> None:
-        """Replace the profile of the present move; `profile` is given from the start of the move."""
+        """Replace the velocity profile of the present move.
+
+        `profile` begins at the start of the move.
+        """
         self.train.replace(profile)
         if self._loses_no_steps:
             self.on_motion.emit()
@@ -168,11 +179,12 @@ class StepperAxis:
 
     @property
     def encoder_count(self) -> int | None:
-        """Encoder counts after quadrature, or None without an encoder."""
+        """Encoder count after quadrature; None for an axis without an encoder."""
         return self._encoder.count if self._encoder else None
 
     def counts_per_pulses(self) -> tuple[int, int, int] | None:
-        """Return encoder counts per number of pulses in this move, and the largest deviation in counts.
+        """Return three numbers: encoder counts, the motor pulses that produce these counts, and the maximum deviation
+        in counts.
 
         None while the motor loses steps, or its output is held.
         """
@@ -186,7 +198,7 @@ class StepperAxis:
             pin.sense(lambda: encoder.at_index, encoder.subscribe_index)
 
     def encoder_counted(self, within_ns: int) -> bool:
-        """True if the encoder has counted in the last `within_ns` of the present move."""
+        """True if the encoder count has changed within the last `within_ns` nanoseconds of the present move."""
         if self._encoder is None:
             return False
         move = self.train.move
@@ -201,22 +213,22 @@ class StepperAxis:
 
     @property
     def moving(self) -> bool:
-        """True if more pulses follow."""
+        """True while pulses of the present move remain."""
         return self.train.moving(self.clock.now)
 
     @property
     def resting(self) -> bool:
-        """True if the axis does not move before its next move."""
+        """True if the axis rests until its next move."""
         return not self.moving
 
     @property
     def predictable(self) -> bool:
-        """True if positions up to the next move can be predicted; lost steps make a prediction impossible."""
+        """True if the positions up to the next move can be predicted: no steps are lost, and the output is not held."""
         return not self._slips and self._made is None
 
     @property
     def free(self) -> bool:
-        """True if a new profile has no effect but its pulses: the motor is ideal, and nothing follows its motion."""
+        """True if a new profile affects only the pulses: the motor is ideal, and nothing follows the axis."""
         return self._loses_no_steps and not self.on_motion
 
     @property
@@ -225,11 +237,14 @@ class StepperAxis:
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return a list with the present position only."""
+        """Return a list that contains only the present position."""
         return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
-        """Return the motor's positions at these times in the latest move, in order; valid while no steps are lost."""
+        """Return the motor positions at the given times, which must be in ascending order.
+
+        The positions are valid for the latest move, while no steps are lost.
+        """
         move = self.train.move
         profile, at_start = move.profile, move.origin - self._lost - self._unmade
         if not installed("numpy"):
@@ -245,21 +260,21 @@ class StepperAxis:
         found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
-    # Functions for users of the machine
+    # State of the machine, and manual actions
 
     @property
     def position(self) -> int:
-        """Position of the motor, in pulses from 0 when the bench was made."""
+        """Position of the motor in pulses; 0 when the bench is created."""
         lost = 0 if self._made is not None else self.train.move.direction * self._lost_in_move()
         return self.pulses - self._lost - lost
 
     @property
     def lost(self) -> int:
-        """Net number of lost steps: issued pulses minus position."""
+        """Net number of lost steps: pulses that the output has made, minus the motor position."""
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return `lost` as a function of the pulses of the present move; None if the move loses no steps."""
+        """Return a function that converts a number of pulses of this move to lost steps; None if no step is lost."""
         if not self._slips:
             return None
         before, direction, found, per_tooth = self._lost, self.train.move.direction, self._slips, self._per_tooth
@@ -268,7 +283,7 @@ class StepperAxis:
 
     @property
     def stalled(self) -> bool:
-        """True if pulses are issued but the rotor has stalled and does not follow them."""
+        """True if the controller issues pulses that the rotor does not follow."""
         move = self.train.move
         if not self._slips or not self.moving:
             return False
@@ -277,12 +292,12 @@ class StepperAxis:
 
     @property
     def motor(self) -> StepperMotor | None:
-        """Data sheet of the motor; None: an ideal motor."""
+        """Data sheet of the motor; None for an ideal motor."""
         return self._motor
 
     @property
     def per_rev(self) -> int | None:
-        """Pulses per revolution from the data sheet of motor or encoder; None: unknown."""
+        """Pulses per revolution, from the data sheet of the motor or encoder; None if unknown."""
         if self._motor is not None:
             return self._motor.pulses_per_rev
         return self._encoder.data.pulses_per_rev if self._encoder else None
@@ -294,16 +309,16 @@ class StepperAxis:
 
     @property
     def _issued(self) -> int:
-        """Net pulses that the controller has issued."""
+        """Net number of pulses that the controller has issued."""
         return self.train.move.position_at(self.clock.now)
 
     @property
     def unmade(self) -> int:
-        """Net pulses that the controller has issued, but that a held output has not made."""
+        """Net number of issued pulses that a held step output has not made."""
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:
-        """Hold the step output: it has made pulses only up to this net number, and makes no more until `let_go`.
+        """Stop the step output at the net number of `made` pulses, until `let_go`.
 
         The stand-in, which replaces a real controller, calls this when a motion board has stopped the real motor.
         """
@@ -312,38 +327,39 @@ class StepperAxis:
         self.on_motion.emit()
 
     def let_go(self) -> None:
-        """Release a held step output: it makes pulses again from now on."""
+        """Release a held step output; from now on, the output makes pulses again."""
         if self._made is not None:
             self._unmade, self._made = self._issued - self._made, None
             self._replan()
 
     @property
     def velocity(self) -> float:
-        """Rate of the issued pulses per second, negative in the negative direction."""
+        """Rate of the issued pulses in pulses per second; negative in the negative direction."""
         move = self.train.move
         return move.direction * float(move.profile.rate_at(self.clock.now - move.start_ns))
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times of issued pulses in ns, from `start_ns` to before `stop_ns` (None: up to now)."""
+        """Return the times in ns of the issued pulses, from `start_ns` to before `stop_ns` (default: up to now)."""
         return self.train.pulse_times(start_ns, self.clock.now + 1 if stop_ns is None else stop_ns)
 
     @property
     def encoder(self) -> EncoderView:
-        """The encoder, if the axis has the option `encoder`, a table with `counts_per_rev`."""
+        """The encoder of the axis.  Raises UsageError for an axis without the option `encoder`."""
         if self._encoder is None:
-            ways = f'{self.name}={{"encoder": {{}}}}, in a scene axes.{self.name}.encoder = {{}}'
-            raise UsageError(f"axis {self.name} has no encoder: add one with {ways}")
+            raise UsageError(
+                f"axis {self.name} has no encoder: add the option `encoder` with a table, e.g. counts_per_rev = 4000"
+            )
 
         return self._encoder
 
     @property
     def outside_torque(self) -> float:
-        """Torque that acts on the shaft from outside, in N·m."""
+        """External torque on the shaft, in N·m."""
         return sum(self._outside.values)
 
     @property
     def jammed(self) -> bool:
-        """True if the shaft cannot turn."""
+        """True while a person or a defect blocks the shaft."""
         return any(self._jams.values)
 
     @property
@@ -352,35 +368,37 @@ class StepperAxis:
         return min(self._torque_left.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
-        """Reduce the motor's torque to the fraction `left`, 0 to 1.  With 0 the rotor stops.
+        """Simulate a defect that reduces the motor torque to the fraction `left`, 0 to 1.
+
+        With 0 the rotor stops.
 
         An ideal motor distinguishes only 0 from other values.  Return a function that ends the defect.
         """
         return self._torque_left.add(left)
 
     def load(self, newton_metres: float) -> None:
-        """Apply an external torque to the shaft; positive turns it in the positive direction."""
+        """Apply an external torque to the shaft; a positive torque acts in the positive direction."""
         check_torque(newton_metres)
         self.manual_actions.report(ManualAct.LOAD, newton_metres)
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
-        """Add an external torque, as a defect does.  Return a function that ends the defect."""
+        """Simulate a defect that adds an external torque.  Return a function that ends the defect."""
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
-        """Block the shaft, or release it; pulses continue."""
+        """Block the shaft if `on` is True, or release the shaft; the pulse output continues."""
         self.manual_actions.report(ManualAct.JAM, on)
         self._jams.set(on)
 
     def seize(self) -> Callable[[], None]:
-        """Block the shaft, as a defect does.  Return a function that ends the defect."""
+        """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
         return self._jams.add(True)
 
-    # Internal functions of the machine
+    # Prediction of edges and lost steps
 
     def reaches_ns(self, position: int) -> int | None:
-        """Return the time at which the motor next reaches `position` in the present move; None if it does not."""
+        """Return the time in ns at which the present move next reaches `position`; None if never."""
         move, now_ns = self.train.move, self.clock.now
         if self._made is not None:
             return None
@@ -395,7 +413,9 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` on the exact pulse that crosses an edge; edge n lies between position n-1 and n.
+        """Call `callback()` on the exact pulse that crosses one of the edges.
+
+        Edge n lies between the positions n-1 and n.
 
         Return an unsubscribe function.
         """
@@ -405,8 +425,9 @@ class StepperAxis:
         return self._behind((over or not self.moving) and not self._held) if self._slips else 0
 
     def _behind(self, settled: bool) -> int:
-        """Return the number of steps lost in this move; `settled`: True if the rotor is in a tooth, not between two
-        teeth.
+        """Return the number of steps that the present move has lost.
+
+        `settled`: True if the rotor rests at a tooth, False if it is between two teeth.
         """
         if not self._slips or self._made is not None:
             return 0
@@ -425,7 +446,7 @@ class StepperAxis:
 
     @property
     def _loses_no_steps(self) -> bool:
-        """True for an ideal motor that can turn, since its last change."""
+        """True for an ideal motor that is not blocked, because such a motor loses no steps."""
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
@@ -434,7 +455,7 @@ class StepperAxis:
             self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)
 
     def _update_held(self) -> None:
-        """Store the position of a rotor that is blocked from now on; move a released rotor to the next tooth."""
+        """Update the lost steps when the rotor is blocked or released."""
         if self._held and not self._was_held and not self.moving:
             self._lost, self._slips = self._lost + self.train.move.direction * self._behind(settled=True), []
         self._was_held = self._held
@@ -480,7 +501,10 @@ class StepperAxis:
 
 
 class _EdgeSubscription:
-    """Calls `callback` whenever the axis crosses an edge, predicted from the axis's present profile."""
+    """Subscription that calls `callback` each time the axis crosses one of the given edges.
+
+    The calls are predicted from the present profile of the axis.
+    """
 
     def __init__(self, axis: StepperAxis, edges: Callable[[], Sequence[int]], callback: Callable[[], None]) -> None:
         self._axis, self._edges, self._callback = axis, edges, callback
@@ -489,12 +513,12 @@ class _EdgeSubscription:
         self._wait()
 
     def end(self) -> None:
-        """End the subscription."""
+        """End this subscription to the edges of an axis."""
         self._forget()
         self._unsubscribe()
 
     def update(self) -> None:
-        """Call `callback` now, then plan the next call."""
+        """Call `callback` now, and schedule the next call."""
         self._forget()
         plan = self._plan
         self._callback()
@@ -502,7 +526,7 @@ class _EdgeSubscription:
             self._wait()
 
     def _wait(self) -> None:
-        """Plan a call at the next edge that the axis will reach."""
+        """Schedule a call of `callback` at the time when the axis next reaches an edge."""
         plan, axis = self._plan, self._axis
         positions = (position for edge in self._edges() for position in (edge - 1, edge))
         due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]
@@ -511,7 +535,10 @@ class _EdgeSubscription:
             axis.clock.call_later(min(due) - axis.clock.now, lambda: self._call(plan))
 
     def _forget(self) -> None:
-        """Cancel the planned call; its event stays scheduled as a background event."""
+        """Cancel the scheduled call of `callback`.
+
+        The event stays scheduled as a background event.
+        """
         self._plan += 1
         self._axis.clock.background += self._waiting
         self._waiting = False

@@ -7,9 +7,9 @@ from axistwin.sim.pins import Pin
 
 
 class PositionSwitch:
-    """A switch that is on while `first <= position <= last`; None: no limit on that side.
+    """A switch that is on while the position of the axis is from `first` to `last`.
 
-    With a stepper the switch changes on the exact pulse.
+    None: no limit on that side.  With a stepper, the switch changes on the exact pulse.
     """
 
     def __init__(self, axis: Axis, first: int | None, last: int | None) -> None:
@@ -24,7 +24,7 @@ class PositionSwitch:
         return (self.first is None or position >= self.first) and (self.last is None or position <= self.last)
 
     def _update(self) -> None:
-        """Update the switch for the present position."""
+        """Switch on or off according to the present position of the axis."""
         inside = self._inside()
         if inside is not self.on:
             self.on = inside

@@ -16,7 +16,10 @@ from axistwin.units import S
 
 @dataclass(frozen=True)
 class Load:
-    """The load on the shaft: friction `torque` in N·m against the motion, `inertia` in kg·m²."""
+    """The load on the shaft of a stepper motor: friction torque in N·m and inertia in kg·m².
+
+    The friction torque acts against the motion.
+    """
 
     torque: float = 0.0
     inertia: float = 0.0
@@ -28,7 +31,7 @@ class Load:
 
 @dataclass(frozen=True)
 class StepperMotor:
-    """A stepper motor's data sheet.
+    """Data sheet of a stepper motor.
 
     `torque`: (pulses/s, N·m) points of the pull-out curve, linear between them, zero beyond the last. `pull_in`: the
     highest rate in pulses/s at which a rotor at rest falls into step.  `inertia` of the rotor in kg·m².
@@ -43,7 +46,7 @@ class StepperMotor:
     def __post_init__(self) -> None:
         rates = [rate for rate, _ in self.torque]
         if not rates or rates != sorted(set(rates)):
-            raise ValueError("invalid torque curve: expected points with rising rates")
+            raise ValueError("invalid torque curve: expected points (pulses/s, N·m) with increasing pulse rates")
         if not all(0 <= torque < inf for _, torque in self.torque):
             raise ValueError("invalid torque curve: expected torques of 0 N·m or more")
         if not (0 <= self.inertia < inf and self.pull_in >= 0):
@@ -53,11 +56,11 @@ class StepperMotor:
 
     @property
     def pulses_per_tooth(self) -> int:
-        """Pulses from one equilibrium to the next."""
+        """Number of pulses that turn the rotor by one tooth."""
         return max(1, self.pulses_per_rev // self.rotor_teeth)
 
     def torque_at(self, rate: float) -> float:
-        """Return the pull-out torque in N·m at this rate in pulses/s."""
+        """Return the pull-out torque in N·m at a rate in pulses/s."""
         j = bisect_left(self.torque, rate, key=lambda point: point[0])
         if j == len(self.torque):
             return 0.0
@@ -67,13 +70,16 @@ class StepperMotor:
         return at_low + (at_high - at_low) * (rate - low) / (high - low)
 
     def to_radians(self, pulses: float) -> float:
-        """Convert pulses (or pulses/s, pulses/s²) to radians of the shaft."""
+        """Convert a number of pulses to the angle of the shaft in radians.
+
+        The same factor converts pulses/s and pulses/s².
+        """
         return pulses * 2 * pi / self.pulses_per_rev
 
 
 @dataclass
 class Slip:
-    """A loss of steps: the rotor stops at pulse `first`, and is in step again from pulse `last` (None: never)."""
+    """A loss of steps, from pulse `first` until the rotor is in step again at pulse `last` (None: never)."""
 
     first: int
     last: int | None = None
@@ -82,7 +88,7 @@ class Slip:
 def slips(
     motor: StepperMotor, needed: Callable[[float], float], profile: Profile, elapsed_ns: int, out_of_step: bool
 ) -> list[Slip]:
-    """Return the slips of a rotor that follows `profile`, from `elapsed_ns` on.
+    """Predict where a rotor that follows `profile` loses steps, from `elapsed_ns` on.
 
     `needed(acceleration)`: torque in N·m at an acceleration in pulses/s².
     """
@@ -110,7 +116,7 @@ def slips(
 
 
 def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> int:
-    """Return the number of pulses that the rotor lags after `pulses` pulses of the move."""
+    """Return by how many pulses the rotor lags after `pulses` pulses of the move."""
     lost = 0
     for slip in found:
         if pulses <= slip.first:
@@ -123,5 +129,5 @@ def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> i
 
 
 def whole_teeth(pulses: int, per_tooth: int) -> int:
-    """Return a number of pulses, 0 or more, rounded to whole teeth."""
+    """Round a number of pulses, 0 or more, to whole rotor teeth."""
     return (2 * pulses + per_tooth) // (2 * per_tooth) * per_tooth

@@ -25,17 +25,19 @@ _DATED = (2020, 1, 1, 0, 0, 0)
 
 
 def build(target: Path, engine: Path) -> Path:
-    """Write the playground into the folder `target` and return its page.
+    """Write the playground into the folder `target`, and return the path of the playground's page.
 
     `engine`: a folder with the files of the npm package `pyodide` and the wheel of pydantic-core for Pyodide.  If the
     folder has a wheel of axistwin, this wheel is used.  Raises UsageError if a file is missing.
     """
     cores = sorted(engine.glob(CORE))
     if not cores:
-        raise UsageError(f"{engine} has no {CORE}: expected the wheel of pydantic-core for Pyodide, see make engine")
+        raise UsageError(
+            f"no file {CORE} in {engine}: expected the wheel of pydantic-core for Pyodide, e.g. from `make engine`"
+        )
     missing = [name for name in ENGINE if not (engine / name).is_file()]
     if missing:
-        raise UsageError(f"{engine} has no {missing[0]}: expected the files of npm install pyodide")
+        raise UsageError(f"no file {missing[0]} in {engine}: expected the files that `npm install pyodide` installs")
     wheel = _wheel(engine)
     target.mkdir(parents=True, exist_ok=True)
     for path in (*(engine / name for name in ENGINE), cores[-1], *engine.glob(ENGINE_LICENCE)):
@@ -54,7 +56,10 @@ def build(target: Path, engine: Path) -> Path:
 
 
 def _wheel(engine: Path) -> tuple[str, bytes]:
-    """Return name and contents of axistwin's wheel: from the folder, or made from the installed files."""
+    """Return the name and the contents of axistwin's wheel.
+
+    The wheel is read from the folder `engine`, or made from the installed files.
+    """
     name = f"axistwin-{VERSION}-py3-none-any.whl"
     if (engine / name).is_file():
         return name, (engine / name).read_bytes()
@@ -63,7 +68,7 @@ def _wheel(engine: Path) -> tuple[str, bytes]:
     except PackageNotFoundError:
         installed = []
     if not any(path == "axistwin/__init__.py" for path, _ in installed):
-        raise UsageError(f"{engine} has no {name}: expected the wheel of this version, see make engine")
+        raise UsageError(f"no file {name} in {engine}: expected the wheel of this version, e.g. from `make engine`")
     return name, _archive(installed)
 
 
@@ -72,11 +77,11 @@ def _libraries() -> Iterator[tuple[str, bytes]]:
         try:
             yield from _installed(distribution(name))
         except PackageNotFoundError:
-            raise UsageError(f"{name} is not installed here: pip install {name}") from None
+            raise UsageError(f"the Python package {name} is missing: install it with pip install {name}") from None
 
 
 def _installed(found: Distribution) -> Iterator[tuple[str, bytes]]:
-    """Yield path and contents of each installed file of a distribution, licences included."""
+    """Yield the path and the contents of each installed file of a Python distribution."""
     for path in found.files or ():
         place = Path(str(path.locate()))
         if ".." not in path.parts and place.suffix not in (".pyc", ".so") and place.is_file():

@@ -16,14 +16,17 @@ MOST_SAMPLES = 4096
 
 @dataclass
 class Curve:
-    """Samples of one axis."""
+    """Samples of the position and the velocity of one axis."""
 
     positions: list[int] = field(default_factory=list)
     velocities: list[float] = field(default_factory=list)
 
 
 class Curves:
-    """Samples of all axes of a session.  The times depend on virtual time alone, so equal runs give equal samples."""
+    """Samples of the position and the velocity of all axes of a session.
+
+    The times depend on virtual time alone, so equal runs give equal samples.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session, self._bench = session, session.bench
@@ -37,12 +40,15 @@ class Curves:
 
     @property
     def samples(self) -> int:
-        """Number of samples up to now; the first sample is at the virtual time 0."""
+        """Number of samples of each axis up to now.
+
+        The first sample is at the virtual time 0.
+        """
         return max((len(curve.positions) for curve in self.axes.values()), default=0)
 
     @property
     def next_ns(self) -> int:
-        """Virtual time of the next sample."""
+        """Virtual time of the next sample in nanoseconds."""
         return self.samples * self.interval_ns
 
     def _sample(self) -> None:
@@ -53,7 +59,7 @@ class Curves:
             curve.velocities.append(float(found.velocity))
 
     def advance(self, until_ns: int) -> Iterator[int]:
-        """Advance the bench to a time, and yield the time of each sample.
+        """Advance the bench to the time `until_ns`, and yield the time of each sample.
 
         Samples that are due before the present time, for example during a load, have the present values.
         """
@@ -75,7 +81,9 @@ class Curves:
         self.interval_ns *= 2
 
     def window(self, from_ns: int, points: int) -> dict[str, dict[str, list[list[float]]]]:
-        """Return `[seconds, value]` pairs since a time, by axis and quantity; at most `2 * points` pairs of each curve.
+        """Return the samples since `from_ns` as `[seconds, value]` pairs, by axis and quantity.
+
+        Each curve has at most `2 * points` pairs.
 
         A group of neighbouring samples is represented by its least and its greatest value, in the order of their times.
         """
@@ -98,7 +106,7 @@ class Curves:
         return found
 
     def table(self) -> str:
-        """Return all samples as CSV."""
+        """Return all samples as a table in CSV format."""
         head = [f"{name}.{quantity}" for name in self.axes for quantity in ("position", "velocity")]
         rows = [",".join(("seconds", *head))]
         for n in range(self.samples):

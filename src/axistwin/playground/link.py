@@ -13,7 +13,6 @@ LONGEST_LINK = 200_000
 """Largest number of characters of a link."""
 LONGEST_CONTENTS = 4_000_000
 """Largest number of bytes of the decompressed contents."""
-REMEDY = "ask for the link again, or open the files"
 
 
 @dataclass(frozen=True)
@@ -26,35 +25,41 @@ class Shared:
 
 
 def encode(shared: Shared) -> str:
-    """Return the fragment of a link.  Raises UsageError for contents that are too large."""
+    """Convert a scene and a time to the fragment of a share link.
+
+    Raises UsageError for contents that are too large.
+    """
     data = json.dumps(asdict(shared), ensure_ascii=False, separators=(",", ":"), sort_keys=True).encode()
     fragment = urlsafe_b64encode(zlib.compress(data, 9)).decode().rstrip("=")
     if len(data) > LONGEST_CONTENTS or len(fragment) > LONGEST_LINK:
         raise UsageError(
-            f"the link would have {len(fragment)} characters: expected at most {LONGEST_LINK}: download the files"
+            f"the link would have {len(fragment)} characters: expected at most {LONGEST_LINK}, so download the files"
         )
     return fragment
 
 
 def decode(fragment: str) -> Shared:
-    """Return the contents of a link's fragment.  Raises UsageError for a damaged link."""
+    """Return the scene and the time that the fragment of a share link contains.
+
+    Raises UsageError for a damaged link.
+    """
     if len(fragment) > LONGEST_LINK:
-        raise UsageError(f"the link has {len(fragment)} characters: expected at most {LONGEST_LINK}: open the files")
+        raise UsageError(f"the link has {len(fragment)} characters: expected at most {LONGEST_LINK}")
     inflater = zlib.decompressobj()
     try:
         packed = urlsafe_b64decode(fragment + "=" * (-len(fragment) % 4))
         data = inflater.decompress(packed, LONGEST_CONTENTS)
         if not inflater.eof:
-            raise UsageError(f"the link is cut off or too large: {REMEDY}")
+            raise UsageError("the link is incomplete or too large: ask for the link again, or open the files")
         return _shared(json.loads(data))
     except (Error, zlib.error, ValueError, RecursionError):
-        raise UsageError(f"the link is damaged: {REMEDY}") from None
+        raise UsageError("the link is damaged: ask for the link again, or open the files") from None
 
 
 def _shared(found: object) -> Shared:
-    """Check the contents of a link and return them.  Raises ValueError."""
+    """Return the contents of a share link; raise ValueError if a part is missing or has a wrong type."""
     match found:
         case {"files": dict(files), "at_ns": int(at_ns), "version": str(version)} if at_ns >= 0 and files:
             if all(isinstance(part, str) for item in files.items() for part in item):
                 return Shared(files, at_ns, version)
-    raise ValueError("the link has contents of another type")
+    raise ValueError("invalid contents of the link: expected files, at_ns and version")

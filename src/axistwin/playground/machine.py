@@ -39,7 +39,9 @@ _NAME = re.compile(r"[\w. -]+(/[\w. -]+)*")
 
 
 class Playground:
-    """The open session of a page.  `folder`: directory for the files of the scene; its contents are replaced.
+    """Functions with which the playground's page opens a scene and runs a session.
+
+    `folder`: directory for the files of the scene; its contents are replaced.
 
     All methods return data that JSON can contain.  They raise AxistwinError for an error of the user.
     """
@@ -52,7 +54,7 @@ class Playground:
     # Open
 
     def choices(self) -> dict[str, Any]:
-        """Return axistwin's version, the models and examples, and the largest size of files that can be opened."""
+        """Return axistwin's version, the models, the examples, and the largest size of the files of a scene."""
         found = [one for one in examples().values() if one.scene and one.command == "axistwin run"]
         return {
             "version": VERSION,
@@ -62,18 +64,21 @@ class Playground:
         }
 
     def open_model(self, model: str) -> dict[str, Any]:
-        """Open one controller of a model with its default options."""
+        """Open a scene with one controller of a model, which has its default options."""
         return self.open_files({SCENE: f'[[controller]]\nmodel = "{model}"\nname = "{model}"\n'})
 
     def open_example(self, name: str) -> dict[str, Any]:
-        """Open an example."""
+        """Open the scene of an example."""
         example = examples()[name]
         files = (path for path in example.files if path.suffix in TEXTS)
         texts = {path.relative_to(example.root).as_posix(): path.read_text(encoding="utf-8") for path in files}
         return self.open_files(texts, example.scene)
 
     def open_link(self, fragment: str) -> dict[str, Any]:
-        """Open the scene of a share link.  `target_ns` of the answer is the time of the link."""
+        """Open the scene of a share link.
+
+        `target_ns` of the answer is the time of the link.
+        """
         shared = decode(fragment)
         opened = self.open_files(shared.files)
         other = shared.version != VERSION
@@ -81,12 +86,17 @@ class Playground:
         return opened | {"target_ns": shared.at_ns}
 
     def open_files(self, texts: Mapping[str, str], scene: str = SCENE) -> dict[str, Any]:
-        """Open a scene with its files, by name.  The present session is replaced only if the scene is valid."""
+        """Open a scene, given the texts of the scene's files by file name.
+
+        The present session is replaced only if the scene is valid.
+        """
         for name in texts:
             if not _NAME.fullmatch(name) or ".." in name.split("/"):
-                raise UsageError(f"{name!r} is not a file name: expected letters, digits, dots and hyphens")
+                raise UsageError(
+                    f"{name!r} is not a file name: expected letters, digits, dots and hyphens, e.g. scene.toml"
+                )
         if scene not in texts:
-            raise UsageError(f"no scene: expected a file {scene}")
+            raise UsageError(f"no scene among the files: expected a file named {scene}")
         fresh = self._folder / "opened"
         rmtree(fresh, ignore_errors=True)
         for name, text in texts.items():
@@ -108,7 +118,7 @@ class Playground:
     @property
     def _now(self) -> Session:
         if self._session is None:
-            raise UsageError("nothing is open: choose a model or an example")
+            raise UsageError("no session is open: choose a model or an example")
         return self._session
 
     def _listen(self, bench: Bench, name: str) -> None:
@@ -205,9 +215,9 @@ class Playground:
         return self.state(from_ns) if due_ns is None else self.advance(due_ns, inf, from_ns)
 
     def state(self, from_ns: int = 0, points: int = 300) -> dict[str, Any]:
-        """Return time, positions, levels, lamps, and the curves since `from_ns`.
+        """Return the present state: time, positions, levels, lamps, messages and curves.
 
-        Messages, and changes of drawings, are those since the last call.
+        The curves begin at `from_ns`.  Messages, and changes of drawings, are those since the last call.
         """
         bench = self._now.bench
         messages, self._messages = self._messages, []
@@ -238,7 +248,10 @@ class Playground:
     # Act
 
     def send(self, name: str, text: str) -> list[str]:
-        """Send a line as the host would, and return the tutor's comments; a board receives the line as a command."""
+        """Send a line to a controller, and return the tutor's comments on the line.
+
+        A board receives the line as a command.
+        """
         session, controller = self._now, self._now.bench[name]
         tutor = self._tutors[name]
         if on_a_bus(controller):
@@ -260,7 +273,7 @@ class Playground:
         self._now.do(name, target, value)
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action of a part of a drawing, e.g. press a switch."""
+        """Perform the action of the part of a drawing that the user has clicked, e.g. press a switch."""
         self._pictures.click(drawing, part)
 
     def load(self, name: str, file: str, text: str) -> None:
@@ -278,7 +291,7 @@ class Playground:
     # Take away
 
     def link(self) -> str:
-        """Return the fragment of a link to the present state."""
+        """Return the fragment of a share link to the present state."""
         return encode(Shared(self._now.save(), self._now.bench.now))
 
     def saved(self) -> bytes:
@@ -295,7 +308,7 @@ class Playground:
 
 
 def _value(controller: Controller, item: Item) -> int | None:
-    """Return the value of the terminal or register that a lamp shows; None while the power is off."""
+    """Return the value that a lamp shows; None while the controller's power is off."""
     value = controller.read(item.source)
     return None if value is None else int(value)
 

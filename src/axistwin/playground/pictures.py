@@ -16,19 +16,19 @@ class Pictures:
         self._of = {name: _Machine(session, controller) for name, controller in session.bench.controllers.items()}
 
     def overview(self, name: str) -> list[dict[str, Any]]:
-        """Return name, CSS classes and contents of each drawing of a controller, and its axis if it has one."""
+        """Return the name, the CSS classes, the contents and the axis of each drawing of a controller."""
         return [
             {"name": drawing.name, "kind": drawing.kind, "art": drawing.art, "axis": axis}
             for axis, drawing in self._of[name].drawings()
         ]
 
     def drawn(self, name: str) -> set[str]:
-        """Return the terminals of a controller that a drawing shows."""
+        """Return the names of the controller's terminals that appear in a drawing."""
         acts = {act for _, drawing in self._of[name].drawings() for act in drawing.acts}
         return acts | {*self._of[name].switches.outputs}
 
     def changes(self) -> dict[str, list[Change]]:
-        """Return the changes since the last call, by the name of the drawing."""
+        """Return the changes of all drawings since the last call, by the name of the drawing."""
         smooth = self._flow.is_smooth(self._session.bench)
         for name, machine in self._of.items():
             machine.show(self._session.bench.controllers[name], self._trails, smooth=smooth)
@@ -36,7 +36,7 @@ class Pictures:
         return {name: changes for name, changes in taken.items() if changes}
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action of a part of a drawing that the user has clicked."""
+        """Perform the action of the part of a drawing that the user has clicked."""
         for machine in self._of.values():
             for _, each in machine.drawings():
                 if each.name == drawing:
@@ -44,7 +44,7 @@ class Pictures:
 
 
 class _Machine:
-    """The drawings of one controller."""
+    """The drawings of one controller: its axes, X-Y table, switches and lamps."""
 
     def __init__(self, session: Session, controller: Controller) -> None:
         press = partial(session.do, controller.name)
@@ -56,13 +56,16 @@ class _Machine:
         self._tool = outputs[0] if outputs else ""
 
     def drawings(self) -> list[tuple[str, Drawing]]:
-        """Return the drawings, each with its axis; "" for a drawing of several axes or none."""
+        """Return the controller's drawings, each with the name of its axis.
+
+        The name is "" for a drawing of several axes or none.
+        """
         table = [] if self._table is None else [("", self._table.drawing)]
         figures = [(axis, shown.drawing) for axis, shown in self._figures.items()]
         return [*table, *figures, ("", self.switches.drawing)]
 
     def show(self, controller: Controller, trails: Trails, *, smooth: bool) -> None:
-        """Update all drawings."""
+        """Update all drawings of the controller."""
         for shown in self._figures.values():
             shown.show(controller, smooth=smooth)
         if self._table is not None:

@@ -22,17 +22,17 @@ MOST = 10_000
 
 @dataclass
 class Curve:
-    """A curve: values, and the time in seconds at which each value starts."""
+    """A curve of a chart: values, and the time in seconds at which each value starts."""
 
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
 
     def divided(self, by: float) -> "Curve":
-        """Return the same curve with all values divided by a number."""
+        """Return a copy of the curve whose values are divided by a number."""
         return Curve(self.times, [value / by for value in self.values])
 
     def thinned(self, most: int = MOST) -> "Curve":
-        """Return a curve of at most `most` points whose drawing looks the same."""
+        """Return a curve with fewer points that looks the same in a picture; `most`: largest number of points."""
         if len(self.times) <= most:
             return self
         thin = Curve([self.times[0]], [self.values[0]])
@@ -48,7 +48,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault with the times of its start and its end; `end_ns` is None while the fault is active."""
+    """A fault in a chart, with its name, start time and end time; `end_ns` is None while the fault is active."""
 
     name: str
     begin_ns: int
@@ -57,7 +57,7 @@ class Fault:
 
 @dataclass
 class Line:
-    """A curve in a panel, with its label and style; it is drawn in steps."""
+    """A curve in a panel of a chart, with its label and line style."""
 
     curve: Curve
     faint: bool = False
@@ -66,9 +66,10 @@ class Line:
 
 @dataclass
 class Panel:
-    """One diagram of a picture.  `filled`: fill the area between the curve and zero.  `colour`: index of the colour.
+    """One diagram of a chart, with its curves.
 
-    `per`: pulses or counts per unit of the values; a second scale on the right shows `counts`.
+    `filled`: fill the area between the curve and zero.  `colour`: index of the colour.  `per`: pulses or counts per
+    unit of the values; a second scale on the right shows `counts`.
     """
 
     label: str
@@ -82,7 +83,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Word:
-    """A text with its start time."""
+    """A text in a chart, with the time at which the text starts."""
 
     time_ns: int
     text: str
@@ -90,7 +91,7 @@ class Word:
 
 @dataclass
 class Chart:
-    """Contents of a picture.  The time axis goes from `from_ns` to `edge_ns`; the data end at `to_ns`."""
+    """Contents of a picture with a time axis from `from_ns` to `edge_ns`; the data end at `to_ns`."""
 
     title: str
     from_ns: int
@@ -105,13 +106,13 @@ class Chart:
     faults: list[Fault] = field(default_factory=list)
 
     def add_faults(self, faults: Iterable[Fault]) -> None:
-        """Add the faults that are active at any time between `from_ns` and `to_ns`."""
+        """Add the faults that are active at any time in the time range of the chart."""
         seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
         self.faults += sorted(seen, key=lambda fault: (fault.begin_ns, fault.name))
 
 
 def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:
-    """Choose the time range of a chart: return its start, its end, and the end of the time axis.
+    """Return the time range of a chart: the start, the end of the data, and the end of the time axis.
 
     The drawn time contains all events with a margin; without events, the whole time from `begin_ns` to `end_ns`.
     """
@@ -123,7 +124,7 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
 
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
-    """Return the part of a curve from `from_ns` to `to_ns`, with points at both ends."""
+    """Return the part of a signal from `from_ns` to `to_ns` as a curve with a point at each end."""
     import numpy as np
 
     first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)

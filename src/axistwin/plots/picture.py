@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from matplotlib.layout_engine import LayoutEngine
 
 SUFFIXES = (".svg", ".png")
-# colours that colour-blind readers can distinguish
+# colour-blind readers can distinguish these colours
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
-STYLE: dict[Any, Any] = {  # Any, because `rc_context` accepts only a Literal type of its keys
+STYLE: dict[Any, Any] = {  # `rc_context` does not accept `str` as the type of its keys
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
@@ -38,15 +38,15 @@ ALL_WORDS = 4.0
 
 
 def check_suffix(path: Path) -> None:
-    """Raise UsageError if the suffix is not `.svg` or `.png`."""
+    """Raise UsageError if the file name of a picture does not end in `.svg` or `.png`."""
     if path.suffix not in SUFFIXES:
         raise UsageError(
-            f"{path.name!r} is not a name for a picture: expected a name that ends in {' or '.join(SUFFIXES)}"
+            f"invalid file name {path.name!r} for a picture: expected a name that ends in {' or '.join(SUFFIXES)}"
         )
 
 
 def save(chart: Chart, path: Path) -> None:
-    """Draw a chart to an SVG or PNG file.  Raises UsageError."""
+    """Draw a chart to an SVG or PNG file.  Raises UsageError if the file cannot be written."""
     check_suffix(path)
     import matplotlib as mpl
 
@@ -68,7 +68,7 @@ def as_svg(chart: Chart) -> str:
 
 
 def write_figure(figure: "Figure", path: Path) -> None:
-    """Write a figure to an SVG or PNG file; delete an incomplete file.  Raises UsageError."""
+    """Write a Matplotlib figure to an SVG or PNG file.  Raises UsageError if the file cannot be written."""
     _write(path, _rendered(figure, path.suffix.lstrip(".")))
 
 
@@ -79,13 +79,13 @@ def _rendered(figure: "Figure", form: str) -> bytes:
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Write a file; delete an incomplete file.  Raises UsageError."""
+    """Write a file, and delete the file if it is incomplete.  Raises UsageError."""
     try:
         path.write_bytes(data)
     except OSError as error:
         if path.is_file():
             path.unlink()
-        raise UsageError(f"{path} cannot be written: {error.strerror}") from None
+        raise UsageError(f"cannot write the picture to {path}: {error.strerror}") from None
 
 
 def show(chart: Chart) -> None:
@@ -95,7 +95,7 @@ def show(chart: Chart) -> None:
 
     with mpl.rc_context(STYLE):
         if mpl.get_backend().lower() in FILES_ONLY:
-            raise UsageError("no screen is available: give a file with --out")
+            raise UsageError("no screen is available: write the picture to a file, e.g. --out chart.svg")
         _Picture(chart).draw(plt.figure())
         plt.show()
 
@@ -113,7 +113,7 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                axes.set_in_layout(True)  # `set_position` has excluded the axes from the next layout
+                axes.set_in_layout(True)  # `set_position` has removed the axes from the layout
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
 
@@ -159,7 +159,7 @@ class _Picture:
             )  # fmt: skip
 
     def _draw_faults(self, rows: Sequence["Axes"]) -> None:
-        """Draw a bar with the name of each fault above the plot, and thin lines at its start and its end."""
+        """Draw each fault as a bar with its name above the plot, and as thin lines at its start and its end."""
         for begin_ns, end_ns, level, name in self._packed():
             for row in rows:
                 for at_ns, style in {end_ns: ":", begin_ns: "-"}.items():
@@ -181,7 +181,10 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Yield start, end, level and name of each fault; the level is None if there is no space for the name."""
+        """Yield the start, end, level and name of each fault; the level is the row of the name above the plot.
+
+        The level is None if there is no space for the name.
+        """
         chart, free_ns = self.chart, [float(self.chart.from_ns)] * FAULT_LEVELS
         for fault in chart.faults:
             begin_ns = max(fault.begin_ns, chart.from_ns)
@@ -212,12 +215,12 @@ class _Picture:
         if panel.per is not None:
             self._add_counts(row, panel.per, panel.counts)
         values = {value for line in panel.lines for value in line.curve.values}
-        if len(values) == 1:  # for a constant, Matplotlib would choose a range as small as 1e-17
+        if len(values) == 1:  # Matplotlib would choose a range of 1e-17 for a constant value
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
 
     def _add_counts(self, row: "Axes", per: float, counts: str) -> None:
-        """Add a scale in pulses or counts on the right."""
+        """Add a scale in pulses or counts on the right side of a panel."""
         import numpy as np
 
         scales = (lambda values: np.asarray(values) * per, lambda numbers: np.asarray(numbers) / per)
@@ -227,7 +230,7 @@ class _Picture:
         right.spines["right"].set_visible(True)
 
     def _draw_lanes(self, row: "Axes") -> None:
-        """Draw one lane for each signal; a level is drawn as a line, a text in a box."""
+        """Draw one lane for each signal: a line for levels, or boxes for texts."""
         names = [*self.chart.lanes, *self.chart.states]
         places = {name: len(names) - 1 - n for n, name in enumerate(names)}
         for name, full in self.chart.lanes.items():
@@ -262,7 +265,7 @@ class _Picture:
         return (chart.edge_ns - chart.from_ns) / inches * 0.66 * WORDS_SIZE / 72
 
     def _draw_words(self, row: "Axes") -> None:
-        """Draw a tick for each message, and the text of the message if there is space."""
+        """Draw a tick mark for each message, and the text of the message if there is space."""
         speakers = list(self.chart.words)
         for n, (speaker, words) in enumerate(self.chart.words.items()):
             place = float(len(speakers) - 1 - n)
@@ -274,7 +277,7 @@ class _Picture:
                     at_ns / S, place + 0.22 + 0.3 * level, text,
                     family="monospace", fontsize=WORDS_SIZE, color=INK, parse_math=False,
                 )  # fmt: skip
-        if not speakers:  # without a row, the picture would be empty
+        if not speakers:  # the picture would be empty without this text
             row.text(
                 0.5, 0.5, "no signal changes in this time", transform=row.transAxes, ha="center", va="center",
                 color=GREY, fontsize=WORDS_SIZE + 1,
@@ -285,7 +288,7 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Yield the texts for which there is space, with the time and the row at which each is drawn."""
+        """Yield each text for which there is space, with the time and the row at which the text is drawn."""
         character_ns = self._character_ns
         free_ns: list[float] = [self.chart.from_ns] * ROWS
         for time_ns, text in texts:

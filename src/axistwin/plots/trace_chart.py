@@ -26,7 +26,7 @@ def of_trace(
     to_ns: int | None = None,
     title: str = "",
 ) -> Chart:
-    """Return a chart of the signals matched by patterns, from `from_ns` to `to_ns`.
+    """Return a chart of the signals in a trace whose names match the patterns.
 
     If a limit is None, the chart begins or ends with the events.  Raises UsageError for a pattern without a match.
     """
@@ -49,7 +49,7 @@ class _Drawn:
             self._add(name, track)
 
     def _times(self) -> list[int]:
-        """Return the first and the last time of change of each signal, except messages and background signals."""
+        """Return the times of the first and the last change of each signal, without messages."""
         found = []
         for name, track in self.tracks.items():
             last = name.rpartition(".")[2]
@@ -78,11 +78,11 @@ class _Drawn:
                     self.chart.panels[first:] = [in_units(panel, units) for panel in panels]
 
     def _units(self, scope: str) -> MachineUnits | None:
-        """Return the machine unit of an axis if the trace contains one, else None."""
+        """Return the machine unit of an axis, e.g. mm, or None if the trace contains no unit."""
         written = self._about.get(f"units {scope}")
         try:
             return None if written is None else MachineUnits.written(written)
-        except UsageError:  # the unit in an edited file may be invalid
+        except UsageError:  # the user may have written an invalid unit
             return None
 
     def _add_axis(self, name: str, axis: dict[str, Track]) -> None:
@@ -109,7 +109,7 @@ class _Drawn:
             self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve)], colour=colour))
 
     def _add(self, name: str, track: Track) -> None:
-        """Add a signal to the chart; a signal that does not change is left out, except messages and faults."""
+        """Add a signal to the chart, if the signal changes or contains messages or faults."""
         last = name.rpartition(".")[2]
         if last in SAYS and track.kind == TEXT:
             self._add_words(name, track)
@@ -127,7 +127,7 @@ class _Drawn:
             self.chart.panels.append(Panel(label, [Line(curve)], FLAT, colour=next(self._colours)))
 
     def _add_words(self, name: str, track: Track) -> None:
-        """Add the messages sent by one end of a line."""
+        """Add the messages that the host or the controller has sent."""
         scope, _, which = name.rpartition(".")
         if self._alone:
             who = "host" if which == "host_says" else "controller"
@@ -139,7 +139,7 @@ class _Drawn:
 
 
 def in_units(panel: Panel, units: MachineUnits) -> Panel:
-    """Convert a panel to the machine unit of its axis; a second scale shows pulses or counts."""
+    """Convert the values of a panel to a machine unit, e.g. mm, and add a second scale in pulses or counts."""
     label, _, counts = panel.label.replace("error, counts", "error\ncounts").rpartition("\n")
     per_second = "/s" if counts.endswith("/s") else ""
     joint = ", " if label.endswith("error") else "\n"
@@ -149,14 +149,14 @@ def in_units(panel: Panel, units: MachineUnits) -> Panel:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """Return the texts that are valid at any time from `from_ns` to `to_ns`."""
+    """Return the texts of a signal that are valid at any time from `from_ns` to `to_ns`."""
     found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
     before = [state for state in found if state.time_ns <= from_ns][-1:]
     return before + [state for state in found if from_ns < state.time_ns <= to_ns]
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Yield the faults in a signal whose values are lists of active faults, e.g. `jam, lose`."""
+    """Yield the faults in a signal, each of whose values lists the active faults, e.g. `jam, lose`."""
     there: dict[str, int] = {}
     for time_ns, text in zip(track.times, track.values, strict=True):
         names = [name for name in str(text).split(", ") if name]
@@ -167,7 +167,7 @@ def faults(track: Track) -> Iterator[Fault]:
 
 
 def messages(track: Track) -> list[Word]:
-    """Return the complete messages in a signal, each with its start time.
+    """Return the complete messages in a signal that contains messages character by character.
 
     Each value of the signal has one character more than the value before, e.g. `X`, `X3`, `X3@`.
     """
@@ -184,7 +184,7 @@ def messages(track: Track) -> list[Word]:
 
 
 def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
-    """Return the difference of two signals as a curve: `of` minus `less`."""
+    """Return the difference of two signals, `of` minus `less`, as a curve."""
     import numpy as np
 
     (times, values), (others, those) = of.columns(), less.columns()

@@ -11,7 +11,7 @@ from axistwin.probing.ends import End
 
 @dataclass(frozen=True)
 class Case:
-    """One comparison of a probe: requests that are sent in order, whose answers are compared with those of a twin."""
+    """A test case of a probe: requests for a controller and its twin, whose answers are compared."""
 
     name: str
     section: str
@@ -38,13 +38,13 @@ class Case:
     """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
 
     def wait(self, number: int, otherwise: float) -> float:
-        """Return the seconds to wait for the answer to a request, by its number."""
+        """Return the number of seconds to wait for the answer to the request with this number."""
         return dict(self.waits).get(number, otherwise)
 
 
 @dataclass
 class Condition:
-    """Condition of the controller at the beginning of a probe."""
+    """State of the controller before a probe, and the reasons why some test cases are impossible."""
 
     facts: dict[str, str] = field(default_factory=dict)
     """Facts for the report: firmware, part number."""
@@ -62,7 +62,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Dialect:
-    """The functions and data of a probe that depend on the family of the controller."""
+    """The functions and data that a probe needs for one family of controllers."""
 
     cases: Callable[[Product, Mapping[str, str]], list[Case]]
     """Function that returns the cases for a product; its second argument is the facts of the controller and `line`."""
@@ -89,7 +89,7 @@ class Dialect:
 
 
 def connect(controller: Controller, output: str, *inputs: str) -> None:
-    """Connect an output of a controller to inputs of the same controller, as a test plug does."""
+    """Connect an output of a controller to inputs of the same controller."""
     pins = controller.pins
     source = pins[output]
 
@@ -102,13 +102,13 @@ def connect(controller: Controller, output: str, *inputs: str) -> None:
 
 
 def dialect(product: Product) -> Dialect:
-    """Return the functions and data for probes of a product's family."""
+    """Return the functions and data that a probe needs for this product."""
     found: Dialect = import_module(f"axistwin.probing.{FAMILIES[product.model]}").DIALECT
     return found
 
 
 def around(low: int | None, high: int | None) -> dict[str, int]:
-    """Return test values by description: both ends of a range, and the values just inside and outside."""
+    """Return the end values of a range and the values just outside the range, each with its description."""
     found: dict[str, int] = {}
     if low is not None:
         found |= {"lowest": low, "below the lowest": low - 1}

@@ -21,14 +21,14 @@ REAL_TIME = 0.05
 
 
 class Motion(StrEnum):
-    """The amount of motion that a probe may cause."""
+    """Amount of motion that a probe may cause: no motion, or small moves."""
 
     NONE = "none"
     SMALL = "small"
 
 
 class Verdict(StrEnum):
-    """Result of the comparison of two answers."""
+    """Result of the comparison between the answers of a controller and the answers of its twin."""
 
     SAME = "same"
     DIFFERS = "differs"
@@ -37,7 +37,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Result:
-    """Result of one case."""
+    """Result of one test case: the verdict, and the answers of the twin and of the controller."""
 
     case: Case
     verdict: Verdict
@@ -46,7 +46,7 @@ class Result:
     received: tuple[Answer, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the result as JSON."""
+        """Return the result of the test case as data for a JSON file."""
         return {
             "name": self.case.name, "section": self.case.section, "moves": self.case.moves, "writes": self.case.writes,
             "verdict": str(self.verdict), "reason": self.reason, "sent": [said.hex(" ") for said in self.case.says],
@@ -59,7 +59,7 @@ class Result:
 
 @dataclass
 class Probe:
-    """Results of a probe."""
+    """Results of a probe, which compares a controller with its twin."""
 
     model: str
     condition: Condition
@@ -71,7 +71,7 @@ class Probe:
     """What the probe could not restore in nonvolatile memory, and the remedy; "" if everything is as before."""
 
     def of(self, verdict: Verdict) -> list[Result]:
-        """Return the results that have this verdict."""
+        """Return the results of all test cases with this verdict."""
         return [result for result in self.results if result.verdict is verdict]
 
     def as_dict(self) -> dict[str, Any]:
@@ -90,7 +90,7 @@ class Probe:
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a probe."""
+    """Settings with which the user starts a probe."""
 
     motion: Motion = Motion.NONE
     as_new: bool = False
@@ -109,9 +109,10 @@ class Settings:
 
 
 def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | None" = None) -> Probe:
-    """Compare the controller at `end` with a twin.  Raises LinkError if it does not answer or is moving.
+    """Compare the controller at the port `end` with a virtual twin.
 
-    `twin`: a twin that has already answered all cases.
+    `twin`: a twin that has already answered all cases.  Raises LinkError if the controller does not answer or is
+    moving.
     """
     settings = settings or Settings()
     made = product(model)
@@ -145,14 +146,14 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
 
 
 def _permitted(case: Case, settings: Settings) -> bool:
-    """True if the settings permit a case."""
+    """True if the settings of the probe permit this test case."""
     moves = settings.motion is not Motion.NONE
     permitted = (moves or not case.moves) and (settings.memory or not case.stores)
     return permitted and (settings.as_new or not case.bare) and (settings.plug or not case.plug)
 
 
 def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:
-    """Return the reason why a permitted case is not performed, or None."""
+    """Return the reason why the state of the controller prevents a test case, or None."""
     reasons = [condition.no_writes if case.writes else "", condition.no_motion if case.moves else "",
                condition.no_memory if case.stores else ""]  # fmt: skip
     if not settings.as_new and (case.moves or case.stores):
@@ -161,7 +162,7 @@ def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:
 
 
 class Twin:
-    """A new controller in virtual time, and its answers to the cases."""
+    """A virtual controller and its answers to the test cases."""
 
     def __init__(
         self,
@@ -191,7 +192,7 @@ class Twin:
 
 
 def _tolerance(end: End, family: Dialect, twin: Twin) -> float | None:
-    """Return the tolerance of times in seconds; None if the port does not keep real time."""
+    """Return the permitted difference of answer times in seconds, or None if the port does not keep real time."""
     worst = 0.0
     for _ in range(EXCHANGES):
         answer = end.ask(family.first, len(twin.first.data))
@@ -205,7 +206,8 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        tolerance = None  # a case with motion or a program is not repeated, so its times are not compared
+        # a test case with motion or a program runs only once, so its answer times are not compared
+        tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
     for _ in range(1 if case.moves or case.stores else ATTEMPTS):
@@ -213,7 +215,7 @@ def _compare(
             end.ask(said, len(answer.data), case.wait(number, case.wait_s), family.patience_s)
             for number, (said, answer) in enumerate(zip(case.says, expected, strict=True))
         )
-        if _only_late(expected, received):  # a loaded computer can only delay an answer, so the shortest time is used
+        if _only_late(expected, received):  # a busy computer can delay answers, so the shortest time counts
             best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
             received = tuple(best)
         verdict, reason = _judge(case, expected, received, family, settings, tolerance)
@@ -223,7 +225,7 @@ def _compare(
 
 
 def _only_late(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
-    """True if the bytes are equal and only their times differ, which a loaded computer can cause."""
+    """True if the received bytes are the expected bytes, so that only their times can differ."""
     return [answer.data for answer in expected] == [answer.data for answer in received]
 
 
@@ -253,7 +255,7 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if one side did not answer a request for a move or sequence that may be undefined on this side."""
+    """True if answers may differ only because one controller has not defined the requested move or sequence."""
     if not family.definitions:
         return False
     one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))
@@ -269,7 +271,7 @@ def _fits(
     tolerance: float | None,
     facts: Mapping[str, str],
 ) -> list[str]:
-    """Return the options with which the twin differs less from the controller, the best first."""
+    """Return the options that remove the most differences between the twin and the controller."""
     received = {result.case: result.received for result in found.results if result.received}
     suggested = family.candidates(
         {case.name: b"".join(answer.data for answer in answers) for case, answers in received.items()}
@@ -278,7 +280,7 @@ def _fits(
     for name, value in other_values(made, suggested):
         try:
             answers = Twin(made, family, cases, settings.line, {name: value}, facts).answers
-        except AxistwinError:  # the twin does not answer with this value of the option
+        except AxistwinError:  # a twin with this option value does not answer
             continue
         left = sum(
             _judge(case, answers[case], received[case], family, settings, tolerance)[0] is Verdict.DIFFERS
@@ -295,7 +297,7 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return values to try for each option of the model: all choices, half and double times, suggested values."""
+    """Return the option values to try on a twin, each as a pair of option name and value."""
     hints = get_type_hints(made.options)
     default = made.options()
     found: list[tuple[str, Any]] = [(name, value) for name, values in suggested.items() for value in values]

@@ -25,7 +25,7 @@ UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
 
 
 def cases(product: Product, _: Mapping[str, str]) -> list[Case]:
-    """Return the cases: requests in three forms, user bits, definitions of a move, commands to ignore; then moves."""
+    """Return all test cases for an 1810 or 1811, in the order in which a probe performs them."""
     commands = {command.opcode: command for command in product.commands if isinstance(command, Opcode)}
     return [
         *_requests(commands),
@@ -119,7 +119,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s)
 
     def run(*texts: str, name: str) -> Case:
-        # the position after a continuous run depends on the timing of the host
+        # the timing of the host determines the position at which a continuous run ends
         says = (*(bytes.fromhex(text) for text in texts), *(bytes((code,)) for code in (0x84, 0x86, 0x89, 0x8C)))
         return Case(name, commands[0x32].chapter, says, moves=True, writes=True, wait_s=0.4)
 
@@ -148,7 +148,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         case(0x14, "14 01", "33 00 00 00 14", "14 00", "33 00 00 00 14", name="sense of CW"),
         case(0x0D, "0D 01", "97", "0D 02", "97", "0D 00", "97"),
         *(
-            # 00h is not answered, so that the move ends
+            # the board does not answer 00h, so the probe waits until the move has ended
             case(code, f"{code:02X} 01", there, "00", back, "00", f"{code:02X} 00", "33 00 00 00 14")
             for code in range(0xA0, 0xA6)
         ),
@@ -163,7 +163,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> list[Case]:
-    """Return cases of settings whose effect is in the answer to another request or in the user bits."""
+    """Return test cases that read the effect of a setting by another request or from the user bits."""
     return [
         case(0x0F, "0F 00 01 01", "", "32 00", "", "78", "", "0F 00 00 01", "08 00", "", "0F 03 01 00", "97", "32 00",
              "97", "78", "0F 03 00 00", "0D 06", "97", name="a bit that shows motion", wait_s=0.1),
@@ -183,7 +183,7 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
 
 
 def _sequences(case: Callable[..., Case]) -> list[Case]:
-    """Return cases in which a sequence waits, repeats and sends messages, without motion."""
+    """Return test cases with sequences that do not move: they wait, repeat commands and send messages."""
 
     def sequence(code: int, *texts: str, then: tuple[str, ...] = (), name: str = "", wait_s: float = 0.4) -> Case:
         return case(code, "D9 0F", *texts, "01 07", "D8", "41 0F", *then, "79", "DA 0F", name=name, wait_s=wait_s)
@@ -208,7 +208,7 @@ def _sequences(case: Callable[..., Case]) -> list[Case]:
 
 
 def _streams(case: Callable[..., Case]) -> list[Case]:
-    """Return cases in which a few pulses are streamed; each stream ends with standstill."""
+    """Return test cases that stream a few pulses to the motor; each stream ends at standstill."""
     mode, there, back = "53 03 10 00 00 00 00 00 64", "E3 01 00 05", "E3 02 FF FB 00 00"
     zeros = " 00" * 14
     velocities = "E0 00 10 00 02 80 10 00 02 00 00 00 01"
@@ -250,7 +250,7 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
 
 
 def _plugged(commands: dict[int, Opcode]) -> list[Case]:
-    """Return cases in which output 1 is connected to triggers 1 and 2 and a limit, output 2 to trigger 6 and home."""
+    """Return test cases for a board whose outputs are connected to its inputs by a test plug."""
 
     def case(code: int, *texts: str, name: str = "", wait_s: float = 0.4) -> Case:
         command = commands[code]
@@ -298,7 +298,7 @@ def _plugged(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _bare(commands: dict[int, Opcode]) -> list[Case]:
-    """Return cases for a board without a machine: shutdown, joystick, home."""
+    """Return test cases that require a board without a machine, e.g. for the joystick and the home switch."""
 
     def case(code: int, *texts: str, plug: bool = False, wait_s: float = 0.4) -> Case:
         command = commands[code]
@@ -323,7 +323,7 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect outputs of a twin to its inputs if the board has the test plug."""
+    """If the board has a test plug, connect the outputs and inputs of the twin in the same way."""
     if facts.get("plug") == str(True):
         connect(controller, "output1", "trigger1", "trigger2", "shutdown_in", "ccw_limit")
         connect(controller, "output2", "trigger6", "home")
@@ -332,17 +332,20 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def examine(end: End, _: Product) -> Condition:
-    """Read mode, part number and state.  Raises LinkError if the board does not answer or the motor is moving."""
+    """Read the mode, part number and state of the board.
+
+    Raises LinkError if the board does not answer or the motor is moving.
+    """
     answers = {}
     for code in (MODE, MOVING, PART):
         answers[code] = end.ask(bytes((code,)), expected=MESSAGE).data
         if not answers[code].startswith(bytes((code,))):
             raise LinkError(
-                f"the board does not answer {code:02X}h (received {answers[code].hex(' ') or 'nothing'}): "
-                "end the definition of a sequence (D8h), or reset the board"
+                f"the board does not answer request {code:02X}h (received {answers[code].hex(' ') or 'nothing'}): "
+                "send D8h to end the definition of a sequence, or reset the board"
             )
     if answers[MOVING][1]:
-        raise LinkError("the motor is moving: stop the motor, then start again")
+        raise LinkError("the motor is moving: stop the motor, then run the probe again")
     taken = end.ask(bytes((MOVE_PARAMETERS, MOVE))).data
     reason = ""
     if answers[MODE][1] != INDEXER:
@@ -354,12 +357,15 @@ def examine(end: End, _: Product) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return the opcodes of the messages; a status byte has no form."""
+    """Return the opcodes of the messages in an answer, for a comparison without values.
+
+    A status byte becomes `.`.
+    """
     return b"." if len(answer) == 1 else answer[::MESSAGE]
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
-    """Return the part number in the answer to FDh."""
+    """Return the part number of the board as a value for the twin's option `part_number`."""
     for name, answer in answers.items():
         if name.startswith("FDh") and name.endswith("number") and answer:
             return {"part_number": [answer[1:].rstrip(b"\0").decode("latin-1")]}

@@ -32,7 +32,7 @@ HAND_OVER_S = 3.0
 
 
 def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
-    """Return the cases: requests, the limits of each setting, wrong messages; then moves."""
+    """Return all test cases for an IF1 or IF2, in the order in which a probe performs them."""
     end = facts.get("terminator", "\r").encode()
     commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
     return [
@@ -68,7 +68,7 @@ def _settings(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
         back = b"%s%d%s" % (code.encode(), LEGAL[code], end)
         values: dict[str, object] = {"legal": LEGAL[code], **around(parameter.low, parameter.high)}
         if code == "D":
-            del values["highest"]  # the highest value is a delay of 2.55 s for each character
+            del values["highest"]  # D255 would delay each character by 2.55 s
         for words, value in values.items():
             sent = f"{code}{value}".encode() + end
             found.append(_setting(f"{code}{value}: {command.name}, {words}", command.chapter, sent, back, end))
@@ -142,14 +142,17 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             wait_s=0.3,
             timed=False,
         ),
-        # the position after a continuous run depends on the timing of the host
+        # the timing of the host determines the position at which a continuous run ends
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
     ]  # fmt: skip
 
 
 def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
-    """Return cases in which a sequence sends `%` when its steps have ended, so that their duration is compared."""
+    """Return test cases that compare the duration of the steps of a sequence.
+
+    Each sequence sends `%` when its steps have ended.
+    """
     setting = {
         "<": (b"<8", b"<4"), ">": (b">4", b">1"), "^": (b"^20", b"^4"), "D": (b"D5", b"D0"), "Y": (b"^10", b"^4"),
         "Z": (b"^10", b"^4"),
@@ -173,14 +176,14 @@ def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]
 
 
 def _ramp(commands: dict[str | int, Instruction], end: bytes) -> Case:
-    """Return a case with the time of the calculation of a ramp, which "takes up to 1 second"."""
+    """Return a test case for the time that the interface needs to calculate a ramp."""
     says = (b"^7" + end, b"F" + end, b"^4" + end, b"F" + end)
     waits = ((0, RAMP_S), (2, RAMP_S))
     return Case("the time of a calculation", commands["^"].chapter, says, writes=True, waits=waits, bare=True)
 
 
 def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
-    """Return cases in which the inputs 1 to 3 show the levels of the outputs 1, 2 and 5."""
+    """Return test cases in which a test plug connects outputs 1, 2 and 5 to inputs 1, 2 and 3."""
 
     def case(code: str, *texts: bytes) -> Case:
         says = tuple(text + end for text in (*texts, b"E", b"F"))
@@ -198,14 +201,14 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect the outputs 1, 2 and 5 of a twin to its inputs 1 to 3 if the interface has the test plug."""
+    """If the interface has a test plug, connect the outputs and inputs of the twin in the same way."""
     if facts.get("plug") == str(True):
         for number, output in zip("123", PLUGGED, strict=True):
             connect(controller, f"output{output}", f"input{number}")
 
 
 def examine(end: End, made: Product) -> Condition:
-    """Find the terminator of the messages, clear the fault flags and read the state.
+    """Find the terminator of messages, clear the fault flags and read the state of the interface.
 
     An IF1 that waits for its data format is initialised.  An IF2 is not: it could start a stored sequence.
     """
@@ -217,28 +220,28 @@ def examine(end: End, made: Product) -> Condition:
     answer = end.ask(b"(", 2).data
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
-            "the IF2 waits for its data format, after which a locked IF2 starts its sequence: initialise the IF2, e.g. "
-            "with U61, then start again"
+            "the IF2 waits for its data format: send e.g. U61 (a locked IF2 then starts its sequence), "
+            "then run the probe again"
         )
     if answer == b"U\r":
         return _initialised(end)
     raise LinkError(
-        f"the interface does not answer E (received {answer!r}): check the line format, e.g. --line '9600 8N2', "
-        "or switch the interface off and on"
+        f"the interface does not answer request E (received {answer!r}): check the line format, "
+        "e.g. --line '9600 8N2', or switch the interface off and on"
     )
 
 
 def _initialised(end: End) -> Condition:
     end.ask(FORMAT, wait_s=1.5)
     if not end.ask(b"E\r", 2).data:
-        raise LinkError("the interface does not answer after U61: give its frame by --line '9600 8N2'")
+        raise LinkError("the interface does not answer after U61: give its line format, e.g. --line '9600 8N2'")
     condition = _condition(end, "\r")
     condition.facts["initialised"] = "by this program, with U61"
     return condition
 
 
 def initialise(end: End) -> None:
-    """Initialise a twin that has just been switched on."""
+    """Send the data format U61 to a twin that has just been switched on."""
     end.ask(b"(", 2)
     end.ask(FORMAT, wait_s=1.5)
 
@@ -250,9 +253,9 @@ def _condition(end: End, terminator: str) -> Condition:
     busy, motion, inputs = (end.ask(request + code, 2).data.strip() for request in (b"E", b"K", b"I"))
     facts = {"terminator": terminator, "busy status": busy.decode("latin-1"), "inputs": inputs.decode("latin-1")}
     if not motion.isdigit():
-        raise LinkError(f"the interface answers {motion!r} to K: expected a number; check --model and --line")
+        raise LinkError(f"the answer to request K is {motion!r}: expected a number, so check --model and --line")
     if int(motion) & IN_MOTION:
-        raise LinkError("the motor is moving: stop the motor, then start again")
+        raise LinkError("the motor is moving: stop the motor, then run the probe again")
     reasons = {b"[": "the interface is locked: unlock it", b"E": "a sequence is running or waiting: end it",
                b"F": "a fault is active: close the limits and the emergency stop"}  # fmt: skip
     reason = reasons.get(busy, "")
@@ -260,7 +263,7 @@ def _condition(end: End, terminator: str) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer with each number replaced by `0`, and "" for a single raw byte (answer to Q)."""
+    """Return an answer in which `0` replaces each number, for a comparison without values."""
     if len(answer) == 1:
         return b"."
     return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))

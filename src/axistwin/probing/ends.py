@@ -34,7 +34,7 @@ class Answer(NamedTuple):
 
 
 class End(ABC):
-    """The host's end of a connection."""
+    """Host side of a connection to a controller."""
 
     grain_s = 0.02
     """Uncertainty of a measured time."""
@@ -46,7 +46,7 @@ class End(ABC):
     """True if the port has a baud rate and a frame."""
 
     def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0, patience_s: float = 0.0) -> Answer:
-        """Send `data` and collect the answer.
+        """Send a request to the controller, and return the answer.
 
         The answer is complete after `expected` bytes and a silence.  If bytes are missing, the answer ends after
         `LONGEST_S`, or `patience_s` later for a controller that holds back answers.  A request without an answer
@@ -71,35 +71,35 @@ class End(ABC):
     @property
     @abstractmethod
     def now(self) -> float:
-        """Time of this end in seconds."""
+        """Time in seconds: virtual time on a bench, real time at a port."""
 
     @abstractmethod
     def send(self, data: bytes) -> None:
-        """Send characters, or one command of a board."""
+        """Send characters to a serial controller, or one command to a board on a bus."""
 
     @abstractmethod
     def receive(self) -> bytes:
-        """Return received data; empty if there are none after some milliseconds."""
+        """Return received data, or no bytes after some milliseconds of silence."""
 
     @abstractmethod
     def drain(self) -> None:
-        """Discard late data of an earlier answer."""
+        """Discard received data that belong to an earlier request."""
 
     def set_line(self, line: UartFormat) -> None:  # noqa: B027  # a bus has no line format
-        """Change baud rate and frame, if the port has any."""
+        """Change the baud rate and frame of the port; a bus ignores the call."""
 
     @property
     def user_bits(self) -> int:
-        """The user bits of a board's status byte."""
+        """User bits (bits 0 to 2) of the status byte of a board on a bus; otherwise 0."""
         return 0
 
     @abstractmethod
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection to the controller."""
 
 
 class VirtualEnd(End):
-    """The host's end of a connection to a controller on a bench, in virtual time."""
+    """Host side of a connection to a virtual controller, in virtual time."""
 
     grain_s = 0.0005
     exact = True
@@ -117,16 +117,16 @@ class VirtualEnd(End):
             controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
         self.messages = controller.product.attend is not None
         if self.messages:
-            self.grain_s = self._BUS_GRAIN_S  # without a sample clock, whose phase differs between two controllers
+            self.grain_s = self._BUS_GRAIN_S  # a board has no sample clock, so its answer times are exact
         self.has_line = not self.messages
 
     def set_line(self, line: UartFormat) -> None:
-        """Change baud rate and frame of the host."""
+        """Change the baud rate and frame of the virtual host."""
         self.controller.serial.host.format = line
 
     @property
     def user_bits(self) -> int:
-        """The user bits of the board's status byte."""
+        """User bits (bits 0 to 2) of the board's status byte."""
         return self.controller.bus.status & USER_BITS
 
     @property
@@ -135,14 +135,14 @@ class VirtualEnd(End):
         return self.bench.now / S
 
     def send(self, data: bytes) -> None:
-        """Send characters, or one command of a board."""
+        """Send characters to a serial controller, or one command to a board on a bus."""
         if self._host is not None:
             self._host.write(data)
         else:
             self.controller.serial.write(data)
 
     def receive(self) -> bytes:
-        """Run the bench until the controller has sent data, and return the data."""
+        """Run the bench until the controller sends data, for at most 20 ms, and return the data."""
         if not self._messages:
             self.bench.run_until(lambda: self._messages, self._STEP_S)
         data = bytes(self._messages)
@@ -150,7 +150,7 @@ class VirtualEnd(End):
         return data
 
     def drain(self) -> None:
-        """Discard earlier answers, and advance to the next multiple of 10 ms.
+        """Discard earlier answers, and advance virtual time to the next multiple of 10 ms.
 
         Two controllers on two benches thus receive each request in the same phase of their 10 ms cycle.
         """
@@ -159,13 +159,13 @@ class VirtualEnd(End):
         self._messages.clear()
 
     def close(self) -> None:
-        """Disconnect the host program of a board."""
+        """Disconnect the virtual host from a board on a bus."""
         if self._host is not None:
             self._host.close()
 
 
 class SerialEnd(End):
-    """The host's end of a connection through a serial port, or through a network port of a terminal server."""
+    """Host side of a connection through a serial port or a terminal server."""
 
     def __init__(self, url: str, name: str, line: UartFormat) -> None:
         self._name = name
@@ -176,45 +176,48 @@ class SerialEnd(End):
             )  # fmt: skip
         except (serial.SerialException, ValueError, OSError) as error:
             raise LinkError(
-                f"cannot open {name}: {error_text(error)}: check the name, and close other programs"
+                f"cannot open {name} ({error_text(error)}): check the name, and close other programs"
             ) from None
 
     @property
     def now(self) -> float:
-        """Time of this end in seconds."""
+        """Real time in seconds."""
         return time.monotonic()
 
     def set_line(self, line: UartFormat) -> None:
-        """Change baud rate and frame."""
+        """Change the baud rate and frame of the serial port."""
         if self.has_line:
             self._call(lambda: self.port.apply_settings(_settings(line)))
 
     def send(self, data: bytes) -> None:
-        """Send characters."""
+        """Send characters to the controller."""
         self._call(lambda: self.port.write(data))
 
     def receive(self) -> bytes:
-        """Return received data."""
+        """Return the characters that the controller has sent."""
         return self._call(lambda: self.port.read(max(1, self.port.in_waiting))) or b""
 
     def drain(self) -> None:
-        """Discard late data of an earlier answer."""
+        """Discard received characters that belong to an earlier request."""
         self._call(self.port.reset_input_buffer)
 
     def close(self) -> None:
-        """Close the port."""
+        """Close the serial port."""
         self.port.close()
 
     def _call(self, action: Callable[[], object]) -> bytes | None:
         try:
             done = action()
         except (serial.SerialException, OSError) as error:
-            raise LinkError(f"{self._name} was disconnected: {error}: connect it and start again") from None
+            raise LinkError(f"port {self._name} was disconnected ({error}): connect the port, then try again") from None
         return done if isinstance(done, bytes) else None
 
 
 class BusEnd(End):
-    """The host's end of a bus socket; commands and messages use the handshake of chapter Reading and writing."""
+    """Host side of a connection to a board on a bus, through a bus socket.
+
+    Commands and messages use the handshake of the manual's chapter Reading and writing.
+    """
 
     messages = True
     has_line = False
@@ -226,26 +229,26 @@ class BusEnd(End):
         try:
             self._socket = socket.create_connection((host, port), timeout=5)
         except OSError as error:
-            raise LinkError(f"cannot open {name}: {error_text(error)}: check the address") from None
+            raise LinkError(f"cannot open {name} ({error_text(error)}): check the address") from None
         self._lines = self._socket.makefile("rw", encoding="ascii", newline="\n")
 
     @property
     def now(self) -> float:
-        """Time of this end in seconds."""
+        """Real time in seconds."""
         return time.monotonic()
 
     def send(self, data: bytes) -> None:
-        """Send one command as soon as the board is ready for it."""
+        """Wait until the board accepts commands (SB bit 4), then send one command."""
         until = self.now + self._INPUT_S
         while not self._status() & INPUT_READY:
             if self.now > until:
-                raise LinkError(f"{self._name}: the board accepts no command (SB bit 4 stays clear): reset the board")
+                raise LinkError(f"the board at {self._name} accepts no command (SB bit 4 stays clear): reset the board")
             time.sleep(self._POLL_S)
         self._request("w 0 " + data.hex(" "))
         self._request(f"w 1 {COMMAND_READY:02x}")
 
     def receive(self) -> bytes:
-        """Return the next message."""
+        """Return the next message of the board, or no bytes if no message is ready."""
         if not self._status() & MESSAGE_READY:
             time.sleep(self._POLL_S)
             return b""
@@ -254,35 +257,37 @@ class BusEnd(End):
         return message
 
     def drain(self) -> None:
-        """Discard waiting messages."""
+        """Discard all messages that the board has ready."""
         while self.receive():
             pass
 
     @property
     def user_bits(self) -> int:
-        """The user bits of the board's status byte."""
+        """User bits (bits 0 to 2) of the board's status byte."""
         return self._status() & USER_BITS
 
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection to the bus socket."""
         self._lines.close()
         self._socket.close()
 
     def _status(self) -> int:
         status = int(self._request("r 1"), 16)
         if status == NOBODY:
-            raise LinkError(f"{self._name}: no board answers on the bus: switch it on, and check its address")
+            raise LinkError(f"no board answers on the bus {self._name}: switch the board on, and check its address")
         return status
 
-    def _request(self, text: str) -> str:
+    def _request(self, request: str) -> str:
         try:
-            self._lines.write(text + "\n")
+            self._lines.write(request + "\n")
             self._lines.flush()
             answer = self._lines.readline().strip()
         except OSError as error:
-            raise LinkError(f"{self._name} was disconnected: {error}") from None
+            raise LinkError(f"{self._name} was disconnected ({error}): check the bus socket, then try again") from None
         if not answer or answer.startswith("error"):
-            raise LinkError(f"{self._name}: the bus socket answered {answer or 'nothing'!r} to {text!r}")
+            raise LinkError(
+                f"the bus socket {self._name} refuses the request {request!r}: its answer is {answer or 'nothing'!r}"
+            )
         return answer
 
 
@@ -293,18 +298,21 @@ def _settings(line: UartFormat) -> dict[str, Any]:
 
 
 def open_end(target: str, line: UartFormat | None) -> End:
-    """Open a port: a device, `tcp://`, `rfc2217://`, `bus://` or a URL of pyserial.  Raises LinkError, UsageError.
+    """Open a connection to a controller through a serial device, a network port or a bus socket.
 
-    `line`: baud rate and frame; None: a board on a bus.
+    `target`: a device, `tcp://`, `rfc2217://`, `bus://` or a URL of pyserial.  `line`: baud rate and frame; None: a
+    board on a bus.  Raises LinkError, UsageError.
     """
     if target.startswith("bus://"):
         if line is not None:
-            raise UsageError(f"{target} is a bus socket: give a serial port, e.g. /dev/ttyUSB0 or tcp://127.0.0.1:5001")
+            raise UsageError(
+                f"{target} is a bus socket: expected a serial port, e.g. /dev/ttyUSB0 or tcp://127.0.0.1:5001"
+            )
         url = parse(target)
         return BusEnd(target, url.host, url.port)
     if line is None:
         raise UsageError(
-            f"{target} is not a bus socket, and this model is a board on a bus: give e.g. bus://127.0.0.1:1811"
+            f"{target} is not a bus socket: expected a bus socket for this board, e.g. bus://127.0.0.1:1811"
         )
     address = target
     if target.startswith("tcp://"):

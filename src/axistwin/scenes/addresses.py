@@ -10,25 +10,25 @@ from axistwin.scenes.toml_places import Path
 
 
 def check_ports(contents: SceneFile, source: Source) -> None:
-    """Raise SceneError at the place of the first invalid port."""
+    """Raise SceneError for the first invalid port of a scene, with its place in the file."""
     _check_shared(contents, source)
     taken: dict[tuple[str, ...], str] = {}
-    for path, text, at_a_bus in _ports(contents, source):
+    for path, port, at_a_bus in _ports(contents, source):
         with source.placing_errors(*path):
-            url = parse(text)
-        if (url.scheme == "bus") is not at_a_bus:
-            wanted = EXAMPLES["bus" if at_a_bus else "tcp"]
-            whose = "an 1810 or 1811 is on a bus" if at_a_bus else "only an 1810 or 1811 is on a bus"
-            raise source.error(f"{text}: {whose}: expected e.g. {wanted}", path)
+            url = parse(port)
+        if at_a_bus and url.scheme != "bus":
+            raise source.error(f"{port} is no port for an 1810 or 1811: expected a bus, e.g. {EXAMPLES['bus']}", path)
+        if url.scheme == "bus" and not at_a_bus:
+            raise source.error(f"{port} is only for an 1810 or 1811: expected e.g. {EXAMPLES['tcp']}", path)
         place = _place(url)
         if place in taken:
-            raise source.error(f"{text} is already in use as {taken[place]}: expected another port", path)
+            raise source.error(f"{port} is already in use as {taken[place]}: expected another port", path)
         if place:
-            taken[place] = text
+            taken[place] = port
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
-    """Yield the place of each port in the file, its URL, and True for a port of an 1810 or 1811."""
+    """Yield each port of the scene: its place in the file, its URL, and True for an 1810 or 1811."""
     for number, table in enumerate(contents.controller):
         with source.placing_errors("controller", number, "model"):
             at_a_bus = product(table.model).attend is not None
@@ -41,7 +41,7 @@ def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, boo
 
 
 def _place(url: PortUrl) -> tuple[str, ...]:
-    """Return the address or path that only one port can use; () if the system chooses a free one."""
+    """Return the network address or file path that a port occupies; () if the system chooses the address."""
     if url.scheme in ("pty", "serial"):
         return ("file", url.path) if url.path else ()
     return ("address", url.host.replace("localhost", "127.0.0.1"), str(url.port)) if url.port else ()
@@ -54,6 +54,6 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
             key = "ports" if kind == "chain" else "rs485_ports"
             if table.called in line.motors and getattr(table, key):
                 raise source.error(
-                    f"{table.called} is in [[{kind}]] {name!r}, which has the `ports` of its host: remove these",
+                    f"`{key}` is not allowed for {table.called}: expected only the `ports` of [[{kind}]] {name!r}",
                     ("controller", number, key),
                 )

@@ -10,7 +10,6 @@ from dataclasses import fields
 from fractions import Fraction
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 from axistwin.bench import Bench, Controller, endpoints, line_format, product
 from axistwin.bench.action_runner import ActionRunner
@@ -48,12 +47,13 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
     """Raise UsageError if two wires end at the same terminal, or if wires form a loop."""
     if target in laid:
         other = laid[target][1]
-        same = "" if other.to == wire.to else f" is the same terminal as {other.to}, which"
-        raise UsageError(f"{wire.to}{same} has a wire from {other.from_} already")
+        if other.to != wire.to:
+            raise UsageError(f"{wire.to} is the same terminal as {other.to}, which already has a wire: remove one wire")
+        raise UsageError(f"{wire.to} has a wire from {other.from_} already: remove one of the wires")
     at: Pin | None = source
     while at is not None:
         if at is target:
-            raise UsageError(f"the wires form a loop through {wire.to}: remove one")
+            raise UsageError(f"the wires form a loop through {wire.to}: remove one of the wires")
         at = laid[at][0] if at in laid else None
 
 
@@ -80,7 +80,7 @@ class Builder:
         self._runner = ActionRunner(self.bench, load, own=True)
 
     def build(self) -> Bench:
-        """Build the bench; the controllers have just been switched on."""
+        """Build and return the bench, whose controllers have just been switched on."""
         self._note_origin()
         self._add_controllers()
         self._connect_masters()
@@ -95,7 +95,7 @@ class Builder:
 
     @contextmanager
     def _separately(self) -> Iterator[None]:
-        """Within a `with` block, store an error in the list `errors` instead of raising it, if there is a list."""
+        """Within a `with` block, append a SceneError to the list `errors`; without this list, raise the error."""
         try:
             yield
         except SceneError as error:
@@ -140,7 +140,8 @@ class Builder:
     def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
         for key in given:
             if key not in known:
-                raise self.source.error(f"{path[-1]}: unknown key {key!r}: {instead(key, known)}", (*path, key))
+                table, suggestion = path[-1], instead(key, known)
+                raise self.source.error(f"unknown key {key!r} in {table}: {suggestion}", (*path, key))
 
     def _store(self, motor: Controller, program: Path, path: Path_) -> None:
         with self.source.placing_errors(*path):
@@ -179,11 +180,11 @@ class Builder:
             connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 
     def _check_direction(self, number: int, wire: WireTable) -> None:
-        """Raise SceneError unless the wire leads from a terminal that reports changes to an input."""
+        """Raise SceneError for a wire that begins at a step output or does not end at an input."""
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
-                f"{from_} cannot drive a wire, its pulses are too fast: use a motor's `master` on that axis",
+                f"the pulses of {from_} are too fast for a wire: use the key `master` of a SmartMotor instead",
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
@@ -206,28 +207,31 @@ class Builder:
 
     def _motor(self, name: str, path: Path_) -> Controller:
         if name not in self.bench.controllers:
-            raise self.source.error(f"no controller {name!r}: {instead(name, self.bench.controllers)}", path)
+            suggestion = instead(name, self.bench.controllers)
+            raise self.source.error(f"no controller {name!r}: {suggestion}", path)
         return self.bench[name]
 
     def _pin(self, terminal: str, path: Path_) -> Pin:
-        found: Pin = self._part(terminal, path, "terminal", "pin", "NAME.PIN, e.g. table.input1")
-        return found
+        controller, _, pin = terminal.rpartition(".")
+        if not controller:
+            raise self.source.error(f"no terminal {terminal!r}: expected NAME.PIN, e.g. table.input1", path)
+        pins = self._motor(controller, path).pins
+        if pin not in pins:
+            suggestion = instead(pin, pins)
+            raise self.source.error(f"{controller} has no pin {pin!r}: {suggestion}", path)
+        return pins[pin]
 
     def _axis(self, whole: str, path: Path_) -> Axis:
-        found: Axis = self._part(whole, path, "axis", "axis", "NAME.AXIS, e.g. table.X")
-        return found
+        controller, _, axis = whole.rpartition(".")
+        if not controller:
+            raise self.source.error(f"no axis {whole!r}: expected NAME.AXIS, e.g. table.X", path)
+        axes = self._motor(controller, path).axes
+        if axis not in axes:
+            suggestion = instead(axis, axes)
+            raise self.source.error(f"{controller} has no axis {axis!r}: {suggestion}", path)
+        return axes[axis]
 
-    def _part(self, whole: str, path: Path_, thing: str, kind: str, expected: str) -> Any:
-        name, _, part = whole.rpartition(".")
-        if not name:
-            raise self.source.error(f"no {thing} {whole!r}: expected {expected}", path)
-        motor = self._motor(name, path)
-        parts: Mapping[str, Any] = motor.pins if kind == "pin" else motor.axes
-        if part not in parts:
-            raise self.source.error(f"{name} has no {kind} {part!r}: {instead(part, parts)}", path)
-        return parts[part]
-
-    # Faults, script and hosts
+    # Methods that add the faults, the script and the hosts
 
     def _plan_faults(self) -> None:
         tables: list[FaultTerms] = self.contents.fault
@@ -247,13 +251,12 @@ class Builder:
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if faults wait for each other in a loop, so that none of them could begin."""
+        """Raise SceneError if faults wait for each other in a loop, because such faults would never begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
-        for number, name in enumerate(names):
+        for number, (name, table) in enumerate(zip(names, tables, strict=True)):
             if is_in_loop(name, waits_for):
-                way = f" through {waits_for[name]}" if waits_for[name] != name else ""
                 raise self.source.error(
-                    f"{name} waits for itself{way}: expected another event",
+                    f"fault {name} never begins, because {table.when!r} depends on {name}: expected another event",
                     ("fault", number, "when"),
                 )
 
@@ -267,13 +270,13 @@ class Builder:
             faults.trigger(table.when, self._only())
         with self.source.placing_errors_at_key(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
             seed, whole = table.seed, self.contents.seed
-            if seed is None and whole is not None:  # derived from the scene's seed and the fault's number
+            if seed is None and whole is not None:  # the scene's seed and the fault's number give the fault's seed
                 seed = FAULTS_A_SCENE * whole + number
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()
 
     def _check_operator(self) -> None:
-        """Raise SceneError for a terminal of the operator panel that does not exist, or that cannot be driven."""
+        """Raise SceneError if the operator panel uses a terminal that does not exist, or drives an output."""
         panel = self.contents.operator
         for number, button in enumerate(panel.button):
             self._check_operated(button.pin, ("operator", "button", number, "pin"))
@@ -286,7 +289,7 @@ class Builder:
 
     def _check_operated(self, name: str, path: Path_) -> None:
         if not self._pin(name, path).drivable:
-            raise self.source.error(f"{name} is an output: expected an input", path)
+            raise self.source.error(f"{name} is an output: expected an input for the operator panel", path)
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
@@ -306,7 +309,7 @@ class Builder:
         self.bench.planned.append((at_ns, f"script: {who}{', '.join(table.do)}"))
 
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
-        """Schedule actions of the script, after all other events of the same time.
+        """Schedule the actions of a script entry, after all other events of the same time.
 
         Errors have their place in the scene file.  Hosts that wait until no event is due ignore these actions.
         """
@@ -327,18 +330,19 @@ class Builder:
         assert isinstance(act, Do), "! begins an action"
         here = table.on or self._only()
         if here and here not in (*self.bench.controllers, *endpoints.names(self.bench)):
-            raise UsageError(f"no controller {here!r}: {instead(here, self.bench.controllers)}")
+            suggestion = instead(here, self.bench.controllers)
+            raise UsageError(f"no controller {here!r}: {suggestion}")
         names = self.bench.faults.names
         if act.target == "mend" and act.value not in (*names, *KINDS, *self._scripted(), "all"):
-            raise UsageError(f"no fault {act.value!r} here: there are {', '.join(names) or 'none'}")
+            raise UsageError(f"no fault {act.value!r} on this bench: there are {', '.join(names) or 'none'}")
         if not here and act.target not in FAULT_ACTS:
             raise UsageError(
-                f"the controller is missing: expected `on` with one of {', '.join(self.bench.controllers)}"
+                f"the key `on` is missing: expected one of the controllers {', '.join(self.bench.controllers)}"
             )
         return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _only(self) -> str:
-        """Return the name of the only controller; "" if there are several controllers."""
+        """Return the name of the only controller; "" if the scene has several controllers."""
         return next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
 
     def _start_hosts(self) -> None:
@@ -347,7 +351,7 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield the hosts that run on the bench: place in the file, endpoint, program file."""
+        """Yield each simulated host of the scene: its place in the file, its endpoint and its program file."""
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):
@@ -358,11 +362,11 @@ class Builder:
                     yield (*place, "host", which), name, file
 
     def _text(self, file: str) -> str:
-        """Return the text of a program; each file is read only once."""
+        """Return the text of a program file; each file is read only once."""
         if file not in self.texts:
             self.texts[file] = hosting.program_text(Path(file))
         return self.texts[file]
 
     def _relative_to_scene(self, path: Path) -> Path:
-        """Return a path of the scene; relative paths begin at the folder of the scene file."""
+        """Resolve a path that is relative to the folder of the scene file."""
         return self.source.file.parent / path

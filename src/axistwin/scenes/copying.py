@@ -27,7 +27,7 @@ Where = tuple[str, int]
 
 
 class Files:
-    """Texts by file name, in one directory."""
+    """The texts of the files in one directory, by file name."""
 
     def __init__(self) -> None:
         self.texts: dict[str, str] = {}
@@ -43,7 +43,7 @@ class Files:
 
 
 class Copy:
-    """Builds a copy of a scene and its files in `files`."""
+    """Builds a copy of a scene, and collects the texts of the copied files in `files`."""
 
     def __init__(self, bench: Bench, files: Files) -> None:
         self.bench, self.files = bench, files
@@ -53,13 +53,16 @@ class Copy:
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
-        """Add a conversation as a host of the endpoint `name`."""
+        """Add a conversation to the copied scene, as a simulated host of the endpoint `name`."""
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
-    # Copy of a scene file
+    # Methods that copy a scene file
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
-        """Return the text of the copied scene.  `note`: comment line before the added part."""
+        """Return the text of the copied scene, with the recorded hosts and script.
+
+        `note`: the comment line before the recorded part.
+        """
         changes = dict(self._changes(contents, source, served))
         text = _edited(source.text, changes)
         added = "".join(f"\n{table_text('script', entry)}" for entry in self.script)
@@ -68,7 +71,7 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """Return the changed contents of a scene whose text cannot be edited."""
+        """Return the contents of the scene with the changes.  Used if the text of the scene cannot be edited."""
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
             data[kind][number] = {**data[kind][number], **values}
@@ -76,7 +79,7 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """Yield the new values of keys for each table of the scene that must change."""
+        """Yield the tables of the scene that must change, each with the new values of its keys."""
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}
@@ -100,7 +103,7 @@ class Copy:
                 yield (str(path[0]), int(path[1])), {"host": hosts}
 
     def _copied(self, source: Source, file: Path) -> str:
-        """Copy a program to the folder of the scene; return its name in the copy."""
+        """Copy a program to the folder of the copied scene; return the name of the copied file."""
         path = source.file.parent / file
         text = self.read.get(str(path))
         text = program_text(path) if text is None else text
@@ -108,7 +111,7 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # the changed text replaces this one
+                del self.files.texts[name]  # the changed conversation replaces the original text
             text = moved
         return self.files.add(name, text)
 
@@ -118,21 +121,21 @@ class Copy:
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Return the name that a program has in the copied scene."""
+        """Return the file name of a program in the copied scene; copy the file if its name must change."""
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """Copy the initial state files of a controller; return the name of the copied directory."""
+        """Copy the initial stored state of a controller; return the directory of the copied file."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # Scene for a bench that was built without a scene file
+    # Methods that write a scene for a bench without a scene file
 
     def of_bench(self, note: str) -> str:
-        """Return the text of a scene that builds an equal bench."""
+        """Return the text of a scene file that builds the same bench."""
         data: dict[str, Any] = {"controller": [self._controller(name) for name in self.bench.controllers]}
         script = {"script": self.script} if self.script else {}
         return f"# {note}\n\n{tables({**data, **script})}"
@@ -149,12 +152,12 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return a path for the copied scene, which must be inside its directory."""
+    """Return a path inside the directory of the copied scene, for a file of the original scene."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 
 def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None:
-    """Return the text of a scene file with new values; None if its layout prevents this."""
+    """Return the text of a scene file with changed values; None if its layout prevents such a change."""
     spans, edits = toml_places.spans(text), []
     for where, values in changes.items():
         for key, value in values.items():
@@ -172,5 +175,5 @@ def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None
 
 
 def entry(at_s: float, on: str, do: Sequence[str]) -> dict[str, Any]:
-    """Return one entry of the script."""
+    """Return a script entry as a dict: its time, its controller and its actions."""
     return {"at": at_s, **({"on": on} if on else {}), "do": list(do) if len(do) > 1 else do[0]}

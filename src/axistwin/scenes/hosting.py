@@ -64,18 +64,21 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return the position of a host in the order of actions at the same time: `outside 2` is after `outside`."""
+    """Return the rank of a host among actions at the same time; a host with a lower rank acts first.
+
+    `outside 2` comes after `outside`.
+    """
     found = _OUTSIDE.fullmatch(host)
     return HOST if found is None else min(SCRIPT - 1 + int(found[1] or 1), LAST - 1)
 
 
 def _kind(bench: Bench, name: str, file: str) -> str:
-    """Return the suffix of a host's file.  Raises UsageError if this file cannot be sent to this endpoint."""
+    """Return the suffix of a host's file.  Raises UsageError if a host cannot send this file to the endpoint."""
     suffix = Path(file).suffix.lower()
     if suffix not in (TALK, *KINDS):
-        raise UsageError(f"{file} cannot be sent by a host: expected .if1, .181x or a conversation .talk")
+        raise UsageError(f"{file} cannot be sent by a host: expected a file .if1, .181x or .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
-        raise UsageError(f"{file} is not a program for {name}, which is {bench[name].product.indefinite}")
+        raise UsageError(f"{file} is not a program for {name}: expected one for {bench[name].product.indefinite}")
     return suffix
 
 
@@ -93,9 +96,7 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
             stored_programs.check(source, file, controller)
             return partial(stored_programs.run, source, file, controller)
         if suffix not in KINDS:
-            raise UsageError(
-                f"{file} cannot be loaded: expected a SmartMotor's source .sms, or command lines .if1 or .181x"
-            )
+            raise UsageError(f"{file} cannot be loaded: expected a SmartMotor's source .sms, or a file .if1 or .181x")
         return partial(_send, controller, prepare_host(bench, name, file, read), bench.senders)
 
     return load
@@ -111,7 +112,7 @@ def _send(controller: Controller, start: Start, there: dict[str, Process]) -> No
 
 
 def program_text(path: Path) -> str:
-    """Return the text of a program of any kind.  Raises UsageError or ProgramError."""
+    """Read a program file for any controller.  Raises UsageError or ProgramError."""
     return stored_programs.load_source(path).decode() if path.suffix.lower() == STORED else load_text(path)
 
 
@@ -123,7 +124,7 @@ def _conversation(bench: Bench, name: str, file: str, text: str) -> Conversation
 
 
 class _ConversationHost:
-    """A host that performs the acts of a conversation and waits for the expected replies.
+    """A simulated host that sends the data of a conversation and waits for the expected replies.
 
     Assertions (`=`) are skipped.
     """
@@ -139,7 +140,7 @@ class _ConversationHost:
         bench.agenda_ns = max(bench.agenda_ns, sum(act.ns for act in conversation.acts if isinstance(act, Wait)))
 
     def _prepared(self, act: Act) -> Callable[[], object]:
-        """Return a function that performs an action.  Raises an error for an impossible action."""
+        """Return a function that performs an action of the conversation.  Raises ProgramError if it is impossible."""
         with self.conversation.placing_errors(act):
             match act:
                 case Say(data=data):
@@ -147,7 +148,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    if target in FAULT_ACTS:  # prepared late: the action may name a future fault
+                    if target in FAULT_ACTS:  # the action may name a fault that a later action adds
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
                 case Hear():
@@ -183,7 +184,7 @@ class _ConversationHost:
             waiting.succeed()
 
     def converse(self) -> Procedure:
-        """Perform all actions of the conversation, each after all other events of its time."""
+        """Perform the actions of the conversation in order, each after all other events of the same time."""
         time_ns = self.bench.now
         for act, do in self._acts:
             match act:
@@ -203,7 +204,7 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait for the expected number of characters, or until no character has arrived for some time."""
+        """Wait for the expected number of characters; give up if no character arrives for some time."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:
@@ -224,10 +225,10 @@ class _ControllerHost:
             (act, prepared_action(controller, act, file) if isinstance(act, Do) else lambda: None) for act in acts
         ]
 
-    # Hosts at a serial line
+    # Methods of a host with a serial line
 
     def send_lines(self) -> Procedure:
-        """Initialise the interface, and then send each character of the lines when the interface is ready."""
+        """Initialise the interface, then send the program lines; each character waits until the interface is ready."""
         port, wanted = self.controller.serial, self.controller.serial.host.format
         first, message = greeting(wanted)
         port.host.format = first
@@ -239,7 +240,7 @@ class _ControllerHost:
         yield from self._perform(self._type, lambda: bool(port.pending))
 
     def _open(self) -> Procedure:
-        """Send open brackets until the interface answers."""
+        """Send the character `(` until the interface answers."""
         port, heard = self.controller.serial, bytearray()
         unsubscribe = port.subscribe_received(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):
@@ -261,7 +262,7 @@ class _ControllerHost:
     # Bus
 
     def send_commands(self) -> Procedure:
-        """Send the commands one by one, and read all messages."""
+        """Send the commands one by one to a controller on a bus, and read all of its messages."""
         with host_of(self.controller) as host:
             host.subscribe_received(lambda message: None)
             while not self.controller.bus.status:
@@ -290,7 +291,7 @@ class _ControllerHost:
         yield from self._wait_until_idle(pending)
 
     def _wait_until_idle(self, pending: Callable[[], bool]) -> Procedure:
-        """Wait until two consecutive checks show that all data are sent and the controller is idle."""
+        """Wait until two successive checks find that all data are sent and the controller is idle."""
         checks = 0
         while checks < 2:
             yield self.clock.timeout(CHECK_NS)

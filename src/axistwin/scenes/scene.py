@@ -66,7 +66,7 @@ class Scene:
 
     @classmethod
     def given(cls, table: Mapping[str, Any]) -> Self:
-        """Return a scene from a dict with the contents of a file.  Raises SceneError with the keys of the place."""
+        """Return a scene from a dict with the contents of a scene file.  Raises SceneError that names the wrong key."""
         source = Given(table)
         return cls(source.contents(), source)
 
@@ -77,12 +77,12 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """Title of the scene; "" without one."""
+        """Title of the scene; "" if the scene has no title."""
         return self._contents.title
 
     @property
     def ports(self) -> list[tuple[str, str]]:
-        """Name and URL of each port; the name is that of a controller, a second channel or a shared line."""
+        """Endpoint and URL of each port; an endpoint is a controller, its second channel or a shared line."""
         found = [(table.called, url) for table in self._contents.controller for url in table.ports]
         found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
         return found + [(name, url) for _, name, table, _ in shared_lines(self._contents) for url in table.ports]
@@ -99,7 +99,7 @@ class Scene:
 
     @property
     def operator(self) -> OperatorTable:
-        """The operator panel; empty if the scene has none."""
+        """The operator panel of the scene; empty if the scene has no operator panel."""
         return self._contents.operator
 
     @property
@@ -108,7 +108,7 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Within a `with` block, convert a UsageError to a SceneError with the place of `path` in the file."""
+        """Within a `with` block, convert a UsageError to a SceneError at the key `path` of the scene file."""
         return self._source.placing_errors(*path)
 
     @property
@@ -118,13 +118,13 @@ class Scene:
 
     @property
     def programs(self) -> dict[str, str]:
-        """Texts of the programs in the scene's folder and its subfolders, by path; other programs are left out."""
+        """Texts of the programs in the scene's folder and its subfolders, by path."""
         beside = self._source.file.parent
         named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
 
     def named_programs(self) -> Iterator[tuple[str, Path]]:
-        """Yield each program, host and conversation that the scene names: its endpoint and its file."""
+        """Yield the endpoint and the file of each program and conversation that the scene names."""
         beside = self._source.file.parent
         for table in self._contents.controller:
             files = [*([table.program] if table.program else []), *table.host]
@@ -140,21 +140,21 @@ class Scene:
 
     @property
     def models(self) -> dict[str, Product]:
-        """The product at each endpoint: controllers, second channels and shared lines."""
+        """The controller model at each endpoint of the scene, by the name of the endpoint."""
         found = {table.called: product(table.model) for table in self._contents.controller}
         found |= {f"{name}.rs485": made for name, made in found.items()}
         return found | {name: found[line.motors[0]] for _, name, line, _ in shared_lines(self._contents)}
 
     def build(self, *, served: bool = False) -> Bench:
-        """Return a new bench; every call returns an equal bench.  The controllers have just been switched on.
+        """Return a new bench, whose controllers have just been switched on.
 
-        `served`: True if hosts outside this process use the controllers with ports; their `host` files are then not
-        sent.
+        Every call returns an equal bench.  `served`: True if hosts outside this process use the controllers with ports;
+        their `host` files are then not sent.
         """
         return Builder(self._contents, self._source, served, self._texts).build()
 
     def build_errors(self) -> list[SceneError]:
-        """Build the scene once, and return all errors in masters, wires, faults, the script and hosts.
+        """Build the scene once, and return all of its errors, e.g. in wires, faults, the script and hosts.
 
         An error in a controller or a shared line is returned alone, because other parts refer to controllers.
         """
@@ -167,12 +167,12 @@ class Scene:
 
     @property
     def data(self) -> Mapping[str, Any]:
-        """Contents of the file as tables, lists and values."""
+        """Contents of the scene file as tables, lists and values."""
         return self._source.data
 
     @property
     def text(self) -> str:
-        """Text of the file."""
+        """Text of the scene file."""
         return self._source.text
 
     def text_of(self, program: str) -> str:
@@ -180,9 +180,10 @@ class Scene:
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
-        """Return the scene with other contents; `texts` replaces the texts of programs, by path.
+        """Return a variant of the scene with the contents `data`.
 
-        Raises SceneError with the place of an invalid value in the file.
+        `texts` replaces the texts of programs, by path.  Raises SceneError with the place of an invalid value in the
+        file.
         """
         source = self._source.with_data(dict(data))
         other = type(self)(source.contents(), source)
@@ -190,11 +191,14 @@ class Scene:
         return other
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
-        """Return the text of the scene with the hosts and the script of `copy`; needed files are added to `copy`."""
+        """Return the scene as text, with the hosts and the script of `copy`.
+
+        Adds the files that the text needs to `copy`.
+        """
         copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)
 
-    # Checks that compare several tables
+    # Checks that compare several tables of the scene
 
     def _check_names(self) -> None:
         count: Counter[str] = Counter()
@@ -203,16 +207,16 @@ class Scene:
             if count[table.called] > 1:
                 key = "model" if table.name is None else "name"
                 raise self._source.error(
-                    f"there is a controller {table.called!r} already: expected another name",
+                    f"there is a controller {table.called!r} already: expected a different name for the second one",
                     ("controller", number, key),
                 )
 
     def _check_masters(self) -> None:
-        """Raise SceneError if the external encoders of motors form a loop."""
+        """Raise SceneError if motors follow each other in a loop through their external encoders."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):
                 raise self._source.error(
-                    f"{table.called} follows itself through {table.master}: expected another axis",
+                    f"{table.called} follows its own motion through {table.master}: expected another axis",
                     ("controller", number, "master"),
                 )

@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # one of the two numbers is missing
+    "missing": "expected two numbers",  # pydantic reports `missing` for a pair with only one number
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
@@ -37,7 +37,10 @@ def _depth(value: object) -> int:
 
 
 class Source:
-    """The text of a scene, and the places of its tables and keys.  `text` replaces the contents of the file."""
+    """The text of a scene file, with the places of its tables and keys.
+
+    `text` replaces the contents of the file.
+    """
 
     def __init__(self, file: Path, text: str | None = None) -> None:
         self.file = file
@@ -52,24 +55,24 @@ class Source:
         except ValueError as error:  # `tomllib` raises ValueError for a number with thousands of digits
             raise self._not_toml(message=str(error).partition(":")[0]) from None
         if nested:
-            raise self._not_toml(f"Tables or lists are nested too deep: expected at most {MOST_NESTED}")
+            raise self._not_toml(f"Tables or lists are nested too deep: expected at most {MOST_NESTED} levels")
         self.places = toml_places.places(self.text)
 
     def with_data(self, data: dict[str, Any]) -> Self:
-        """Return a source with the same file and places, and other contents."""
+        """Return a source with the contents `data`, for the same file with the same places."""
         other = copy(self)
         other.data = data
         return other
 
     def contents(self) -> SceneFile:
-        """Return the validated contents.  Raises SceneError for a wrong key or value."""
+        """Return the validated contents of the scene.  Raises SceneError for a wrong key or value."""
         try:
             return self._validated()
         except ValidationError as error:
             raise self._first_of(errors=error.errors()) from None
 
     def errors(self) -> list[SceneError]:
-        """Return all errors in keys and values, in the order of the file."""
+        """Return all errors in the keys and values of the scene, in the order of the file."""
         try:
             self._validated()
         except ValidationError as error:
@@ -78,12 +81,13 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # Validation as JSON, because `strict` then accepts a list for a pair and an integer for a float.
+        # Validate the data as JSON, because `strict` then accepts a list for a pair and an integer for a float.
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
         except NumberError as error:
-            raise self.error(f"{error.path[-1]}: {error}", error.path, rules.VALUE.code) from None
+            key = error.path[-1]
+            raise self.error(f"invalid number for {key}: {error}", error.path, rules.VALUE.code) from None
         return contents
 
     def _error_at(self, error: ErrorDetails) -> SceneError:
@@ -95,16 +99,19 @@ class Source:
         )
 
     def error(self, message: str, path: toml_places.Path, code: str = "") -> SceneError:
-        """Return an error at the place of `path`, or at the place of the nearest enclosing part."""
+        """Return a SceneError with the line and column of the key `path`, or of the nearest table around it."""
         file, line, column = self._place_parts(path)
         return SceneError(message, file=file, line=line, column=column, code=code)
 
     def _place_parts(self, path: toml_places.Path) -> tuple[str, int, int]:
-        """Return file, line and column of the part at this path."""
+        """Return the file, line and column of the key `path` in the scene file."""
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
-        """Return the error for a message of `tomllib`; a message without a place refers to the end of the file."""
+        """Return the SceneError for a file that is not TOML, from a message of `tomllib`.
+
+        A message without a place refers to the end of the file.
+        """
         what, _, _ = message.partition(" (at ")
         found = re.search(r"line (\d+), column (\d+)", message)
         end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
@@ -114,7 +121,7 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Within a `with` block, convert a UsageError or ProgramError to a SceneError at the place of `path`."""
+        """Within a `with` block, convert a UsageError or ProgramError to a SceneError at the key `path`."""
         try:
             yield
         except UsageError as error:
@@ -124,8 +131,9 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Within a `with` block, convert a UsageError to a SceneError at the deepest key that its message names.
+        """Within a `with` block, convert a UsageError to a SceneError at the key that the message names.
 
+        If the message names several keys, the deepest key is used.
         `tables`: the tables to search, each with its key below `path`; empty key: `path` itself.
         """
         try:
@@ -135,7 +143,7 @@ class Source:
             raise self.error(message=str(error), path=(*path, *max(named, key=len, default=()))) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
-        """Return the first of all errors that pydantic has found, with the number of the other errors."""
+        """Return the first of pydantic's errors as a SceneError, with the number of the other errors."""
 
         def order(error: ErrorDetails) -> tuple[toml_places.Place, bool, str]:
             return toml_places.place_of(error["loc"], self.places), error["type"] == "missing", _message_for(error)
@@ -146,7 +154,7 @@ class Source:
 
 
 class Given(Source):
-    """A scene given as a dict.  Its errors have the keys of their place instead of a line.
+    """A scene that is given as a dict.  Its errors name a key instead of a line.
 
     Paths in the scene are relative to the working directory.
     """
@@ -160,13 +168,13 @@ class Given(Source):
 
 
 def read_text(file: Path) -> str:
-    """Return the text of a scene file.  Raises NoSceneError, SceneError."""
+    """Return the text of a scene file.  Raises NoSceneError if the file cannot be read."""
     try:
         return file.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise NoSceneError(f"cannot be read: {error.strerror}", file=str(file)) from None
+        raise NoSceneError(f"the scene file cannot be read: {error.strerror}", file=str(file)) from None
     except UnicodeDecodeError:
-        raise SceneError("is not a text file in UTF-8", file=str(file)) from None
+        raise SceneError("the scene file is not a text file in UTF-8: save it as UTF-8", file=str(file)) from None
 
 
 def _message_for(error: ErrorDetails) -> str:
@@ -185,7 +193,7 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Yield the path of each key whose name, with the names of all tables around it, is in an error message."""
+    """Yield the path of each key in an error message that also names all tables around the key."""
     for key, value in table.items():
         if re.search(rf"\b{re.escape(key)}\b", message):
             yield (key,)
@@ -206,13 +214,13 @@ def _unknown(error: ErrorDetails) -> bool:
 
 
 def instead(word: str, known: Collection[str]) -> str:
-    """Return a suggestion for a misspelt word, or else all known words."""
+    """Return a suggestion for a misspelt word: the most similar known word, or else all known words."""
     close = get_close_matches(word, known, n=1)
     return f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
 
 
 def _keys_at(path: toml_places.Path) -> list[str]:
-    """Return the allowed keys of the table at this path."""
+    """Return the keys that the scene schema allows in the table `path`."""
     schema = node = scene_schema()
     for part in path:
         node = _definition(schema, node)
@@ -224,6 +232,6 @@ def _keys_at(path: toml_places.Path) -> list[str]:
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition that a node refers to; the node may be optional."""
+    """Return the definition to which a node of the JSON Schema refers, or the node itself."""
     node = node["anyOf"][0] if "anyOf" in node else node
     return schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node

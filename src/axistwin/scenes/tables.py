@@ -35,7 +35,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return type and field of a table's key for a parameter of a fault; the fault checks the value later."""
+    """Return the pydantic type and field of the scene key for a parameter of a fault."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
@@ -48,19 +48,19 @@ FAULT_PARAMETERS: dict[str, Any] = {
 
 
 class Table(BaseModel):
-    """Base class of the tables of a scene: unknown keys are errors."""
+    """Base class of the tables of a scene, in which unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 
 
 def _valued(check: Callable[[Any], object]) -> AfterValidator:
-    """Return a validator that calls `check` and returns the value unchanged."""
+    """Return a pydantic validator that calls `check` and keeps the value unchanged."""
 
     def checked(given: Any) -> Any:
         try:
             check(given)
         except UsageError as error:
-            raise ValueError(str(error)) from None
+            raise ValueError(f"invalid unit: {error}") from None
         return given
 
     return AfterValidator(checked)
@@ -86,17 +86,17 @@ _SPAN = {"type": "array", "minItems": 2, "maxItems": 2, "items": _POSITION}
 
 
 def _in_counts(given: Any, info: ValidationInfo) -> Any:
-    """Convert a position with a unit to counts."""
+    """Convert a position with a unit, e.g. "12.5 mm", to counts."""
     if not isinstance(given, str):
         return given
-    if "units" not in info.data:  # pydantic already reports the error in `units`
+    if "units" not in info.data:  # `units` is invalid, and pydantic already reports that error
         return 0
     table = info.data["units"]
     units = None if table is None else MachineUnits.given(table.model_dump())
     try:
         return machine_units.position(given, units)
     except UsageError as error:
-        raise ValueError(str(error)) from None
+        raise ValueError(f"invalid position: {error}") from None
 
 
 Count = Annotated[int, BeforeValidator(_in_counts)]
@@ -124,13 +124,13 @@ class AxisTable(Table):
     @classmethod
     def _in_order(cls, ends: tuple[int, int] | None) -> tuple[int, int] | None:
         if ends is not None and ends[0] > ends[1]:
-            raise ValueError("expected the lower position first")
+            raise ValueError("expected the lower position before the higher position, e.g. [0, 1000]")
         return ends
 
 
 def _possible(path: Path) -> Path:
     if "\0" in str(path):
-        raise ValueError("a file name cannot contain NUL")
+        raise ValueError("a file name cannot contain the character NUL")
     return path
 
 
@@ -144,7 +144,7 @@ Files = Annotated[list[File], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 def _values(made: type[Any], **more: Any) -> dict[str, Any]:
-    """Return the keys of a data sheet for the JSON Schema; the axis checks the values."""
+    """Return the JSON Schema of a data sheet with its keys.  The axis checks the values later."""
     numbers = {each.name: {"type": "integer" if each.name in WHOLE else "number"} for each in fields(made)}
     return {"type": "object", "properties": {**more, **numbers}, "additionalProperties": False}
 
@@ -259,7 +259,7 @@ Name = Annotated[str, Field(pattern=r"^[\w-]+$")]
 
 
 class FaultTerms(Table):
-    """The terms of one fault of a scene."""
+    """The keys that all faults of a scene have in common, e.g. place, start time and duration."""
 
     kind: Annotated[str, Field(json_schema_extra={"enum": list(KINDS)})]
     """Kind of fault; `axistwin faults` lists them."""
@@ -280,7 +280,7 @@ class FaultTerms(Table):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Parameters of this kind of fault."""
+        """Values of the parameters that only this kind of fault has, by name."""
         return self.model_dump(exclude_none=True, exclude=set(FaultTerms.model_fields))
 
 
@@ -291,7 +291,7 @@ Acts = Annotated[list[str], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 class ScriptTable(Table):
-    """An entry of the script: actions at the machine, all at the same time."""
+    """An entry of the script: actions at the machine, all of them at one time."""
 
     at: Annotated[float, Field(ge=0)]
     """Time, in seconds from the beginning."""
@@ -449,7 +449,7 @@ class SelectorTable(Table):
 
 
 class OperatorTable(Table):
-    """An operator panel, shown by the panel."""
+    """The operator panel of the machine, with buttons, lamps and selector switches."""
 
     button: list[ButtonTable] = []
     """Buttons, one [[operator.button]] each."""
@@ -499,7 +499,7 @@ def scene_schema() -> dict[str, Any]:
 
 
 def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:
-    """Yield the lines shared by motors: kind, name, table and place."""
+    """Yield the kind, the name, the table and the place of each line that motors share."""
     for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
         for number, table in enumerate(tables):
             yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)

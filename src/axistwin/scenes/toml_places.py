@@ -35,7 +35,7 @@ def places(text: str) -> dict[Path, Place]:
 
 
 def spans(text: str) -> dict[Path, tuple[int, int]]:
-    """Return the begin and end of each table header and of each key's value in the text."""
+    """Return the start and end index of each table header and each key's value in a TOML text."""
     scanner = _Scanner(text)
     for _ in scanner.scan():
         pass
@@ -43,7 +43,7 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """Return the place of a path in the file, or else of the smallest part that contains the path."""
+    """Return the line and column of a key in a TOML text, or else of the table around the key."""
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
@@ -53,10 +53,10 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # number of [[name]] headers that have been read, by name
+        self.tables: dict[Path, int] = {}  # `tables` counts the [[name]] headers that have been read, by name
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
-        """Yield the place of each header, and of each key and value after a header."""
+        """Yield the line and column of each table header, key and list element in the text."""
         table: Path = ()
         while found := _TOKENS.match(self.text, self.at):
             begin, self.at = self.at, found.end()
@@ -106,7 +106,7 @@ class _Scanner:
             number += 1
 
     def _skip_to_bracket(self, bracket: str) -> bool:
-        """Skip blanks, commas and comments; return True if the bracket or the end of the text is next."""
+        """Skip blanks, commas and comments.  Return True if the closing bracket or the end of the text follows."""
         while (found := _TOKENS.match(self.text, self.at)) and found["blank"]:
             self.at = found.end()
         closed = self.text.startswith(bracket, self.at)
@@ -119,7 +119,10 @@ class _Scanner:
         return (*path, number)
 
     def _absolute(self, keys: Path) -> Path:
-        """Convert keys to a path: `controller.axes` after the second [[controller]] is ("controller", 1, "axes")."""
+        """Convert keys to a path with list indexes, e.g. ("controller", 1, "axes").
+
+        This path is that of `controller.axes` after the second [[controller]].
+        """
         path: Path = ()
         for key in keys[:-1]:
             path = (*path, key)

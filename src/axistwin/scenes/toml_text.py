@@ -9,7 +9,7 @@ from axistwin.errors import UsageError
 
 
 def toml(table: Mapping[str, Any]) -> str:
-    """Return a TOML document with one line per key; a table in a list takes one line."""
+    """Return a TOML document with one line per key, and one line for each table in a list."""
     lines = []
     for key, value in table.items():
         if isinstance(value, list) and value:
@@ -21,7 +21,10 @@ def toml(table: Mapping[str, Any]) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Format a value as TOML on one line; keys with None are left out.  Raises UsageError for an impossible type."""
+    """Format a value as TOML on one line, without keys whose value is None.
+
+    Raises UsageError for a type that TOML does not have.
+    """
     match value:
         case bool():
             return str(value).lower()

@@ -12,7 +12,7 @@ log = getLogger("axistwin")
 
 
 class Break:
-    """A breakpoint that can be switched on and off.  `once`: True if it stops the bench only once."""
+    """A breakpoint that can be switched on and off.  `once`: True if the breakpoint stops the bench only once."""
 
     def __init__(self, sentence: str, bench: Bench, on_hit: Callable[["Break"], None], *, once: bool = False) -> None:
         self.sentence, self.once = sentence, once
@@ -28,7 +28,10 @@ class Break:
 
     @property
     def on(self) -> bool:
-        """True if the breakpoint is on.  Setting True raises UsageError for a sentence that does not fit the bench."""
+        """True if the breakpoint is switched on.
+
+        Setting True raises UsageError for a sentence that does not fit the bench.
+        """
         return self._on
 
     @on.setter
@@ -39,13 +42,16 @@ class Break:
         self._on = bool(on)
 
     def suspend(self) -> None:
-        """Suspend the breakpoint until `resume`."""
+        """Disable the breakpoint until `resume`."""
         unsubscribe, self._unsubscribe = self._unsubscribe, None
         if unsubscribe is not None:
             unsubscribe()
 
     def resume(self, bench: Bench) -> None:
-        """Resume the breakpoint on this bench; switch it off if its sentence does not fit the bench."""
+        """Restore a suspended breakpoint on a bench.
+
+        A breakpoint whose sentence does not fit the bench is switched off.
+        """
         self._bench = bench
         try:
             self.on = self._on

@@ -29,7 +29,7 @@ REPEATING = "the run is being repeated"
 
 
 class ExternalInput:
-    """Performs and records external input on the present bench of a session."""
+    """Performs external input (actions of users and hosts) on the present bench of a session, and records the input."""
 
     def __init__(self, pacer: Pacer) -> None:
         self.pacer, self.journal = pacer, Journal()
@@ -41,7 +41,9 @@ class ExternalInput:
         self._server: Server | None = None
 
     def attach(self, bench: Bench) -> None:
-        """Connect the session's ports to this bench.  Clients stay connected, and the bench's ports are not changed.
+        """Connect the ports of the session to a new bench; clients stay connected.
+
+        The settings of the bench's ports are not changed.
 
         Raises UsageError, without any change, if the bench has no port of a name that is in use.  Not allowed while the
         bench is being advanced.
@@ -59,21 +61,24 @@ class ExternalInput:
         self.pacer.pace(bench.clock)
 
     def serial(self, name: str) -> RecordedPort:
-        """Return the port of an endpoint for a host; the host's actions are recorded.  Raises UsageError."""
+        """Return the serial port of an endpoint; the port records each action of the host.  Raises UsageError."""
         if name not in self._ports:
             self._ports[name] = RecordedPort(self.bench.port(name), partial(self._record_line_act, name))
             self._ports[name].mute(self._muted)
         return self._ports[name]
 
     def bus(self, name: str) -> RecordedBus:
-        """Return the registers of a board for a host; the host's actions are recorded.  Raises UsageError."""
+        """Return a port to the registers of a board; the port records each action of the host.
+
+        Raises UsageError for an unknown name, or for a controller without registers.
+        """
         if name not in self._buses:
             self._buses[name] = RecordedBus(self.bench[name].bus, partial(self._record_bus_act, name))
             self._buses[name].mute(self._muted)
         return self._buses[name]
 
     def serve(self, server: Server) -> None:
-        """Add a server whose clients are also blocked during a replay."""
+        """Add a server of real ports.  During a replay, the clients of this server are blocked."""
         self._server = server
         server.bench = self.bench
         if self._muted:
@@ -102,11 +107,11 @@ class ExternalInput:
 
     def _text(self, file: str) -> str:
         if file not in self.texts:
-            raise UsageError(f"unknown program {file}: load it with its text first")
+            raise UsageError(f"unknown program {file}: expected the name of a program that this session has loaded")
         return self.texts[file]
 
     def prepare(self, act: Act) -> Callable[[], None]:
-        """Check an action of a user; return a function that performs and records it.  Raises AxistwinError."""
+        """Check an action of a user, and return a function that performs and records it.  Raises AxistwinError."""
         check(act)
         return partial(self._do, act, self.runner.prepare(act))
 
@@ -116,22 +121,25 @@ class ExternalInput:
             do()
         except AxistwinError:
             if isinstance(act, Do) and act.target == LOAD:
-                self._record(act)  # recorded before it is performed, so that a failing load also fails in a replay
+                self._record(act)  # a failed load is recorded, so that a replay fails in the same way
             raise
         else:
             self._record(act)
         finally:
-            self.pacer.work()  # plan again even after an error: the action may already have scheduled events
+            self.pacer.work()  # the pacer plans again, because even a failed action may schedule events
 
     def replay(self, act: Act) -> None:
-        """Perform a recorded action again; log an error."""
+        """Perform a recorded action again; if the action fails, log the error."""
         try:
             self.runner.prepare(act)()
         except AxistwinError as error:
             log.warning("%s", error)
 
     def _record_line_act(self, name: str, act: LineAct) -> None:
-        """Record an action of a host before it is performed, unless the bench itself performs it."""
+        """Record a host's action at a serial line, before the action is performed.
+
+        Actions that the bench itself performs are not recorded.
+        """
         if self.pacer.advancing or (isinstance(act, SetLine) and not self.bench.port(name).handshake):
             return
         if isinstance(act, Write):
@@ -158,7 +166,9 @@ class ExternalInput:
 
 
 class Replay:
-    """Replays the recorded actions of a journal on a bench, each after all other events of its time.
+    """Replays the recorded actions of a journal on a bench.
+
+    Each action is performed after all other events of its time.
 
     `on_end` is called at `end_ns`, after the last recorded action.
     """
@@ -174,11 +184,11 @@ class Replay:
         self._schedule_next()
 
     def is_due_by(self, time_ns: int) -> bool:
-        """True if a recorded action up to this time has not been performed yet."""
+        """True if the next recorded action or the end of the replay is due at or before `time_ns`."""
         return self._next_ns <= time_ns
 
     def abandon(self) -> Tail:
-        """End the replay; delete the remaining actions from the journal, and return them."""
+        """End the replay early.  Delete the actions that remain in the journal, and return them."""
         self._cancel()
         return self.journal.truncate(self._cursor)
 

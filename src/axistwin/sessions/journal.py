@@ -20,7 +20,7 @@ BYTES_PER_ACT = 400
 
 @dataclass(frozen=True)
 class Moment:
-    """The actions between two advances of the clock, which have the same time."""
+    """The actions that occur at one time, between two advances of the clock."""
 
     time_ns: int
     acts: tuple[Act, ...]
@@ -50,7 +50,10 @@ class Tail:
 
 
 class Journal:
-    """The recorded moments in order of time.  A full journal accepts no more actions."""
+    """The recorded actions of users and hosts, in order of time.
+
+    A full journal accepts no more actions.
+    """
 
     def __init__(self, max_bytes: int = MAX_BYTES) -> None:
         self.full_ns: int | None = None
@@ -69,7 +72,10 @@ class Journal:
         return len(self._data) + self._texts
 
     def add(self, time_ns: int, clock_pass: int, act: Act) -> bool:
-        """Append an action at this time, after `clock_pass` clock advances; return False if the journal is full."""
+        """Append an action to the journal; return False if the journal is full.
+
+        `clock_pass`: number of clock advances before the action.
+        """
         if self.full_ns is None and self.bytes > self._max_bytes:
             self.full_ns = time_ns
         if self.full_ns is not None:
@@ -81,7 +87,7 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Return the moment after `cursor` and the position after this moment; None at the end."""
+        """Return the next moment after `cursor`, and the cursor after that moment; None at the end of the journal."""
         if cursor.offset >= len(self._data):
             return None
         word, offset = self._get(cursor.offset)
@@ -103,12 +109,12 @@ class Journal:
             yield moment
 
     def truncate(self, cursor: Cursor) -> Tail:
-        """Delete all moments after this position, and return them for `restore`."""
+        """Delete all moments after `cursor`, and return the deleted part for `restore`."""
         tail = Tail(
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # forgets the actions that were first used after the cut
+        for act in self._acts[cursor.known :]:  # an action that only the deleted part contains loses its number
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]
@@ -116,7 +122,10 @@ class Journal:
         return tail
 
     def restore(self, tail: Tail) -> None:
-        """Undo `truncate`: replace all moments after the position of `tail` by the deleted ones."""
+        """Undo `truncate`: put the deleted moments back at the end of the journal.
+
+        All moments after the position of `tail` are replaced.
+        """
         self.truncate(tail.cursor)
         self._data += tail.data
         for act in tail.acts:
@@ -131,7 +140,10 @@ class Journal:
         return number
 
     def _put(self, number: int) -> None:
-        """Append a number with seven bits per byte, low bits first; the highest bit is clear in the last byte."""
+        """Append a number in a variable number of bytes: seven bits per byte, low bits first.
+
+        The highest bit is clear in the last byte.
+        """
         while number > 0x7F:
             self._data.append(number & 0x7F | 0x80)
             number >>= 7
@@ -152,4 +164,6 @@ def _size(act: Act) -> int:
 def check(act: Act) -> None:
     """Raise UsageError for a value that cannot be written in one line of a scene or a conversation."""
     if isinstance(act, Do) and (";" in act.value or "\n" in act.value):
-        raise UsageError(f"invalid value in {act.target} {act.value!r}: expected neither ; nor a new line")
+        raise UsageError(
+            f"invalid value {act.value!r} of the action {act.target}: expected one line without a semicolon"
+        )

@@ -15,7 +15,9 @@ OFF_S = 0.1
 
 
 def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:
-    """Check a program; return the name to store it: its file name, or a numbered name if this name is in use.
+    """Check a program before loading, and return the name under which the program is stored.
+
+    The name is the file name, or a numbered name if the file name is in use.
 
     Raises ProgramError with file, line and column; UsageError.
     """
@@ -24,7 +26,7 @@ def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[st
         raise UsageError(f"cannot load {filename}: expected SmartMotor source (.sms) or command lines (.if1, .181x)")
     check_kind(file, controller.product)
     if controller.product.attend is None and name not in bench.ports:
-        raise UsageError(f"cannot load into {name}: it shares its serial line with other controllers")
+        raise UsageError(f"cannot load a program into {name}: expected a controller with its own serial line")
     for found in diagnose_text(text, file.suffix.lower(), controller.product, filename):
         if found.severity is Severity.ERROR:
             raise ProgramError(

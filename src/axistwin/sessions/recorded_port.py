@@ -29,7 +29,10 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """A control line of a device on the present bench; its changes are not reported while it is muted."""
+    """A control line of a device that a session can mute during a replay.
+
+    While the line is muted, its changes are not reported.
+    """
 
     def __init__(self, pin: Pin) -> None:
         super().__init__(pin.clock, pin.name, output=True)
@@ -37,17 +40,20 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Connect to the control line of another bench."""
+        """Connect this line to the control line of a new bench."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     @property
     def level(self) -> bool:
-        """Level of the line on the present bench."""
+        """Present level of the control line."""
         return self._line.level
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting; at the end, report a level that has changed since the beginning."""
+        """Stop or resume the reports of level changes.
+
+        At the end of muting, report a level that has changed since the beginning.
+        """
         if on is self._muted:
             return
         self._muted = on
@@ -62,7 +68,10 @@ class MutableLine(Pin):
 
 
 def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
-    """Return a property that forwards to `present`; assignments are recorded as the action `act`, if given."""
+    """Create a property that reads an attribute of `present`, and records each assignment as an action.
+
+    `act`: class of the action; None for a property that cannot be set.
+    """
 
     def assign(recorded: "RecordedHost | RecordedPort", value: object) -> None:
         assert act is not None, "the property can be set"
@@ -72,7 +81,7 @@ def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
 
 
 class RecordedHost:
-    """The host's end of a serial line; every assignment to an attribute is recorded as an action."""
+    """The host's end of a serial line, which records each change of a setting as an action."""
 
     format: UartFormat = _forwarded("format", SetFormat)
     dtr: bool = _forwarded("dtr", partial(SetLine, "dtr"))
@@ -87,12 +96,12 @@ class RecordedHost:
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
-        """Record an action of the host, then perform it."""
+        """Record an action of the host, then perform the action."""
         self._port.do(act, lambda port: perform(port.host))
 
 
 class RecordedPort:
-    """A serial port for a host.  `record` is called with each action of the host before it is performed."""
+    """A serial port that records each action of its host by a call of `record`, before the action is performed."""
 
     flow: Flow = _forwarded("flow", SetFlow)
     held: bool = _forwarded("held", Hold)
@@ -110,7 +119,7 @@ class RecordedPort:
         self._unsubscribe = port.subscribe_received(self._received)
 
     def attach(self, port: SerialPort) -> None:
-        """Connect to the port of another bench, without changing its settings."""
+        """Connect this port to the serial port of a new bench, without changing the settings of that port."""
         self._unsubscribe()
         self.present = port
         self._unsubscribe = port.subscribe_received(self._received)
@@ -118,20 +127,21 @@ class RecordedPort:
         self.rts_line.attach(port.rts_line)
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting.  At the end, repeat the host's settings that this bench, at an earlier virtual time,
-        lacks.
+        """Mute the port during a replay, or end the muting.
+
+        At the end, repeat the host's settings that this bench, at an earlier virtual time, lacks.
         """
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # the bench that has been replayed does not have this setting yet
+                if set_ns > now_ns:  # the new bench lacks a setting that the host made at a later time
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
 
     def do(self, act: LineAct, perform: Callable[[SerialPort], object]) -> None:
-        """Record an action of the host, then perform it."""
+        """Record an action of the host, then perform the action."""
         self._record(act)
         if isinstance(act, SetFormat | SetLine | SetFlow | Hold):
             kind = act.line if isinstance(act, SetLine) else type(act)
@@ -147,7 +157,7 @@ class RecordedPort:
         return self.present.read()
 
     def send_break(self, seconds: float) -> None:
-        """Hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
+        """Send a break: hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
         check_break(seconds)
         self.do(SendBreak(seconds), lambda port: port.send_break(seconds))
 
@@ -156,52 +166,58 @@ class RecordedPort:
         self.do(DropPending(), lambda port: port.drop_pending())
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
-        """Call `callback(byte, errors)` for each received character.  Return an unsubscribe function."""
+        """Call `callback(byte, errors)` for each character that the host receives.  Return an unsubscribe function."""
         return self._receives.subscribe(callback)
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # the replay repeats a character that the host has already received
+            self.present.read()  # the host has already received this character before the replay
         else:
             self._receives.emit(byte, errors)
 
 
 class RecordedBus:
-    """The registers of a board.  `record` is called with each action that changes the board, before it is performed."""
+    """The registers of a board; each host action that changes the board is recorded by a call of `record`.
+
+    `record` is called before the action is performed.
+    """
 
     def __init__(self, bus: RegisterPort, record: Callable[[BusAct], object]) -> None:
         self.present, self._record = bus, record
         self.interrupt_line = MutableLine(bus.interrupt_line)
 
     def attach(self, bus: RegisterPort) -> None:
-        """Connect to the registers of another bench, without changing their contents."""
+        """Connect this port to the board of a new bench, without changing the registers."""
         self.present = bus
         self.interrupt_line.attach(bus.interrupt_line)
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting."""
+        """Stop reports of the interrupt line to the host if `on` is True; otherwise resume the reports."""
         self.interrupt_line.mute(on)
 
     @property
     def interrupt(self) -> bool:
-        """True while the board interrupts the host."""
+        """True while the board activates its interrupt line to the host."""
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:
-        """Read a register.  A read of the status byte changes nothing."""
+        """Read a register of the board.
+
+        A read of the status byte is not recorded, because it changes nothing.
+        """
         if offset == DATA:
             self._report(ReadData())
         return self.present.read(offset)
 
     def write(self, offset: int, value: int) -> None:
-        """Write a register."""
+        """Write a byte to a register of the board."""
         check_byte("offset", offset, CONTROL)
         check_byte("value", value)
         self._report(WriteRegister(offset, value))
         self.present.write(offset, value)
 
     def init(self) -> None:
-        """Activate the bus's reset line."""
+        """Activate the reset line of the bus."""
         self._report(Init())
         self.present.init()
 

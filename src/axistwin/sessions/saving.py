@@ -28,17 +28,20 @@ _HEADER = re.compile(r"^; host: (.+)$", re.MULTILINE)
 def files(
     scene: Scene | None, served: bool, bench: Bench, journal: Journal, programs: dict[str, str], end_ns: int
 ) -> dict[str, str]:
-    """Return the texts of the scene and its files, by name.  Raises UsageError for an action that no scene can have."""
+    """Return the files of a saved session, by name: the scene, its programs and its conversations.
+
+    Raises UsageError for an action that no scene can contain.
+    """
     found = Files()
     if scene is not None:
-        found.texts.update(scene.programs)  # the scene's script may load these files by name, so their names are kept
+        found.texts.update(scene.programs)  # programs keep their names, because the scene's script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # number of earlier sessions whose conversations the scene contains
+    before = max(map(rank_of, headers), default=0)  # `before` is the number of saved sessions that the scene contains
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # with an earlier session in the scene, actions in a script would be performed too early
+        # a script would perform actions too early if the scene contains an earlier session
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -62,7 +65,7 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if all actions of the moment are actions of users on one controller."""
+    """True if all actions of a moment are manual actions on one controller, as a script needs."""
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
         for act in moment.acts
@@ -70,14 +73,17 @@ def _is_script(moment: Moment) -> bool:
 
 
 def _names_a_fault(act: Do) -> bool:
-    """True if the action refers to another fault by name; a script would have to define that fault first."""
+    """True if the action refers to another fault by name.
+
+    A script would have to define that fault first.
+    """
     if act.target == "mend":
         return act.value.strip("\"'") not in (*KINDS, "all")
     return act.target == "fault" and (" begins" in act.value or " ends" in act.value)
 
 
 class _Conversations:
-    """The conversations of a saved session, by name of the endpoint."""
+    """The conversations of a saved session; each conversation belongs to one endpoint."""
 
     def __init__(self, bench: Bench, rank: int) -> None:
         self.bench = bench
@@ -86,7 +92,10 @@ class _Conversations:
         self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """Append actions that have the same time.  A replay performs them after all other events of this time."""
+        """Append actions that have the same time to a conversation.
+
+        A replay performs these actions after all other events of this time.
+        """
         moments = list(moments)
         name = self._endpoint_of(act for moment in moments for act in moment.acts)
         acts = self._acts.setdefault(name, [])
@@ -96,18 +105,18 @@ class _Conversations:
             self._end_ns[name] = time_ns
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Yield each conversation's name and text."""
+        """Yield the name and the text of each conversation."""
         for name, acts in self._acts.items():
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the name of the endpoint whose conversation contains these actions."""
+        """Choose the endpoint whose conversation stores the given actions, and return its name."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return the action; leave out the name of its controller if it equals `name`."""
+        """Return a copy of an action; omit its controller if the conversation belongs to that controller."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

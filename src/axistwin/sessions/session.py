@@ -40,7 +40,7 @@ DRAIN_EVERY = 1 << 12
 
 
 class State(Enum):
-    """State of a session.  Here, *moving* means that a `step` or a `go_to` is in progress."""
+    """State of a session; *moving* means that a `step` or a `go_to` is in progress."""
 
     IDLE = auto()
     """Paused at the beginning, or after a completed move."""
@@ -60,7 +60,7 @@ UNDO_S = 10.0
 
 @dataclass(frozen=True)
 class Forgotten:
-    """The deleted part of a recording."""
+    """The deleted part of a recording, which `undo` can restore."""
 
     at_ns: int
     """Virtual time at which the part was deleted."""
@@ -72,7 +72,9 @@ class Forgotten:
 
 
 class Session:
-    """Controls one bench at a time, created by `build`.
+    """An interactive session, which controls one bench at a time.
+
+    `build` creates a bench.
 
     `speed`: multiple of real time; None: as fast as possible.  `scene`: the scene that `build` builds; needed for
     `save`.  `served`: the scene was built without hosts for controllers with ports.  `run` needs a running event loop.
@@ -108,35 +110,42 @@ class Session:
 
     @property
     def title(self) -> str:
-        """Title of the scene, or names of the controllers."""
+        """Title of the scene; without a title, the names of the controllers."""
         return (self._scene.title if self._scene is not None else "") or ", ".join(self.bench.controllers)
 
     @property
     def operator(self) -> OperatorTable:
-        """The operator panel of the scene; empty without one."""
+        """Table of the scene that describes the operator panel; empty for a scene without this table."""
         return OperatorTable() if self._scene is None else self._scene.operator
 
     @property
     def finished(self) -> bool:
-        """True if the scene has a script or hosts, all have ended, and no event is due."""
+        """True if the scene's script and hosts have ended, and no event is due.
+
+        Always False for a scene without a script and without hosts.
+        """
         bench = self.bench
         has_plan = bool(bench.planned or bench.senders or bench.attendants)
         return has_plan and bench.clock.quiet and bench.now >= bench.agenda_ns
 
     @property
     def seconds(self) -> float:
-        """Virtual time of the last advance, in seconds.  While no event is due, the bench is not advanced, so this time
-        can be in the past.
+        """Virtual time up to which the bench has been advanced, in seconds.
+
+        While no event is due, the bench is not advanced, so this time can be in the past.
         """
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach` now with the present bench, and later with each new bench before its first event."""
+        """Call `attach` with the present bench, and later with each bench that replaces it.
+
+        Each new bench is attached before its first event.
+        """
         self._attached.append(attach)
         attach(self.bench)
 
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False, share: bool = False) -> Server:
-        """Create the server of real ports.  Its clients stay connected when the bench is replaced."""
+        """Create the server for hosts at real ports.  Its clients stay connected when the bench is replaced."""
         self.pacer.sync()
         resets = self._power_cycle if reset else False
         self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=resets, access=self.input, share=share)
@@ -150,7 +159,7 @@ class Session:
 
     @property
     def journal(self) -> Journal:
-        """The journal of external input."""
+        """The journal, which records the external input of the session."""
         return self.input.journal
 
     # Actions of users
@@ -160,15 +169,17 @@ class Session:
         self._do(Do(target, value, controller=who))
 
     def say(self, name: str, data: bytes) -> None:
-        """Send data as a host to this endpoint: characters; to a board on a bus, a whole command.
+        """Send data to an endpoint, as a host does.
+
+        The data are characters; for a board on a bus, one whole command.
 
         Raises AxistwinError for an unknown name or an invalid command.
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # raises ProgramError for a command that could not be read from a recording
+            codec.read(codec.show(data))  # `read` raises ProgramError for a command that no recording can contain
         else:
-            self.bench.port(name)  # raises UsageError for an unknown name
+            self.bench.port(name)  # `port` raises UsageError for an unknown endpoint
         self._do(Say(data, controller=name))
 
     def load(self, name: str, filename: str, text: str) -> None:
@@ -194,7 +205,7 @@ class Session:
         do()
 
     def _power_cycle(self, name: str) -> None:
-        """Switch all controllers at this endpoint off and on."""
+        """Switch the power of all controllers at an endpoint off and on."""
         line = self.bench.lines.get(name)
         for motor in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             for level in ("off", "on"):
@@ -202,7 +213,7 @@ class Session:
 
     def _check_free(self) -> None:
         if self.busy:
-            raise UsageError(f"cannot act during a step or go_to, now at {self.seconds:.3f} s: wait for its end")
+            raise UsageError(f"no action is possible at {self.seconds:.3f} s: wait for the end of `step` or `go_to`")
 
     # Time
 
@@ -213,7 +224,7 @@ class Session:
 
     @property
     def running(self) -> bool:
-        """True while virtual time passes."""
+        """True while the session runs, so that virtual time passes."""
         return self._state is State.RUNNING
 
     @property
@@ -226,24 +237,24 @@ class Session:
         self.pacer.speed = speed
 
     def wait(self) -> None:
-        """Let virtual time start when the first host or browser connects (`welcome`)."""
+        """Delay the start of virtual time until the first host or browser connects."""
         self.waiting = True
 
     def welcome(self) -> None:
-        """Start virtual time if the session waits for a host or a browser."""
+        """Start to run if the session waits for the first host or browser."""
         if self.waiting and not self.busy:
             self.run()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Return the result of `read`, which reads the state of the bench at the present time."""
+        """Call `read` at the present virtual time, and return its result."""
         return self.pacer.inspect(read) if self.running else read()
 
     def run(self) -> None:
-        """Start virtual time."""
+        """Run the bench until a pause, a breakpoint or an error."""
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
-        self.pacer.agenda_ns = self.bench.agenda_ns  # a run must reach at least the end of the scene's script
+        self.pacer.agenda_ns = self.bench.agenda_ns  # a run lasts at least until the end of the scene's script
         self.pacer.start()
 
     def pause(self) -> None:
@@ -254,8 +265,8 @@ class Session:
         self._halt("")
 
     async def step(self, kind: str) -> bool:
-        """Advance to the next event of a kind, and pause.  Returns False if no such event follows within 60 virtual
-        seconds.
+        """Advance to the next event of the given kind, and pause.  Returns False if no such event occurs within 60
+        virtual seconds.
 
         "event": a change of a pin, a message, a fault, or the start or end of a motion.  "character": the same, but
         each character of a message is an event.  "move": the start or end of a motion.  "statement": the start of a
@@ -281,18 +292,21 @@ class Session:
         return self.breaks[-1]
 
     def remove_break(self, which: Break) -> None:
-        """Remove a breakpoint; no error if already removed."""
+        """Remove a breakpoint; no effect if the breakpoint has been removed before."""
         which.on = False
         self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
-        """Run until the event that `sentence` describes, or until a breakpoint.  Raises UsageError."""
+        """Run until a breakpoint or until the event that `sentence` describes, e.g. "table.X passes 1000".
+
+        Raises UsageError for an invalid sentence.
+        """
         self._check_free()
         self._set_target(Break(sentence, self.bench, self._hit, once=True))
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance a step by one slice of real time; return False if no event is left."""
+        """Continue a step for one slice of real time; return False if no event is left."""
         return steps.advance(
             self.bench,
             lambda: min(end_ns, observer.end_ns),
@@ -300,17 +314,17 @@ class Session:
         )
 
     def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
-        """Run to a time for at most one slice of real time; return True at this time."""
+        """Run until `time_ns` or for one slice of real time; return True if `time_ns` is reached."""
         return steps.run_to(self.bench.clock, time_ns, lambda: self._state is not State.MOVING or over())
 
     def _hit(self, which: Break) -> None:
-        """Stop at a breakpoint, after all other events of the same time."""
+        """Pause the session at a breakpoint."""
         self.pacer.stop()
         if self._state not in (State.HALTED, State.MOVE_HALTED):
             self._halt(which.sentence if which.once else f"break: {which.sentence}")
 
     def _on_failure(self, error: AxistwinError) -> None:
-        """Pause after an action that was planned earlier has failed; during `go_to`, only log the error."""
+        """Pause the session after a planned action has failed; during `go_to`, only log the error."""
         log.warning("%s", error)
         if self.progress is None:
             self.pacer.stop()
@@ -329,7 +343,10 @@ class Session:
 
     @property
     def recorded_seconds(self) -> float:
-        """End of the recording in virtual seconds; `go_to` accepts any time up to it."""
+        """End of the recording in virtual seconds.
+
+        `go_to` accepts any time up to this end.
+        """
         return to_seconds(self._recorded)
 
     @property
@@ -346,7 +363,7 @@ class Session:
         """Go to a recorded time, back or forward, and pause.  Raises UsageError for a time that is not recorded."""
         time_ns = to_ns(seconds)
         if not 0 <= time_ns <= self._recorded:
-            raise UsageError(f"{seconds:g} s is not recorded: expected 0 to {self.recorded_seconds:.3f} s")
+            raise UsageError(f"time {seconds:g} s is not recorded: expected 0 to {self.recorded_seconds:.3f} s")
         self.pause()
         with self._moving():
             if time_ns < self.bench.now:
@@ -354,7 +371,7 @@ class Session:
             await self._advance_to(time_ns)
 
     def restart(self) -> None:
-        """Go to time 0, delete the recording, and start virtual time.  `undo` restores the recording."""
+        """Go to virtual time 0, delete the recording, and run.  `undo` restores the recording."""
         self.pause()
         with self._moving():
             for each in self.breaks:
@@ -366,13 +383,15 @@ class Session:
         self.run()
 
     async def advance_to(self, seconds: float) -> None:
-        """Run at full speed to a later time, and continue as before.  A breakpoint ends the move.
+        """Run at full speed to a later virtual time, and then continue as before.
+
+        A breakpoint ends the move.
 
         Raises UsageError for an earlier time.
         """
         time_ns, was_running = to_ns(seconds), self.running
         if time_ns < self.bench.now:
-            raise UsageError(f"{seconds:g} s has already passed: expected a time after {self.seconds:.3f} s")
+            raise UsageError(f"time {seconds:g} s has already passed: expected a time after {self.seconds:.3f} s")
         self.pause()
         with self._moving():
             since_ns = self.bench.now
@@ -395,11 +414,11 @@ class Session:
 
     @property
     def undo_seconds(self) -> float:
-        """Seconds of wall-clock time for which `undo` is still possible; 0 if it is impossible."""
+        """Remaining seconds of real time in which `undo` is possible; 0 if `undo` is impossible."""
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
     async def undo(self) -> None:
-        """Restore the recording that was deleted last, at the time of its deletion, and pause.  Raises UsageError."""
+        """Restore the recording that was deleted last, and pause at the time of its deletion.  Raises UsageError."""
         self._check_free()
         found, self._forgotten = self._forgotten, None
         if found is None:
@@ -417,11 +436,11 @@ class Session:
         return ns if full_ns is None else min(ns, max(0, full_ns - 1))
 
     def _restart(self, recorded_ns: int) -> None:
-        """Replace the bench by a new one at time 0, and start the replay, which ends at `recorded_ns`."""
+        """Build a new bench at time 0, and begin to replay the recording up to `recorded_ns`."""
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # an exception leaves the session unchanged
+        bench = self._build()  # an exception of `_build` leaves the session unchanged
         self.input.mute()
         self.bench = bench
         for attach in self._attached:
@@ -431,14 +450,14 @@ class Session:
         self._replay = Replay(self.bench.clock, self.journal, self.input.replay, recorded_ns, self._end_slice)
 
     def advance(self, time_ns: int) -> None:
-        """Advance a paused session to a time in nanoseconds.  Raises UsageError while virtual time passes by itself."""
+        """Advance a paused session to a virtual time in ns.  Raises UsageError for a running session."""
         self._check_free()
         if self.running:
-            raise UsageError("the session runs: pause it first")
+            raise UsageError("cannot advance a running session: pause the session first")
         self.pacer.advance_slice(lambda _: self.bench.clock.run_to(time_ns))
 
     async def _advance_to(self, time_ns: int) -> None:
-        """Advance to a time without stopping at breakpoints."""
+        """Advance virtual time to `time_ns` without stopping at breakpoints."""
         since_ns = self.bench.now
         for each in self.breaks:
             each.suspend()
@@ -455,7 +474,7 @@ class Session:
 
     @contextmanager
     def _moving(self) -> Iterator[None]:
-        """Mark the session as busy within a `with` block."""
+        """Mark the session as busy until the end of a `with` block."""
         self._state, self.waiting = State.MOVING, False
         try:
             yield
@@ -465,15 +484,15 @@ class Session:
 
     @property
     def _replayed(self) -> bool:
-        """True if all recorded input has been replayed, but `_end_replay` has not been called yet."""
+        """True if the replay has finished, but `_end_replay` has not been called yet."""
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """Let the pacer end its present slice, and then call `_after_advance`."""
+        """End the present time slice of the pacer, so that `_after_advance` handles the end of the replay."""
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
-        """Handle the end of a replay and of a breakpoint run, after each advance of the bench."""
+        """Handle the end of a replay, and discard characters of ports without a client."""
         if self._replayed:
             self._end_replay()
         if self.pacer.passes % DRAIN_EVERY == 0:
@@ -489,6 +508,6 @@ class Session:
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Return the texts of a scene and its files, by name, with which `axistwin run` repeats the recording."""
+        """Return a scene and its files, by name; `axistwin run` repeats the recorded session from these files."""
         texts, end_ns = self.input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

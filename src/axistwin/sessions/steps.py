@@ -20,11 +20,11 @@ MAX_S = 60
 
 
 class StepObserver:
-    """A context manager that detects the end of a step; `kind`: the kind of step."""
+    """Context manager that detects the end of a step of the given kind."""
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:
-            raise UsageError(f"unknown step {kind!r}: expected {', '.join(KINDS)}")
+            raise UsageError(f"unknown kind of step {kind!r}: expected one of {', '.join(KINDS)}")
         self.bench, self.kind = bench, kind
         self._seen = False
         self._talk: tuple[str, bool] | None = None
@@ -47,11 +47,11 @@ class StepObserver:
 
     @property
     def seen(self) -> bool:
-        """True after the event that ends the step."""
+        """True if the event that ends the step has occurred."""
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End the step if a message is in progress, because the message has ended."""
+        """End the step if a message was in progress, because the message has ended."""
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
@@ -67,7 +67,7 @@ class StepObserver:
         self._seen = True
 
     def _movements(self) -> list[tuple[bool, int]]:
-        """Return for each axis True if it moves, and for a stepper axis also the start time of the move."""
+        """Return for each axis True if it moves; for a stepper axis, also the start time of the move."""
         return [
             (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.move.start_ns)
             for controller in self.bench.controllers.values()
@@ -76,8 +76,7 @@ class StepObserver:
 
 
 def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object]) -> bool:
-    """Execute the events in order of time.  Return True when `done()` is true, False if no event is due by
-    `end_ns()`.
+    """Execute events in order of time until `done()` is true; return False if no event is due by `end_ns()`.
 
     While a servo moves, each of its samples is an event.
     """
@@ -94,7 +93,7 @@ def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object])
 
 
 def run_to(clock: Clock, end_ns: int, over: Callable[[], bool]) -> bool:
-    """Run up to and including `end_ns` and return True; if `over()` becomes true earlier, stop and return False."""
+    """Run up to and including `end_ns` and return True; stop early and return False when `over()` becomes true."""
     while not over():
         due_ns = clock.next_event_ns()
         if due_ns is None or due_ns > end_ns:

@@ -6,14 +6,17 @@ from axistwin.sim.signal import Signal
 
 
 class Alarms:
-    """The fault flags of a device.  `names`: the flags that are reported, named as in the device's manual."""
+    """The fault flags of a device, with reports to subscribers when the device raises a flag.
+
+    `names`: the flags that are reported, named as in the device's manual.
+    """
 
     def __init__(self, *names: str) -> None:
         self.names = names
         self._raised: Signal[str] = Signal()
 
     def report(self, name: str) -> None:
-        """Report that the device raises this flag."""
+        """Notify the subscribers that the device raises the fault flag `name`."""
         self._raised.emit(name)
 
     def subscribe(self, callback: Callable[[str], None]) -> Callable[[], None]:

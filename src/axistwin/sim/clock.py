@@ -22,11 +22,11 @@ Procedure = Generator[Event, Any, Any]
 
 LAST = 9
 """Rank of external events, which come after all events of the bench itself."""
-_AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
+_AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes low priority numbers first: 0 is urgent, 1 is normal
 
 
 class _Call(Event):
-    """An event that performs an action."""
+    """An event of the clock that calls a function."""
 
     _ok, _value = True, None
     callbacks = (lambda event: event._action(),)  # type: ignore[assignment]  # never appended to
@@ -38,7 +38,7 @@ class _Call(Event):
 class Clock(Environment):
     """Virtual time in integer nanoseconds, from 0."""
 
-    now: int  # an integer, although SimPy also allows floats
+    now: int  # `now` is an integer, although SimPy also allows floats
 
     def __init__(self) -> None:
         super().__init__()
@@ -55,7 +55,7 @@ class Clock(Environment):
 
     @property
     def quiet(self) -> bool:
-        """True if no events are scheduled except endless background events."""
+        """True if no events are scheduled except background events, which never end."""
         return len(self._queue) <= self.background
 
     @property
@@ -71,19 +71,24 @@ class Clock(Environment):
         end = self._last_at(_possible(end_ns))
         self._unobserved = not self._ends
         try:
-            while end.callbacks is not None:  # `callbacks` is None after the end event
+            while end.callbacks is not None:  # SimPy sets `callbacks` to None when an event happens
                 self.step()
         finally:
             self._unobserved = False
-            self._withdraw(end)  # has an effect only after an exception; otherwise the event has happened
+            self._withdraw(end)  # after an exception, the end event is still scheduled
 
     @property
     def free_ns(self) -> int:
-        """Time from now to the next event; nothing happens in this time.  0 if the clock is observed event by event."""
+        """Time in ns from now to the next event.
+
+        0 if a subscriber observes the clock event by event.
+        """
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance time without an event, if nothing else happens until `duration_ns` from now.  Return True if so.
+        """Advance the clock by `duration_ns` without an event.  Return False if another event is due in this time.
+
+        Also return False while subscribers observe the clock.
 
         A procedure that waits for its own timeout may skip the time instead of waiting; the effect is the same.
         """
@@ -98,7 +103,7 @@ class Clock(Environment):
         return _possible(self.now + duration_ns)
 
     def call_last(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
-        """Do `action` once at `time_ns`, after all other events that are due by then.
+        """Call `action` once at `time_ns`, after all other events up to this time.
 
         The effect is the same as calling `run_to(time_ns)` and then `action`.  Several actions at the same time are
         done in the order of their `rank`, the lowest first; the highest rank is LAST.  Return a function that cancels
@@ -110,15 +115,15 @@ class Clock(Environment):
         return partial(self._withdraw, event)
 
     def _withdraw(self, event: Event) -> None:
-        """Cancel an event, unless it has happened."""
+        """Cancel a scheduled event; no effect if the event has happened."""
         if event.callbacks is not None:
             self._queue[:] = [entry for entry in self._queue if entry[-1] is not event]
             heapify(self._queue)
 
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
-        """Return an event that happens after all other events that are due by then."""
+        """Schedule and return an event that happens after all other events up to `time_ns`."""
         event = Event(self)
-        event._ok, event._value = True, None  # As in simpy.Timeout: marks it as scheduled.
+        event._ok, event._value = True, None  # an event with a value counts as scheduled, as in simpy.Timeout
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 
@@ -144,17 +149,20 @@ class Clock(Environment):
         super().step()
 
     def next_event_ns(self) -> int | None:
-        """Return the time of the next event; None: no event is due before the end of virtual time."""
+        """Return the time of the next event in ns; None if no event is due before the end of virtual time."""
         queue = self._queue
         return None if not queue or queue[0][0] >= MOST_NS else int(queue[0][0])
 
     def call_later(self, delay_ns: int, action: Callable[[], object]) -> None:
-        """Do `action` once, `delay_ns` from now."""
+        """Call `action` once, `delay_ns` nanoseconds from now."""
         assert delay_ns >= 0, "an event in the past"
         heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), _Call(action)))
 
     def soon(self, action: Callable[[], object]) -> None:
-        """Do `action` once, in this nanosecond, as soon as the present procedure yields and before all other events."""
+        """Call `action` once in this nanosecond, before all other events.
+
+        A procedure that is running first continues to its next `yield`.
+        """
         event = Event(self)
         event._ok, event._value = True, None
         event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
@@ -162,7 +170,7 @@ class Clock(Environment):
 
 
 def interrupt(process: Process) -> None:
-    """Interrupt a procedure at its `yield`: it is resumed there with `simpy.Interrupt`, in the same nanosecond.
+    """Interrupt a procedure: `simpy.Interrupt` is raised at its present `yield`, in the same nanosecond.
 
     Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Procedures must
     not be interrupted in any other way.

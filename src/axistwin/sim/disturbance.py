@@ -12,7 +12,7 @@ from axistwin.sim.frames import UartFormat
 
 @dataclass
 class Passage:
-    """A character in transit: number of copies, inverted data bits, delay, and format."""
+    """A character in transit, with the effects of line disturbances: copies, inverted bits, delay, format."""
 
     sent: UartFormat
     copies: int = 1
@@ -24,13 +24,13 @@ Effect = Callable[[Passage], None]
 
 
 def always() -> bool:
-    """Return True: the disturbance changes each character."""
+    """Return True, so that a disturbance applies to every character."""
     return True
 
 
 @dataclass(eq=False)
 class Disturbance:
-    """A line disturbance: applies `effect` to characters for which `strikes()` is True.
+    """A line disturbance, which applies `effect` to each character for which `strikes()` returns True.
 
     `left`: the number of characters still to be disturbed; None: no limit.
     """
@@ -43,11 +43,14 @@ class Disturbance:
 
     @property
     def over(self) -> bool:
-        """True if the disturbance has changed its number of characters."""
+        """True if the disturbance has finished, because it has changed all its characters."""
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:
-        """Apply the disturbance to a character if `strikes()` is True; count the character."""
+        """Apply the disturbance to a character, and count the character.
+
+        No effect if `strikes()` returns False.
+        """
         if self.left == 0 or not self.strikes():
             return
         self.effect(passage)
@@ -58,17 +61,17 @@ class Disturbance:
 
 
 def lose(passage: Passage) -> None:
-    """Effect: the character is lost."""
+    """Effect of a disturbance: the character is lost."""
     passage.copies = 0
 
 
 def double(passage: Passage) -> None:
-    """Effect: the character arrives twice."""
+    """Effect of a disturbance: the character arrives twice."""
     passage.copies *= 2
 
 
 def flip(mask: int) -> Effect:
-    """Return an effect that inverts the data bits in `mask`; the parity bit stays."""
+    """Return an effect that inverts the data bits given by `mask`, but not the parity bit."""
 
     def effect(passage: Passage) -> None:
         passage.flips ^= mask
@@ -86,7 +89,7 @@ def delay(delay_ns: Callable[[], int]) -> Effect:
 
 
 def at_rate(baudrate: Callable[[int], int]) -> Effect:
-    """Return an effect that changes the bit length: the character is sent at another baud rate than intended."""
+    """Return an effect that sends a character at a wrong baud rate."""
 
     def effect(passage: Passage) -> None:
         passage.sent = replace(passage.sent, baudrate=baudrate(passage.sent.baudrate))

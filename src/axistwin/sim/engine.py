@@ -13,8 +13,9 @@ NAME = "simpy"
 
 
 def _postpone_init() -> None:
-    """Make SimPy a package whose modules can be imported, and whose `__init__` is executed on the first use of its
-    attributes; without effect if SimPy has been imported before.
+    """Register SimPy as a package whose `__init__` is executed on the first use of an attribute.
+
+    No effect if SimPy has been imported before.
     """
     if NAME in sys.modules:
         return
@@ -24,7 +25,7 @@ def _postpone_init() -> None:
     execute, package = spec.loader.exec_module, module_from_spec(spec)
 
     def attribute(name: str) -> Any:
-        """Execute the package, and return the attribute: the package's `__getattr__` until then."""
+        """Execute SimPy's `__init__`, and return the attribute `name` of the package."""
         package.__dict__.pop("__getattr__", None)
         execute(package)
         return getattr(package, name)

@@ -39,7 +39,9 @@ SOUND = LineError.NONE
 
 @dataclass(frozen=True)
 class UartFormat:
-    """The format of a character on the wire.  Parity as a letter: N(one), E(ven), O(dd), M(ark), S(pace).
+    """Format of the characters on a serial line: baud rate, data bits, parity and stop bits.
+
+    Parity is a letter: N(one), E(ven), O(dd), M(ark), S(pace).
 
     Raises UsageError for an invalid format.  A format has 1 to 12,000,000 baud, 5 to 8 data bits, and 1, 1.5 or 2 stop
     bits.
@@ -67,7 +69,7 @@ class UartFormat:
 
     @cached_property
     def bit_ns(self) -> Fraction:
-        """Duration of one bit, exactly."""
+        """Exact duration of one bit in ns."""
         return Fraction(S, self.baudrate)
 
     @cached_property
@@ -82,7 +84,7 @@ class UartFormat:
 
     @cached_property
     def shape(self) -> tuple[int, int, str]:
-        """The properties that sender and receiver must share: baud rate, data bits, parity."""
+        """Baud rate, data bits and parity, which sender and receiver must share."""
         return self.baudrate, self.bytesize, self.parity
 
     def parity_bit(self, byte: int) -> bool:
@@ -93,15 +95,19 @@ class UartFormat:
         return odd if self.parity == "E" else not odd
 
     def frame(self, byte: int, flipped: int = 0) -> tuple[bool, ...]:
-        """Return the levels of start, data and parity bits.  The data bits in `flipped` are inverted; the parity bit is
-        not.
+        """Return the levels of the start bit, the data bits and the parity bit of a character.
+
+        The data bits in `flipped` are inverted; the parity bit is not.
         """
         byte &= (1 << self.bytesize) - 1
         data = tuple(bool((byte ^ flipped) >> bit & 1) for bit in range(self.bytesize))
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the runs of space in the frame of `byte`: first bit of each run, and first bit after the run."""
+        """Return the ranges of bits in which the frame of `byte` is at space.
+
+        Each range: its first bit, and the first bit after the range.
+        """
         return _spaces(self.bytesize, self.parity, byte, flipped)
 
     @cached_property
@@ -110,7 +116,7 @@ class UartFormat:
         return 2 + self.bytesize + (self.parity != "N")
 
     def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
-        """Return the byte and errors that a receiver in this format reads; None: a false start.
+        """Decode a character from the levels of a line: return the byte and errors, or None for a false start.
 
         `level_at` returns the level at a time in ns after the falling edge.
         """
@@ -120,7 +126,10 @@ class UartFormat:
         return self.read(sum(level_at(middle) << bit for bit, middle in enumerate(middles)))
 
     def read(self, levels: int) -> tuple[int, LineError]:
-        """Return the byte and errors for `levels`, sampled in the middle of each bit, the start bit as bit 0."""
+        """Decode sampled levels: return the byte and the line errors.
+
+        `levels`: one sample in the middle of each bit, the start bit as bit 0.
+        """
         byte = levels >> 1 & ((1 << self.bytesize) - 1)
         wrong_parity = self.parity != "N" and bool(levels >> 1 + self.bytesize & 1) is not self.parity_bit(byte)
         no_stop_bit = not levels >> self.samples - 1
@@ -149,8 +158,9 @@ def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tup
 
 @dataclass(slots=True)
 class Frame:
-    """A signal on a wire from `start_ns` on, as runs of space, counted in bits of `bit/per` ns.  Otherwise the wire is
-    at mark.
+    """A signal on a wire, stored as the time spans in which the wire is at space.
+
+    The spans are counted in bits of `bit/per` ns from `start_ns` on.  At all other times the wire is at mark.
     """
 
     start_ns: int
@@ -164,13 +174,13 @@ class Frame:
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
-        """Return the frame of a character; `flipped` data bits are inverted."""
+        """Return the frame of a character, with the data bits in `flipped` inverted."""
         intact = None if flipped else (sent, byte & (1 << sent.bytesize) - 1)
         return cls(start_ns, sent.spaces(byte, flipped), S, sent.baudrate, intact, own)
 
     @classmethod
     def held(cls, start_ns: int, duration_ns: int, *, own: bool = False) -> "Frame":
-        """Return a frame with the wire at space for `duration_ns`."""
+        """Return a frame that holds the wire at space for `duration_ns`."""
         return cls(start_ns, ((0, 1),), duration_ns, 1, own=own)
 
     @property
@@ -180,6 +190,6 @@ class Frame:
 
 
 class Break(NamedTuple):
-    """A break: space for longer than a character."""
+    """A break: the wire is at space for longer than a character."""
 
     duration_ns: int

@@ -20,7 +20,10 @@ from axistwin.sim.frames import Frame
 
 
 class Space:
-    """The wire is at space from `begin` to `end`, in units of 1/`per` ns."""
+    """A time span in which the wire is at space.
+
+    The span is from `begin` to `end`, in units of 1/`per` ns.
+    """
 
     __slots__ = ("begin", "end", "per", "unread")
 
@@ -31,17 +34,23 @@ class Space:
 
 
 class Levels:
-    """The planned levels of a wire, from the present time on. They must be read in order of time."""
+    """The levels of a wire over time, from the present time on.
+
+    The levels must be read in order of time.
+    """
 
     def __init__(self) -> None:
         self._spaces: deque[Space] = deque()
 
     def __len__(self) -> int:
-        """Return the number of spaces that are still to be read."""
+        """Return the number of stored spaces of the wire."""
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
-        """Put a frame on the wire.  Where frames overlap, the wire is at space if one of them is."""
+        """Put a frame on the wire.
+
+        Where frames overlap, the wire is at space if any of the frames is.
+        """
         bit, per = frame.bit, frame.per
         start = frame.start_ns * per
         new = [Space(start + first * bit, start + last * bit, per, not frame.own) for first, last in frame.spaces]
@@ -50,7 +59,7 @@ class Levels:
         self._spaces.extend(new)
 
     def cut(self, now_ns: int) -> None:
-        """Set the wire to mark from now on, until the next `put`."""
+        """Set the wire to mark from `now_ns` on, until the next call of `put`."""
         spaces = self._spaces
         while spaces and spaces[-1].begin >= now_ns * spaces[-1].per:
             spaces.pop()
@@ -58,20 +67,23 @@ class Levels:
             spaces[-1].end = min(spaces[-1].end, now_ns * spaces[-1].per)
 
     def low(self, at: int, per: int) -> bool:
-        """True if the wire is at space at `at/per` ns.  Earlier spaces are discarded."""
+        """True if the wire is at space at the time `at/per` ns.
+
+        Earlier spaces are discarded.
+        """
         self.forget(at, per)
         spaces = self._spaces
         return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
 
     def sample(self, at: int, step: int, per: int, count: int) -> int:
-        """Return the levels at `at/per`, `(at + step)/per`, … ns, the first as bit 0.
+        """Return `count` levels as bits: at `at/per` ns (bit 0), `(at + step)/per` ns, and so on.
 
         Spaces before the last but one sample are discarded; a receiver may sample the newer spaces once more.
         """
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
             since, width = at * space.per, step * space.per
-            # index of the first sample within the space, rounded up
+            # `first` is the index of the first sample within the space
             first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
@@ -85,21 +97,24 @@ class Levels:
         return levels
 
     def at(self, time_ns: Fraction) -> bool:
-        """Return the level at any time, calculated from the frames put on the wire by now."""
+        """Return the level of the wire at any time, calculated from the frames that have been put on the wire."""
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Discard all spaces that end at or before `at/per` ns."""
+        """Discard the stored spaces of the wire that end at or before `at/per` nanoseconds."""
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if the wire stays at mark from now on: no frame on the wire has a later space."""
+        """True if no frame on the wire has a space after `now_ns`."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield the unread spaces whose falling edge is at `since/per` ns or later; each space is yielded once."""
+        """Yield the spaces that may begin with a start bit: unread spaces that begin at `since/per` ns or later.
+
+        Each space is yielded once.
+        """
         for space in self._spaces:
             if space.unread:
                 space.unread = False
@@ -107,7 +122,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return the stored spaces (low times) that end after the beginning of `first`."""
+        """Remove and return the stored spaces of the wire that end after the beginning of `first`."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())
@@ -119,7 +134,7 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """Return the spaces without overlaps.
+    """Merge the spaces that overlap.
 
     Spaces that only touch stay apart, as each transmitter begins its frame from mark.
     """

@@ -22,20 +22,22 @@ MOST_TORQUE = 1000.0
 def check_counts(counts: object, act: str) -> None:
     """Raise UsageError unless `counts` is a whole number in the permitted range."""
     if type(counts) is not int:
-        raise UsageError(f"{act}({counts!r}): expected a whole number of counts, e.g. 4000")
+        raise UsageError(f"invalid number of counts in {act}({counts!r}): expected a whole number, e.g. 4000")
     if abs(counts) > MOST_COUNTS:
-        raise UsageError(f"{act}({shortened(str(counts))}): expected {-MOST_COUNTS} to {MOST_COUNTS} counts, e.g. 4000")
+        raise UsageError(
+            f"invalid number of counts in {act}({shortened(str(counts))}): expected {-MOST_COUNTS} to {MOST_COUNTS}"
+        )
 
 
 def check_torque(newton_metres: float) -> None:
     """Raise UsageError if a torque is outside the permitted range."""
     if not -MOST_TORQUE <= newton_metres <= MOST_TORQUE:
-        raise UsageError(f"a torque of {newton_metres} N·m: expected a number from -1000 to 1000")
+        raise UsageError(f"invalid torque {newton_metres} N·m: expected -1000 to 1000 N·m")
 
 
 @contextmanager
 def by_itself(clock: Clock) -> Iterator[None]:
-    """Attribute all actions at machines to the bench itself, so that they are not reported."""
+    """Mark all actions within a `with` block as actions of the bench itself, which are not reported."""
     within, clock.by_itself = clock.by_itself, True
     try:
         yield
@@ -44,7 +46,7 @@ def by_itself(clock: Clock) -> Iterator[None]:
 
 
 class ManualAct(StrEnum):
-    """Kinds of manual actions, named as in conversations and recordings."""
+    """Kinds of manual actions; the values are the words in conversations and recordings."""
 
     POWER = "power"
     JOYSTICK = "joystick"
@@ -56,17 +58,20 @@ class ManualAct(StrEnum):
 
 
 class ManualActions:
-    """Reports the manual actions at one machine part: the kind of action and its values."""
+    """Reports the manual actions at one part of the machine to subscribers.
+
+    A report contains the kind of the action and its values.
+    """
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._begins: Signal[...] = Signal()
 
     def subscribe(self, callback: Callable[..., object]) -> Callable[[], None]:
-        """Call `callback(act, *values)` before each action.  Return an unsubscribe function."""
+        """Call `callback(act, *values)` before each manual action.  Return an unsubscribe function."""
         return self._begins.subscribe(callback)
 
     def report(self, act: ManualAct, *values: Any) -> None:
-        """Report an action, unless the bench itself performs the action."""
+        """Report a manual action to the subscribers, unless the bench itself performs the action."""
         if not self._clock.by_itself:
             self._begins.emit(act, *values)

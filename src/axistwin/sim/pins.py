@@ -1,8 +1,7 @@
 """Pins and the wires between them.
 
 A pin has one level, high or low.  The connected part (a controller's output stage, a switch, a wire) sets this level.
-A
-person with a test lead may `drive` the pin to another level until `release`.
+A person with a test lead may `drive` the pin to another level until `release`.
 
 A `UserPin` has a voltage as well: it is a TTL terminal with a pull-up resistor, used by its device as input or output.
 """
@@ -27,13 +26,16 @@ FULL_SCALE = 1023
 
 @dataclass(eq=False)
 class _Held:
-    """A defect that holds a terminal at a level."""
+    """Level at which a defect holds a terminal."""
 
     level: bool
 
 
 class Pin:
-    """A digital terminal of a device.  Each family defines what `level` means electrically."""
+    """A digital terminal of a device.
+
+    Each family defines what `level` means electrically.
+    """
 
     restless = False
     """True if the pin changes so often that it must be read on demand, not observed."""
@@ -60,7 +62,10 @@ class Pin:
 
     @property
     def level(self) -> bool:
-        """True if the level is high.  An opto-isolated input of the IF1/IF2 is high if current flows."""
+        """True if the level is high.
+
+        An opto-isolated input of the IF1/IF2 is high if current flows.
+        """
         if self._holds:
             return self._holds[-1].level
         if self._driven is not None:
@@ -71,12 +76,12 @@ class Pin:
 
     @property
     def is_output(self) -> bool:
-        """True if the device sets the level."""
+        """True if the pin is an output of the device."""
         return self._output
 
     @property
     def drivable(self) -> bool:
-        """True if the level can be set from outside."""
+        """True if a test lead can set the level."""
         return not self._output
 
     @property
@@ -86,7 +91,7 @@ class Pin:
 
     @property
     def undriven(self) -> bool:
-        """The level of the terminal without test lead and defects: that of the connected part."""
+        """Level of the connected part, without test lead and defects."""
         return self._source
 
     @property
@@ -96,7 +101,7 @@ class Pin:
 
     @property
     def flashing(self) -> bool:
-        """True while the output stage flashes."""
+        """True while the output flashes."""
         return self._flash_ns != 0
 
     def drive(self, level: bool) -> None:
@@ -106,13 +111,13 @@ class Pin:
         self._update(before)
 
     def release(self) -> None:
-        """Remove the test lead: the connected part sets the level again."""
+        """Remove the test lead, so that the connected part sets the level again."""
         before = self.level
         self._put_lead(None)
         self._update(before)
 
     def hold(self, level: bool) -> Callable[[], None]:
-        """Hold the terminal at this level, as a defect does, even against a test lead.
+        """Simulate a defect that holds the terminal at `level`, even against a test lead.
 
         The latest of several defects wins.  Return a function that ends the defect.
         """
@@ -129,14 +134,17 @@ class Pin:
         return let_go
 
     def set(self, level: bool) -> None:
-        """Set the level of the connected part: an output stage, a switch or a wire."""
+        """Set the level of the part that is connected to the pin: an output stage, a switch or a wire."""
         if level is self._source and not self._flash_ns:
             return
         before, self._source, self._flash_ns = self.level, level, 0
         self._update(before)
 
     def flash(self, half_period_ns: int) -> None:
-        """Make the output stage flash, beginning high.  Without subscribers, no events occur."""
+        """Make the output flash, beginning with the high level.
+
+        Without subscribers, the flashing causes no events.
+        """
         before, self._flash_ns, self._flash_from = self.level, half_period_ns, self.clock.now
         self._update(before)
         if self._changes:
@@ -151,14 +159,14 @@ class Pin:
         return unsubscribe
 
     def subscribe_edges(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of level, even of a pin whose level is normally only read on demand.
+        """Call `callback(pin)` at every change of level, also for a pin that is normally read on demand.
 
         Return an unsubscribe function.
         """
         return self.subscribe(callback)
 
     def subscribe_lead(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` when the test lead is connected, changed or removed, even if the level stays.
+        """Call `callback()` when the test lead is connected, changed or removed, even if the level stays the same.
 
         Return an unsubscribe function.
         """
@@ -166,7 +174,7 @@ class Pin:
 
     @property
     def lead(self) -> bool | float | None:
-        """The level, or the voltage of a `UserPin`, that the test lead forces; None: no test lead."""
+        """Level that the test lead forces (for a `UserPin`, the voltage); None without a test lead."""
         return self._driven
 
     def _put_lead(self, level: bool | None) -> None:
@@ -175,7 +183,7 @@ class Pin:
             self._lead_changes.emit()
 
     def changed(self) -> Event:
-        """Return an event that happens at the next change of level."""
+        """Return an event that happens at the next change of the pin's level."""
         if self._changed is None:
             self._changed = self.clock.event()
         return self._changed
@@ -201,7 +209,7 @@ class Pin:
 
 
 class CalculatedPin(Pin):
-    """An output whose level is calculated by `read` from the motion, so that single pulses cause no events."""
+    """An output whose level `read` calculates from the motion, without an event for each pulse."""
 
     silent = True
 
@@ -211,12 +219,14 @@ class CalculatedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """The level at this moment, unless the terminal is driven or held."""
+        """Present level, which follows from the motion unless a test lead or a defect sets the level."""
         return super().level if self._holds or self.driven else self._read()
 
 
 class SensedPin(Pin):
-    """An input with a sensor.  The sensor is read on demand, and changes are followed only while there are subscribers.
+    """An input that is connected to a sensor, which is read on demand.
+
+    The sensor is observed only while the input has subscribers.
 
     A sensor that the machine passes repeatedly therefore costs no events unless a device waits for it.
     """
@@ -229,7 +239,9 @@ class SensedPin(Pin):
         self._last = False
 
     def sense(self, read: Callable[[], bool], follow: Callable[[Callable[[], None]], Callable[[], None]]) -> None:
-        """Connect a sensor: `read` returns its level, `follow(update)` calls `update` when the level may have changed.
+        """Connect a sensor to the input; `read` returns the level of the sensor.
+
+        `follow(update)` calls `update` when the level may have changed.
 
         `follow` must return an unsubscribe function.
         """
@@ -238,18 +250,18 @@ class SensedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """The sensor's level, unless a test lead or a defect forces another one."""
+        """The sensor's level, unless a test lead or a defect forces another level."""
         if self._read is None or self._holds or self.driven:
             return super().level
         return self._read()
 
     @property
     def undriven(self) -> bool:
-        """The level of the sensor, or of the switch or wire that has replaced the sensor."""
+        """Level of the connected sensor, switch or wire, without test lead and defects."""
         return self._source if self._read is None else self._read()
 
     def set(self, level: bool) -> None:
-        """Replace the sensor by a switch or a wire, and set its level."""
+        """Replace the sensor of the input by a switch or wire with the given level."""
         before = self.level
         self._read, self._source, self.restless = None, level, False
         self._update(before)
@@ -270,7 +282,7 @@ class SensedPin(Pin):
         return unsubscribe
 
     def changed(self) -> Event:
-        """Return an event that happens at the next change of level."""
+        """Return an event that happens at the next change of the pin's level."""
         if self._changed is None:
             event = super().changed()
             unsubscribe = self.subscribe(lambda pin: unsubscribe())
@@ -283,7 +295,7 @@ class SensedPin(Pin):
 
 
 class UserPin(Pin):
-    """A TTL terminal with a 5 kΩ pull-up: open, it is high at 5 V.  The voltage can be read, too.
+    """A TTL terminal with a 5 kΩ pull-up resistor, used as input, output or analog input.
 
     Priority, highest first: a defect (`hold`), a test lead (`drive`), the output stage (`output`), external wiring
     (`set`), the pull-up resistor.
@@ -299,12 +311,12 @@ class UserPin(Pin):
 
     @property
     def volts(self) -> float:
-        """The voltage at the terminal."""
+        """Voltage at the terminal, in V."""
         return self._volts
 
     @property
     def analog(self) -> int:
-        """The voltage as a 10-bit conversion: 0 for 0 V, 1023 for 5.0 V, rounded to nearest, halves upwards."""
+        """Result of a 10-bit A/D conversion of the voltage: 0 for 0 V, 1023 for 5 V."""
         return min(max(int(self.volts * FULL_SCALE / PULLED_UP_VOLTS + 0.5), 0), FULL_SCALE)
 
     @property
@@ -319,7 +331,7 @@ class UserPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """The level that the output stage, the external wiring or the pull-up resistor sets."""
+        """Level of the output stage, the external wiring or the pull-up resistor, without test lead and defects."""
         volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
         return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
 
@@ -341,11 +353,14 @@ class UserPin(Pin):
 
     @property
     def lead(self) -> float | None:
-        """The voltage that the test lead forces; None: no test lead."""
+        """Voltage that the test lead forces; None without a test lead."""
         return self._lead
 
     def _attach(self, volts: float | None) -> None:
-        """Report a change of the test lead before its effect, even if the voltage stays the same."""
+        """Connect the test lead with the given voltage; None removes the test lead.
+
+        Subscribers are notified before the change has an effect.
+        """
         if volts == self._lead:
             return
         level, before = self.level, self.volts
@@ -354,11 +369,11 @@ class UserPin(Pin):
         self._find_volts(level, before)
 
     def set(self, level: bool | float | None) -> None:
-        """Set the level or voltage of the external wiring; None: open."""
+        """Set the level or voltage of the external wiring; None disconnects the wiring."""
         self._set_source("_wired", None if level is None else _volts(level))
 
     def output(self, level: bool) -> None:
-        """Switch the output stage on, at 5 V or 0 V."""
+        """Switch the output stage on, with 5 V (high) or 0 V (low)."""
         self._set_source("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:
@@ -370,7 +385,7 @@ class UserPin(Pin):
         return self._volts_changes.subscribe(callback)
 
     def hold(self, level: bool) -> Callable[[], None]:
-        """Hold the terminal at 5 V or 0 V, as a defect does.  Return a function that ends the defect."""
+        """Simulate a defect that holds the terminal at 5 V or 0 V.  Return a function that ends the defect."""
         volts = self.volts
         let_go = super().hold(level)
         self._find_volts(self.level, volts)
@@ -383,13 +398,13 @@ class UserPin(Pin):
         return ended
 
     def _set_source(self, source: str, volts: float | None) -> None:
-        """Set the voltage of one source; None: the source is open."""
+        """Set the voltage of one source of the pin; None disconnects the source."""
         level, before = self.level, self.volts
         setattr(self, source, volts)
         self._find_volts(level, before)
 
     def _find_volts(self, level: bool, before: float) -> None:
-        """Compute the voltage; notify subscribers if the voltage or the level differs from `before`."""
+        """Calculate the voltage, and notify subscribers of changes of the voltage or the level."""
         held = _volts(self._holds[-1].level) if self._holds else None
         stated = (volts for volts in (held, self._lead, self._stage, self._wired) if volts is not None)
         self._volts = next(stated, PULLED_UP_VOLTS)
@@ -403,16 +418,16 @@ class UserPin(Pin):
 
 
 def _volts(level: bool | float) -> float:
-    """Return the voltage for a level (a bool) or a voltage (a number)."""
+    """Convert True or False to a voltage; return a valid voltage unchanged.  Raises UsageError."""
     if isinstance(level, bool) or not isinstance(level, int | float):
         return PULLED_UP_VOLTS if level else 0.0
     if not LEAST_VOLTS <= level <= MOST_VOLTS:
-        raise UsageError(f"{level!r} V would destroy a user pin: expected 0 to 5 V, True or False")
+        raise UsageError(f"a voltage of {level!r} V would destroy a user pin: expected 0 to 5 V, True or False")
     return float(level)
 
 
 def connect(source: Pin, target: Pin, *, invert: bool = False, delay_ns: int = 0) -> None:
-    """Wire `source` to `target`.  The target then follows the source's level, optionally inverted or delayed."""
+    """Connect a wire: `target` follows the level of `source`, optionally inverted or delayed."""
 
     def follow(pin: Pin) -> None:
         level = pin.level is not invert

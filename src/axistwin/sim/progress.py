@@ -11,7 +11,10 @@ Line = tuple[str, int]
 
 
 class Progress:
-    """Subscribers to program lines.  `attend()` is called whenever `wanted`, the set of subscribed lines, changes."""
+    """Subscriptions to the lines of stored programs.
+
+    `attend()` is called whenever `wanted`, the set of subscribed lines, changes.
+    """
 
     def __init__(self, attend: Callable[[], None] = lambda: None) -> None:
         self._attend = attend
@@ -20,15 +23,17 @@ class Progress:
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """Lines with subscribers; None if subscribers requested all lines."""
+        """Program lines that have subscribers; None if a subscriber has requested all lines."""
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Report to the subscribers that the line with this index begins now."""
+        """Notify the subscribers that a line of a program begins; `index` counts the lines from 0."""
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `callback(program, index)` whenever a line begins, or only when the line `only` begins.
+        """Call `callback(program, index)` when a line of a program begins.
+
+        `only`: call `callback` for this line only.
 
         The callback may read the bench but must not change it.  Return an unsubscribe function.
         """

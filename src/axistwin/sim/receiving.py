@@ -6,7 +6,10 @@ from axistwin.units import S
 
 
 class Whole:
-    """An intact character that is received without sampling, unless another signal appears on the wire."""
+    """An undisturbed character, which is received without sampling.
+
+    If another signal appears on the wire, sampling begins.
+    """
 
     __slots__ = ("byte", "end_ns", "sampled", "sent", "start_ns")
 
@@ -19,7 +22,7 @@ class Whole:
 
 
 class Reading:
-    """A character that is being received in format `fmt`: the levels sampled in the middle of each bit so far.
+    """A character that a receiver samples bit by bit, in the middle of each bit.
 
     Instants are whole numbers of 1/`per` ns.  The falling edge of the start bit is at `edge/edge_per` ns.
     """
@@ -42,8 +45,9 @@ class Reading:
         """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the levels before this time, or all levels of the character; stop at a false start.  Return the number
-        of samples.
+        """Sample the levels of the character up to a time, and return the number of samples.
+
+        `before_ns` None: sample the whole character.  Stop at a false start.
         """
         count = self.left
         if before_ns is not None:

@@ -5,8 +5,7 @@
     1        status byte                   control byte
 
 The port is only the hardware; the device defines the meaning of the bits.  The device also reports complete commands
-and ready
-messages to subscribers.
+and ready messages to subscribers.
 """
 
 from collections import deque
@@ -27,7 +26,10 @@ NOBODY_DRIVES = 0xFF
 
 
 class Fifo:
-    """A queue of bytes.  When it is full, a written byte is lost; when it is empty, a read returns 0."""
+    """A FIFO buffer for 16 bytes.
+
+    When the buffer is full, a written byte is lost; when it is empty, a read returns 0.
+    """
 
     def __init__(self) -> None:
         self._bytes: deque[int] = deque()
@@ -37,32 +39,33 @@ class Fifo:
 
     @property
     def contents(self) -> bytes:
-        """All bytes, without removing them."""
+        """All bytes in the queue; reading this property does not remove the bytes."""
         return bytes(self._bytes)
 
     def push(self, value: int) -> None:
-        """Append one byte."""
+        """Append one byte to the queue; discard the byte if the queue is full."""
         if len(self._bytes) < DEPTH:
             self._bytes.append(value)
 
     def pop(self) -> int:
-        """Remove and return one byte."""
+        """Remove and return the oldest byte of the queue; return 0 if the queue is empty."""
         return self._bytes.popleft() if self._bytes else 0
 
     def load(self, data: bytes) -> None:
-        """Replace the contents."""
+        """Replace the contents of the queue by `data`."""
         self._bytes = deque(data[:DEPTH])
 
     def drain(self) -> bytes:
-        """Remove and return all bytes."""
+        """Remove and return all bytes of the queue."""
         data = bytes(self._bytes)
         self._bytes.clear()
         return data
 
 
 class RegisterPort:
-    """The registers between host and device.  The host uses `read`, `write`, `interrupt` and `init`, the device all
-    other members.
+    """The registers through which a host and a device exchange data on a bus.
+
+    The host uses `read`, `write`, `interrupt` and `init`, the device all other members.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -80,11 +83,11 @@ class RegisterPort:
 
     @property
     def interrupt(self) -> bool:
-        """True while the board interrupts the host."""
+        """True while the board activates its interrupt line to the host."""
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:
-        """Read a register, in no virtual time: 0 the output data buffer, 1 the status byte."""
+        """Read a register without advancing virtual time: 0 is the output data buffer, 1 the status byte."""
         if not (type(offset) is int and 0 <= offset <= CONTROL):
             check_byte("offset", offset, CONTROL)
         if not self.powered:
@@ -94,7 +97,7 @@ class RegisterPort:
         return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
-        """Write a register, in no virtual time: 0 the input data buffer, 1 the control byte."""
+        """Write a register without advancing virtual time: 0 is the input data buffer, 1 the control byte."""
         if not (type(offset) is type(value) is int and 0 <= offset <= CONTROL and 0 <= value <= 0xFF):
             check_byte("offset", offset, CONTROL)
             check_byte("value", value)
@@ -106,13 +109,13 @@ class RegisterPort:
             self.on_control(value)
 
     def init(self) -> None:
-        """Activate the bus's reset line."""
+        """Activate the reset line of the bus."""
         if self.powered:
             self.on_init()
 
     @property
     def status(self) -> int:
-        """The status byte as the device has set it."""
+        """The status byte that the device has set."""
         return self._status
 
     @status.setter
@@ -136,23 +139,23 @@ class RegisterPort:
         return self._messages.subscribe(callback)
 
     def report_command(self, command: bytes) -> None:
-        """Report that the host has transferred this command (called by the device)."""
+        """Report to the subscribers that the host has transferred a whole command."""
         self._commands.emit(command)
 
     def report_message(self, message: bytes) -> None:
-        """Report that this message is ready for the host (called by the device)."""
+        """Report to the subscribers that the device has a message ready for the host."""
         self._messages.emit(message)
 
 
-def check_byte(what: str, value: object, highest: int = 0xFF) -> None:
+def check_byte(parameter: str, value: object, highest: int = 0xFF) -> None:
     """Raise UsageError unless `value` is an integer from 0 to `highest`."""
     if type(value) is int and 0 <= value <= highest:
         return
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= highest:
-        raise UsageError(f"invalid {what} {value!r}: expected an integer from 0 to {highest}")
+        raise UsageError(f"invalid {parameter} {value!r}: expected an integer from 0 to {highest}")
 
 
-# Actions of a host at the registers, as data
+# Classes for the actions of a host at the registers
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +164,7 @@ class ReadData:
 
 
 class WriteRegister(NamedTuple):
-    """Action of a host: write a register."""
+    """Action of a host: write a byte to a register."""
 
     offset: int
     value: int

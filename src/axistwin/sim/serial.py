@@ -1,11 +1,9 @@
 """A serial connection at the level of bits: frames that occupy the wire for their duration.
 
 A `Uart` is one end of the connection: a transmitter with a holding register, a receiver, and a format.  A `Line` is the
-wire from one end's
-transmitter to the other end's receiver.  The receiver does not use the sender's format: it detects a falling edge and
-samples the middle of each bit in its *own* format, as a real UART does.  Parity and framing errors follow from a
-mismatch
-of formats.
+wire from one end's transmitter to the other end's receiver.  The receiver does not use the sender's format: it detects
+a falling edge and samples the middle of each bit in its *own* format, as a real UART does.  Parity and framing errors
+follow from a mismatch of formats.
 
 A character is received at the end of its first stop bit; the next one may begin after all stop bits.
 
@@ -34,7 +32,7 @@ LevelAt = Callable[[Fraction], bool]
 
 
 class Wire(Protocol):
-    """The wire that a transmitter sends on."""
+    """Interface of the wire on which a transmitter sends."""
 
     @property
     def instant(self) -> bool:
@@ -42,24 +40,27 @@ class Wire(Protocol):
 
     @property
     def ready(self) -> bool:
-        """True if all receivers have room; on an instant line the sender blocks until then."""
+        """True if all receivers can accept another character.
+
+        On an instant line, the sender blocks until all receivers can.
+        """
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or a break now.  Return the ns for which it occupies the wire."""
+        """Send a character or break; return its duration on the wire in ns."""
 
 
 class _Nowhere:
-    """The wire of an unconnected transmitter."""
+    """Placeholder for the wire of a transmitter that is not connected."""
 
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Discard the character, because the transmitter is not connected."""
+        """Discard a character or break, and return its duration in ns."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
 class Line:
-    """The wire from a transmitter to a receiver."""
+    """The wire from a serial transmitter to a serial receiver."""
 
     def __init__(self, clock: Clock, receiver: "Uart", instant: bool = False) -> None:
         self.clock, self.receiver, self.instant = clock, receiver, instant
@@ -67,15 +68,15 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        self._idle = 0, 1  # time after which a falling edge is a start bit, as (number, units per ns)
+        self._idle = 0, 1  # a falling edge after `_idle` (number, units per ns) is a start bit
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        self._free_ns = 0  # time of arrival of the last delayed character
+        self._free_ns = 0  # delayed characters occupy the line until `_free_ns`
 
     # Faults of the line
 
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
-        """Apply a disturbance to all characters from now on.  Return a function that removes it."""
+        """Apply a disturbance to all characters from now on.  Return a function that removes the disturbance."""
         self._disturbances.append(disturbance)
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
@@ -88,15 +89,18 @@ class Line:
         self.disturb(Disturbance(double, characters))
 
     def flip(self, mask: int, characters: int = 1) -> None:
-        """Inject a fault: invert the data bits in `mask` of the next characters; the parity bit does not change."""
+        """Inject a fault: invert data bits of the next characters; `mask` selects the bits."""
         self.disturb(Disturbance(flip(mask), characters))
 
     def cut(self) -> None:
-        """Open the wire from now on, even in the middle of a character; the receiver samples mark."""
+        """Inject a fault: cut the wire from now on, even in the middle of a character.
+
+        The receiver then samples mark.
+        """
         self._cut_by(self)
 
     def sever(self) -> Callable[[], None]:
-        """Open the wire as `cut` does.  Return a function that repairs only this cut."""
+        """Cut the wire as `cut` does.  Return a function that repairs this cut, but no other cut."""
         token = object()
         self._cut_by(token)
         return lambda: self._cuts.remove(token)
@@ -107,26 +111,27 @@ class Line:
         self._levels.cut(self.clock.now)
 
     def mend(self) -> None:
-        """Close the wire that `cut` has opened."""
+        """Repair the wire that `cut` has opened."""
         self._cuts = [token for token in self._cuts if token is not self]
 
     def short(self, duration_ns: int) -> None:
-        """Hold the wire at space for `duration_ns` from now on, whatever the transmitter sends."""
+        """Inject a fault: hold the wire at space for `duration_ns`, whatever the transmitter sends."""
         if self.instant:
             self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
 
-    # Functions that a serial transmitter calls
+    # Transmission of characters on the wire
 
     @property
     def ready(self) -> bool:
-        """True if the receiver has room."""
+        """True if the receiver can accept another character."""
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """Put a signal of the receiver's own transmitter on the wire.  The receiver ignores this signal, but it garbles
-        other characters.
+        """Put a signal of this end's own transmitter on the shared wire.
+
+        The receiver ignores the signal, but the signal garbles characters of other transmitters.
         """
         if self.instant:
             return
@@ -136,7 +141,7 @@ class Line:
             self._append(Frame.of(self.clock.now, sent, item, own=True))
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or a break now.  Return the ns for which it occupies the wire."""
+        """Send a character or break; return its duration on the wire in ns."""
         if isinstance(item, Break):
             return self._carry_break(item)
         delayed = self._free_ns and self._free_ns > self.clock.now
@@ -153,7 +158,7 @@ class Line:
         return 0 if self.instant else max(passage.copies, 1) * sent.frame_ns
 
     def _passage(self, sent: UartFormat) -> Passage:
-        """Return the passage of a character that is sent now, with all disturbances applied."""
+        """Apply all line disturbances to the next character, and return the result."""
         passage = Passage(sent)
         for disturbance in tuple(self._disturbances):
             disturbance.meet(passage)
@@ -162,7 +167,10 @@ class Line:
         return passage
 
     def _pass(self, passage: Passage, byte: int) -> None:
-        """Deliver all copies of a character; later characters do not overtake delayed ones."""
+        """Deliver all copies of a disturbed character.
+
+        Later characters do not overtake delayed characters.
+        """
         now_ns, frame_ns = self.clock.now, 0 if self.instant else passage.sent.frame_ns
         start_ns = max(now_ns + passage.delay_ns, self._free_ns)
         for copy in range(passage.copies):
@@ -187,10 +195,13 @@ class Line:
         else:
             arrive(frame)
 
-    # Functions that a serial receiver calls
+    # Reception of characters from the wire
 
     def _append(self, frame: Frame) -> None:
-        """Put a frame on the wire now.  Samples before now are final."""
+        """Put a frame on the wire now.
+
+        Levels that the receiver has sampled before stay the same.
+        """
         self._sample_whole()
         if self._reading is not None:
             if len(self._levels) > MANY:
@@ -207,10 +218,12 @@ class Line:
             reading.left <= (1 if self.receiver.resynchronises else 0)
             or frame.end * reading.per > reading.next * frame.per
         ):
-            self._levels.put(frame)  # a frame that ends before the receiver's next sample is not needed
+            self._levels.put(frame)  # the receiver needs no frame that ends before its next sample
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
-        """Receive a character without sampling if the wire is otherwise free.  Return True if so.
+        """Begin to receive a character without sampling; return False if the character must be sampled.
+
+        A character can be received without sampling if the wire is otherwise free.
 
         The receiver must understand the format.
         """
@@ -225,19 +238,19 @@ class Line:
         return True
 
     def _end_whole(self, whole: Whole) -> None:
-        """Deliver a character at the end of its first stop bit."""
+        """Deliver an undisturbed character to the receiver at the end of the first stop bit."""
         if whole.sampled is not None:
             self._end_character(whole.sampled)
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # the device may change its format for later characters
+        self.receiver.take(whole.byte, SOUND)  # `take` may change the format of later characters
         self._whole = None
         if self._levels:
             self._find_start_bit()
 
     def _sample_whole(self) -> None:
-        """Start sampling a character that was to be received as a whole, because another signal is on the wire now."""
+        """Begin to sample the present character bit by bit, because another signal is on the wire."""
         whole = self._whole
         if whole is not None and self.clock.now < whole.end_ns:
             self._levels.put(Frame.of(whole.start_ns, whole.sent, whole.byte))
@@ -245,15 +258,18 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Discard a predicted start bit that is still in the future, because a new signal may contain an earlier start
-        bit.
+        """Discard a predicted start bit that is still in the future.
+
+        A new signal may contain an earlier start bit.
         """
         reading = self._reading
         if reading is not None and reading.space is not None and reading.edge_ns >= self.clock.now:
             reading.space.unread, self._reading = True, None
 
     def _find_start_bit(self) -> None:
-        """Find the next falling edge.  Each frame is put on the wire as a whole, so the edge is already known.
+        """Find the next falling edge on the wire, which may be a start bit.
+
+        Each frame is put on the wire as a whole, so the edge is already known.
 
         A receiver without a format first measures the duration of the low level (automatic baud rate).
         """
@@ -264,7 +280,7 @@ class Line:
                 return
 
     def _format(self, levels: Levels, space: Space) -> UartFormat | None:
-        """Return the format in which the receiver reads a character that begins with this space."""
+        """Return the format in which the receiver samples a character whose start bit begins with `space`."""
         receiver = self.receiver
         if receiver.format is not None and receiver.second_look is None:
             return receiver.format
@@ -273,12 +289,12 @@ class Line:
         return receiver.measure(low_ns, lambda since_ns: levels.at(edge_ns + since_ns))
 
     def _begin(self, reading: Reading) -> None:
-        """Begin a character at a possible start bit."""
+        """Begin to receive a character at a falling edge, which may be a start bit."""
         self._reading = reading
         self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._end_character(reading))
 
     def _read_on(self, now_ns: int) -> None:
-        """Sample the levels of the present character up to now."""
+        """Sample the present character up to `now_ns`."""
         while (reading := self._reading) is not None:
             self.samples += reading.read(self._levels, now_ns)
             if not reading.false_start:
@@ -287,19 +303,22 @@ class Line:
             self._find_start_bit()
 
     def _end_character(self, reading: Reading) -> None:
-        """Deliver the character at the end of its first stop bit."""
+        """Deliver a sampled character to the receiver at the end of the first stop bit."""
         self._read_on(self.clock.now)
-        if reading is not self._reading:  # after a false start bit, no character is delivered
+        if reading is not self._reading:  # the receiver delivers no character after a false start bit
             return
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # the device may change its format for later characters
+        self.receiver.take(byte, errors)  # `take` may change the format of later characters
         self._reading = None
         self._find_start_bit()
 
     def _receive_at_once(self, frame: Frame) -> None:
-        """Deliver a frame on a line on which characters take no time; each character is sampled separately."""
+        """Deliver a character on a line on which characters take no time.
+
+        The receiver samples each character separately.
+        """
         levels = Levels()
         levels.put(frame)
         [first, *_] = levels.falls(0, 1)
@@ -317,7 +336,7 @@ class Line:
 
 @dataclass
 class Uart:
-    """One end of a serial connection: transmitter with a holding register, receiver, format."""
+    """A UART: transmitter with a holding register, receiver, and character format."""
 
     clock: Clock
     format: UartFormat | None = field(default_factory=UartFormat)
@@ -349,7 +368,7 @@ class Uart:
         self._idle: Event | None = None
 
     def take(self, byte: int, errors: LineError) -> None:
-        """Receive a character."""
+        """Pass a received character to `on_receive` and to all subscribers."""
         self.on_receive(byte, errors)
         self.received.emit(byte, errors)
 
@@ -358,14 +377,17 @@ class Uart:
         return self.format is sent or (self.format is not None and self.format.shape == sent.shape)
 
     def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the format for a character that begins with the line low for `low_ns`."""
+        """Return the format of a character whose first low level lasts `low_ns`."""
         if self.format is None:
             return self.on_measure(low_ns)
         other = None if self.second_look is None else self.second_look(low_ns, level_at)
         return other or self.format
 
     def send(self, data: bytes) -> None:
-        """Queue characters.  Each is sent in the format that is set when its transmission begins."""
+        """Queue characters for transmission.
+
+        Each character is sent in the format that is set when its transmission begins.
+        """
         self.queue.extend(data)
         self.pump()
 
@@ -375,7 +397,7 @@ class Uart:
         self.pump()
 
     def pump(self) -> None:
-        """Send the next queued item, if the wire is free."""
+        """Send queued characters and breaks while the wire is free."""
         line, queue = self.line, self.queue
         while queue and not self.sending and not self.held:
             assert self.format is not None
@@ -389,7 +411,7 @@ class Uart:
             event.succeed()
 
     def pump_peer(self) -> None:
-        """On an instant line, resume the transmitter of the other end: this receiver has room again."""
+        """Resume the other transmitters on an instant line, because this receiver can accept characters again."""
         for peer in self.peers:
             if peer.queue:
                 peer.pump()
@@ -400,13 +422,13 @@ class Uart:
         return self.line.instant
 
     def when_empty(self) -> Event:
-        """Return an event that happens when the holding register is empty."""
+        """Return an event that happens when the transmitter's holding register is empty."""
         if self._empty is None:
             self._empty = self.clock.event()
         return self._empty
 
     def when_idle(self) -> Event:
-        """Return an event that happens when the last character has been sent."""
+        """Return an event that happens when all queued characters have been sent."""
         if self._idle is None:
             self._idle = self.clock.event()
         return self._idle

@@ -25,7 +25,7 @@ class Flow(Enum):
     X_ON_X_OFF = "xon"
 
 
-# Actions of a host at its end of a line, as data
+# Classes for the actions of a host at a serial line
 
 
 class Write(NamedTuple):
@@ -41,37 +41,37 @@ class SendBreak(NamedTuple):
 
 
 class SetFormat(NamedTuple):
-    """Action of a host: set the format of its line."""
+    """Action of a host: set the baud rate and the character format of the serial line."""
 
     format: UartFormat
 
 
 class SetLine(NamedTuple):
-    """Action of a host: set one of its output lines."""
+    """Action of a host: switch its output DTR or RTS on or off."""
 
     line: Literal["dtr", "rts"]
     on: bool
 
 
 class SetFlow(NamedTuple):
-    """Action of a host: set its flow control."""
+    """Action of a host: set the kind of flow control."""
 
     flow: Flow
 
 
 class Hold(NamedTuple):
-    """Stop the host's transmission, or resume transmission."""
+    """Action of a host: stop or resume its transmission."""
 
     on: bool
 
 
 @dataclass(frozen=True, slots=True)
 class DropPending:
-    """Discard the queued characters that have not been sent."""
+    """Action of a host: discard the queued characters that have not been sent."""
 
 
 class SetInstant(NamedTuple):
-    """Action of a user: from now on characters take no time, or their real time again."""
+    """Action of a user: let characters take no time (True) or their real time (False)."""
 
     on: bool
 
@@ -81,7 +81,7 @@ LineAct = Write | SendBreak | SetFormat | SetLine | Setting
 
 
 def _part(name: str, doc: str) -> Any:
-    """Return a property for one part of `format`."""
+    """Create a property of `HostEnd` that reads and sets one field of `format`."""
 
     def assign(end: "HostEnd", value: Any) -> None:
         end.format = replace(end.format, **{name: value})
@@ -90,7 +90,10 @@ def _part(name: str, doc: str) -> Any:
 
 
 class HostEnd:
-    """The host's end of a connection: its format and its two output lines.  Assign to its attributes to change them."""
+    """The host's end of a serial connection: format, and outputs DTR and RTS.
+
+    Assign to the attributes to change the settings.
+    """
 
     baudrate: int = _part("baudrate", "Bits per second.")
     bytesize: int = _part("bytesize", "Data bits: 5 to 8.")
@@ -103,7 +106,7 @@ class HostEnd:
 
     @property
     def format(self) -> UartFormat:
-        """Baud rate, data bits, parity and stop bits together."""
+        """Format of the serial line: baud rate, data bits, parity and stop bits."""
         assert self._uart.format is not None
         return self._uart.format
 
@@ -113,7 +116,7 @@ class HostEnd:
 
     @property
     def dtr(self) -> bool:
-        """Data terminal ready, wired to the device's DSR."""
+        """State of the host's output DTR (data terminal ready), which is wired to the device's DSR."""
         return self.dtr_line.level
 
     @dtr.setter
@@ -122,7 +125,7 @@ class HostEnd:
 
     @property
     def rts(self) -> bool:
-        """Request to send, wired to the device's CTS."""
+        """State of the host's output RTS (request to send), which is wired to the device's CTS."""
         return self.rts_line.level
 
     @rts.setter
@@ -131,7 +134,10 @@ class HostEnd:
 
 
 class SerialPort:
-    """A serial connection as the host uses it.  If the device has no DTR or RTS line, the line counts as on."""
+    """The host's side of a serial connection: data, format, control lines and flow control.
+
+    A DTR or RTS line that the device does not have counts as on.
+    """
 
     def __init__(
         self, clock: Clock, wiring: Wiring, dtr: Pin | None = None, rts: Pin | None = None, *, line: UartFormat
@@ -163,22 +169,26 @@ class SerialPort:
         return data
 
     def send_break(self, seconds: float = 0.25) -> None:
-        """Hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
+        """Send a break: hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
         check_break(seconds)
         self._uart.send_break(seconds)
         self._breaks.emit(seconds)
 
     @property
     def control_lines(self) -> dict[str, Pin]:
-        """The device's control lines by the device's names: outputs `dtr` and `rts`, inputs `dsr` and `cts`.  The
-        level of an input is that of the host's output wired to the input.
+        """The control lines of the device: outputs `dtr` and `rts`, inputs `dsr` and `cts`.
+
+        The level of an input is that of the host's output that is wired to the input.
         """
         own, host = {"dtr": self.dtr_line, "rts": self.rts_line}, self.host
         return {**own, "dsr": host.dtr_line, "cts": host.rts_line} if self.handshake else {}
 
     @property
     def flow(self) -> Flow:
-        """The host's flow control.  An assignment cancels the effect of an earlier X_OFF."""
+        """The host's kind of flow control.
+
+        An assignment cancels the effect of an earlier X_OFF.
+        """
         return self._flow
 
     @flow.setter
@@ -190,8 +200,9 @@ class SerialPort:
 
     @property
     def held(self) -> bool:
-        """True if the host's transmission is stopped, with any kind of flow control.  A character on the wire is
-        completed.
+        """True while the host holds back its transmission.
+
+        This is possible with any kind of flow control.  A character on the wire is completed.
         """
         return self._held
 
@@ -226,16 +237,16 @@ class SerialPort:
 
     @property
     def dtr(self) -> bool:
-        """The device's data terminal ready."""
+        """State of the device's output DTR (data terminal ready)."""
         return self.dtr_line.level
 
     @property
     def rts(self) -> bool:
-        """The device's request to send."""
+        """State of the device's output RTS (request to send)."""
         return self.rts_line.level
 
     def subscribe_breaks(self, callback: Callable[[float], None]) -> Callable[[], None]:
-        """Call `callback(seconds)` with each break that the host sends.  Return an unsubscribe function."""
+        """Call `callback(seconds)` at each break that the host sends.  Return an unsubscribe function."""
         return self._breaks.subscribe(callback)
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
@@ -243,12 +254,13 @@ class SerialPort:
         return self._receives.subscribe(callback)
 
     def subscribe_sent(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `callback(data)` with data from the host when it is queued.  Return an unsubscribe function."""
+        """Call `callback(data)` whenever the host queues data.  Return an unsubscribe function."""
         return self._writes.subscribe(callback)
 
     def subscribe_settings(self, callback: Callable[[Setting], None]) -> Callable[[], None]:
-        """Call `callback(setting)` before each `Setting` that changes something, unless the bench itself made the
-        change.
+        """Call `callback(setting)` before a host or user changes a setting of the port.
+
+        Changes that the bench itself makes, and settings that stay the same, are not reported.
 
         Return an unsubscribe function.
         """

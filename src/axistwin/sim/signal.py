@@ -7,7 +7,10 @@ P = ParamSpec("P")
 
 
 class Signal(Generic[P]):
-    """Callbacks, called in the order of their subscription.  `bool(signal)` is True if there are callbacks."""
+    """A list of callbacks; `emit` calls them in the order of their subscription.
+
+    `bool(signal)` is True if there are callbacks.
+    """
 
     def __init__(self) -> None:
         self._callbacks: tuple[Callable[P, object], ...] = ()

@@ -14,20 +14,22 @@ Wiring = Callable[[Uart], tuple[Line, Line]]
 
 
 def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:
-    """Connect a transmitter to a receiver."""
+    """Connect the transmitter of one port to the receiver of another port, and return the line."""
     line = Line(sender.clock, receiver, instant)
     sender.line, receiver.peers = line, (sender,)
     return line
 
 
 def join(first: Uart, second: Uart, *, instant: bool = False) -> None:
-    """Connect two ends in both directions, transmitter to receiver."""
+    """Connect two serial ports in both directions, transmitter to receiver."""
     wire(first, second, instant)
     wire(second, first, instant)
 
 
 class Pair:
-    """One pair of wires that several ends share, as in RS-485: each end receives what all others send.
+    """A pair of wires that several serial ports share, as in RS-485.
+
+    Each end receives the signals of all other ends.
 
     The wire is at space when any end sends space; two simultaneous senders garble each other.  No end receives its own
     characters.
@@ -42,7 +44,7 @@ class Pair:
 
 
 class _Tap:
-    """The connection of one end's transmitter to the pair."""
+    """Connection of one transmitter to a shared pair of wires."""
 
     def __init__(self, lines: Sequence[Line], sender: Uart) -> None:
         self._others = [line for line in lines if line.receiver is not sender]
@@ -62,12 +64,15 @@ class _Tap:
 
 
 def direct(device: Uart, *, instant: bool = False) -> Wiring:
-    """Return a wiring to one device, in both directions."""
+    """Return a wiring that connects the host to one device, in both directions."""
     return daisy_chain([device], instant=instant)
 
 
 def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
-    """Return a ring: host to first device, each device's transmitter to the next receiver, the last one to the host."""
+    """Return a wiring that forms a ring: the host sends to the first device, and the last device to the host.
+
+    Each other device sends to the next device.
+    """
 
     def connect(host: Uart) -> tuple[Line, Line]:
         ends = (host, *devices, host)
@@ -78,7 +83,10 @@ def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
 
 
 def shared_pair(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
-    """Return a wiring of host and devices on one pair; its lines are the first device's and the host's."""
+    """Return a wiring that connects a host and several devices by one shared pair of wires.
+
+    The wiring returns the lines to the first device and to the host.
+    """
 
     def connect(host: Uart) -> tuple[Line, Line]:
         pair = Pair((host, *devices), instant)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import LinkError
 from axistwin.standin.channel import RECEIVE_WINDOW
-from axistwin.standin.clock_fit import SAMPLES, WORST_S
+from axistwin.standin.clock_fit import WORST_S
 from axistwin.standin.connection import Connection, Procedure
 from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 IDENTIFY_BYTES = 40
+MOST_FITS, FIT_SAMPLES = 4, 100
+"""Number of attempts to fit a line to the board's clock at the start, and samples of each: 2 s."""
 SPARE_MOVES = 6
 """Number of entries of the board's queue that are never used."""
 LIMIT_REASON, HOST_REASON = 1, 2
@@ -32,7 +34,7 @@ LIMIT_REASON, HOST_REASON = 1, 2
 
 
 class State(Enum):
-    """State of a board."""
+    """State of the connection to a motion board."""
 
     CONNECTING = "connecting"
     READY = "ready"
@@ -40,7 +42,10 @@ class State(Enum):
 
 
 class Board:
-    """A board with its wiring.  Times are those of the host in seconds; `journal` receives one line per action."""
+    """A motion board, as used by the stand-in: its configuration, its pulses and its inputs.
+
+    Times are in seconds of the host's clock; `journal` receives one line for each action.
+    """
 
     def __init__(
         self,
@@ -49,7 +54,7 @@ class Board:
         journal: Callable[[str], None] = lambda line: None,
         positions: Mapping[str, int] | None = None,
     ) -> None:
-        """`positions`: net pulses at the start, by axis; 0 if left out."""
+        """Begin to connect to the board.  `positions`: net pulses of each axis at the start (default 0)."""
         self.wiring, self.horizon_s, self._note = wiring, horizon_s, journal
         self._at_start = dict(positions or {})
         self.state = State.CONNECTING
@@ -68,7 +73,7 @@ class Board:
         self.connection.begin(self._start())
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """Process bytes from the board."""
+        """Process bytes that the board has sent."""
         self.connection.now_s = now_s
         for name, values in self.connection.receive(data):
             if self.state is not State.READY:
@@ -79,7 +84,7 @@ class Board:
                 self._triggered(values["oid"], values["trigger_reason"])
 
     def due(self, now_s: float) -> bytes:
-        """Return the bytes to send to the board now.  Call at least every 5 ms."""
+        """Return the bytes that must be sent to the board now; must be called at least every 5 ms."""
         self.connection.now_s = now_s
         if self.state is State.FAILED:
             return b""
@@ -96,7 +101,7 @@ class Board:
         return self.connection.channel.due(now_s)
 
     def fail(self, reason: str) -> None:
-        """Mark the board as failed for this reason; it is not used until `restart`."""
+        """Mark the board as failed, with a reason; the board is not used until `restart` is called."""
         if self.state is not State.FAILED:
             self.state = State.FAILED
             self.connection.drop()
@@ -107,7 +112,7 @@ class Board:
     # Start
 
     def restart(self, now_s: float) -> None:
-        """Connect again after a failure, at the user's command."""
+        """Connect to the board again after a failure, at the user's command."""
         self.state, self._objects = State.CONNECTING, Objects()
         self.connection.restart(now_s)
         self.stopped.clear()
@@ -157,7 +162,9 @@ class Board:
         if config["is_config"] and config["crc"] & 0xFFFF_FFFF != made.crc:
             raise LinkError("the board is configured for another scene: press its reset button, then try again")
         if motors and not config["is_config"]:
-            raise LinkError("the board was reset, so its position is unknown: begin again with --unhomed, then home")
+            raise LinkError(
+                "the board was reset, so its positions are unknown: start again with --unhomed, then home the axes"
+            )
         if config["is_shutdown"]:
             self.connection.send("clear_shutdown")
         if not config["is_config"]:
@@ -169,24 +176,25 @@ class Board:
         moves, outputs = config["move_count"], len(self.wiring.outputs)
         needed = SPARE_MOVES + outputs + 12 * len(self.wiring.axes)
         if moves < needed:
-            raise LinkError(f"the board's queue has {moves} entries: expected at least {needed}: use fewer axes")
+            raise LinkError(f"the board's queue has {moves} entries, but this scene needs {needed}: use fewer axes")
         self._stream.room = moves - SPARE_MOVES - outputs
         if not motors:
             motors.update({axis.axis: Motor(axis, made.steppers[axis.axis]) for axis in self.wiring.axes})
 
     def _fit_clock(self) -> Procedure:
         connection = self.connection
-        connection.forget_clock()
-        for _ in range(2 * SAMPLES):
-            yield "clock", None, b""
-            if connection.clock.good:
-                connection.clock.steady = True
-                break
-        else:
-            raise LinkError(
-                f"the board's clock is too irregular: error {connection.clock.error_s * 1e6:.0f} µs: expected at most "
-                f"{WORST_S * 1e6:.0f}: use another USB port or cable"
-            )
+        for _ in range(MOST_FITS):
+            connection.forget_clock()
+            for _ in range(FIT_SAMPLES):
+                yield "clock", None, b""
+                if connection.clock.good:
+                    connection.clock.steady = True
+                    return
+        error_us, most_us = connection.clock.error_s * 1e6, WORST_S * 1e6
+        raise LinkError(
+            f"the board's clock has an error of {error_us:.0f} µs: expected at most {most_us:.0f} µs; "
+            "use another USB port or cable"
+        )
 
     def _read_positions(self, groups: tuple[str, ...]) -> Procedure:
         for motor in self._stream.of(groups):
@@ -198,16 +206,17 @@ class Board:
             self._note(f"position {motor.pins.axis} {motor.position}")
 
     def _check_emergency_stops(self) -> None:
-        """Raise LinkError if an emergency stop is open."""
+        """Raise LinkError if an emergency-stop input is open."""
         for given in self.wiring.inputs:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
-                raise LinkError(f"{given.to} is open: close it, then try again")
+                raise LinkError(f"the emergency stop {given.to} is open: close the emergency stop, then try again")
 
-    # Inputs, and stops that the board makes by itself
+    # Inputs of the board
 
     def _arm(self, group: str) -> None:
-        """Configure the board to stop the axes of a controller at its stop inputs; inputs already open are only
-        reported.
+        """Configure the board to stop the axes of a controller when one of its stop inputs opens.
+
+        The board only reports changes of stop inputs that are open now.
         """
         trsync = self._objects.groups[group]
         self._start_trigger(trsync)
@@ -246,7 +255,7 @@ class Board:
                         trsync_oid=trsync, trigger_reason=reason)  # fmt: skip
 
     def _triggered(self, oid: int, reason: int) -> None:
-        """Handle the report of a trigger; ignore repeated reports of the same trigger."""
+        """Handle the board's report that an input has changed, and ignore repetitions of the report."""
         groups = {number: group for group, number in self._objects.groups.items()}
         if oid in groups:
             group = groups[oid]
@@ -262,7 +271,7 @@ class Board:
             self.connection.begin(self._changed(given))
 
     def _trigger_s(self, given: InputPin) -> Generator[Any, dict[str, Any], float]:
-        """Ask the board when an input changed; return the time in s of the host's clock."""
+        """Ask the board when an input changed, and return the time in seconds of the host's clock."""
         connection, oid = self.connection, self._objects.endstops[given.to]
         state = yield from connection.ask("endstop_query_state", "endstop_state", oid=oid)
         next_sample = connection.clock.unwrapped(state["next_clock"])
@@ -286,10 +295,10 @@ class Board:
         elif given.controller not in self.stopped:
             self._stop_at_change(given)
 
-    # Stops that the host requests
+    # Stops at the request of the host
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of these controllers at once; () stops all axes."""
+        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
         stopping = tuple(group for group in groups or self.wiring.groups if group not in self._stopping)
         if self.state is State.READY and stopping:
             self._stopping |= set(stopping)
@@ -308,7 +317,7 @@ class Board:
         return {motor.pins.axis: motor.position for motor in self._stream.of(groups)}
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again, and configure its stop inputs."""
+        """Accept pulses of a stopped controller again, and configure the stop inputs of this controller."""
         if self.state is State.READY and group in self.stopped:
             self.stopped.discard(group)
             self._stopping.discard(group)
@@ -319,7 +328,10 @@ class Board:
     def queue(
         self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float = TOLERANCE_S
     ) -> None:
-        """Plan pulses one horizon (a constant delay) after these times, within the limits; direction: +1 or -1."""
+        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay).
+
+        `direction` is +1 or -1.  Pulses beyond a limit stop the axes of the controller.
+        """
         motor = self._stream.motors.get(axis)
         if self.state is not State.READY or not len(times_s) or motor is None or motor.pins.controller in self.stopped:
             return
@@ -336,13 +348,13 @@ class Board:
             self.stop(refused, (motor.pins.controller,))
 
     def _drop_pulses(self, groups: tuple[str, ...]) -> None:
-        """Discard the unsent pulses of these controllers, and all their further pulses until `resume`."""
+        """Discard the unsent pulses of these controllers, and their later pulses until `resume` is called."""
         self.stopped |= set(groups)
         for motor in self._stream.of(groups):
             motor.waiting.clear()
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
+        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
         if self.state is State.READY:
             connection = self.connection
             output = next(each for each in self.wiring.outputs if each.source == source)
@@ -352,13 +364,13 @@ class Board:
             connection.send("queue_digital_out", oid=oid, clock=clock & 0xFFFF_FFFF, on_ticks=on)
 
     def _feed(self) -> None:
-        """Enable the drives at intervals; without this command the board's watchdog switches the drives off."""
+        """Send the enable command that keeps the board's watchdog from switching the drives off."""
         if self.connection.now_s >= self._next_feed_s:
             self._next_feed_s = self.connection.now_s + self.wiring.watchdog_s / 5
             for pin, oid in self._objects.enables.items():
                 self.connection.send("update_digital_out", oid=oid, value=int(not pin.inverted))
 
     def shut_down(self) -> None:
-        """Stop all axes and switch the drives off, at the end of a run."""
+        """Stop all axes and switch all drives off at the end of a run."""
         if self.connection.dictionary.constants:
             self.connection.send("emergency_stop")

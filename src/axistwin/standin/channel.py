@@ -15,24 +15,29 @@ RECEIVE_WINDOW = 192
 
 @dataclass
 class _Sent:
-    """An unacknowledged block.  `again`: sent more than once; `lost`: the board has requested the block again."""
+    """A block that has been sent to the board but is not acknowledged."""
 
     content: bytes
     data: bytes
     at_s: float
     again: bool = False
+    """True if the block has been sent more than once."""
     lost: bool = False
+    """True if the board has requested the block again."""
 
 
 class Channel:
-    """Converts between commands or responses and the bytes on the line; it does no input or output itself."""
+    """Converts commands into bytes for a board, and bytes from the board into responses.
+
+    The class does no input or output.
+    """
 
     def __init__(self, window: int = RECEIVE_WINDOW) -> None:
         self.window = window
         """Size of the board's receive buffer in bytes."""
         self._reader = frames.Reader()
-        self._first = 0  # number of the oldest unacknowledged block; a block contains its lowest four bits
-        self._agreed = False  # True once the board has acknowledged a block
+        self._first = 0  # number of the oldest block that the board has not acknowledged
+        self._agreed = False  # `_agreed` becomes True when the board acknowledges a block
         self._unacknowledged: deque[_Sent] = deque()
         self._waiting: deque[tuple[bytes, Callable[[float], None]]] = deque()
         self._timeout_s = LEAST_TIMEOUT_S
@@ -43,31 +48,37 @@ class Channel:
 
     @property
     def damaged(self) -> int:
-        """Number of times that damaged bytes from the board were dropped."""
+        """Number of times that damaged bytes from the board have been dropped."""
         return self._reader.damaged
 
     @property
     def idle(self) -> bool:
-        """True if everything has been sent and acknowledged."""
+        """True if all commands have been sent and acknowledged."""
         return not self._waiting and not self._unacknowledged
 
     def send(self, content: bytes, sent: Callable[[float], None] = lambda at_s: None) -> None:
-        """Queue one command; `sent(at_s)` is called when its block is first sent.  Small commands share a block."""
+        """Queue one command for the board.
+
+        `sent(at_s)` is called when the block of the command is first sent.  Small commands share a block.
+        """
         self._waiting.append((content, sent))
 
     def silent_s(self, now_s: float) -> float:
-        """Return the time in seconds since the last acknowledgement; 0 if all blocks are acknowledged."""
+        """Return the seconds since the board's last acknowledgement, or 0 if all blocks are acknowledged."""
         return 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
 
     def receive(self, data: bytes, now_s: float) -> Iterator[bytes]:
-        """Yield the board's responses in the received bytes."""
+        """Process received bytes and yield the responses of the board."""
         for sequence, content in self._reader.feed(data):
             self._acknowledge(sequence, now_s, is_empty=not content)
             if content:
                 yield content
 
     def _acknowledge(self, sequence: int, now_s: float, *, is_empty: bool) -> None:
-        """Remove the blocks that the board has received; `sequence` is the number of the next block it expects."""
+        """Remove the blocks that the board has acknowledged.
+
+        `sequence` is the number of the next block that the board expects.
+        """
         ahead = (sequence - self._first) & 0x0F
         if ahead > len(self._unacknowledged):
             if not self._agreed:
@@ -87,13 +98,13 @@ class Channel:
             self._unacknowledged[0].lost = True
 
     def _renumber(self, sequence: int) -> None:
-        """Renumber the unsent blocks from `sequence`, the number that the board expects after an earlier host."""
+        """Renumber the unacknowledged blocks, beginning with the number that the board expects."""
         self._first = sequence
         for number, sent in enumerate(self._unacknowledged, sequence):
             sent.data, sent.lost = frames.block(number, sent.content), True
 
     def due(self, now_s: float) -> bytes:
-        """Return the bytes to send now."""
+        """Return the bytes that must be sent to the board now."""
         out = bytearray()
         oldest = self._unacknowledged[0] if self._unacknowledged else None
         if oldest is not None and (oldest.lost or now_s - oldest.at_s >= self._timeout_s):
@@ -116,7 +127,7 @@ class Channel:
         return sum(len(block.data) for block in self._unacknowledged)
 
     def _next_block(self, now_s: float) -> bytes:
-        """Return a block that contains as many waiting commands as fit into it."""
+        """Return a block with as many waiting commands as fit into one block."""
         most = min(frames.MOST_CONTENT, self.window - self._in_flight - frames.LEAST)
         contents, calls = bytearray(), []
         while self._waiting and (not contents or len(contents) + len(self._waiting[0][0]) <= most):

@@ -13,9 +13,9 @@ SOON_S = 0.05
 """Longest time in seconds for a command to reach a working board."""
 MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
 """A board has failed if it acknowledges nothing for this time; a board that has just been reset takes longer."""
-MOST_CLOCK_S, LEAST_CLOCK_S = 1.0, 0.02
+MOST_CLOCK_S, LEAST_CLOCK_S = 0.25, 0.02
 """Longest and shortest interval in seconds at which the board's clock is read."""
-CLOCKS = 40
+CLOCKS = 100
 """The interval is the time since the start divided by this number, so that the samples cover ever more time."""
 ANSWER_S, MOST_REQUESTS = 0.25, 24
 """Time after which an unanswered request is sent again, and largest number of times that it is sent."""
@@ -26,7 +26,7 @@ Procedure = Generator[tuple[str, int | None, bytes], dict[str, Any], None]
 
 @dataclass
 class _Request:
-    """A request without a response yet; the response `name` of the board's object `oid` resumes `procedure`."""
+    """A request to a board that has not been answered; its response resumes `procedure`."""
 
     procedure: Procedure
     name: str
@@ -37,7 +37,10 @@ class _Request:
 
 
 class Connection:
-    """Sends commands to a board and decodes its responses.  `fail` is called with the reason when a request fails."""
+    """Sends commands to a board and decodes the board's responses.
+
+    `fail` is called with the reason when a request fails.
+    """
 
     def __init__(self, fail: Callable[[str], None]) -> None:
         self._fail = fail
@@ -60,17 +63,18 @@ class Connection:
 
     @property
     def silent(self) -> bool:
-        """True if the board has acknowledged nothing for so long that it counts as failed."""
+        """True if the board has acknowledged nothing for so long that the board counts as failed."""
         most_s = MOST_SILENT_S if self.dictionary.constants else MOST_SILENT_AT_START_S
         return self.channel.silent_s(self.now_s) > most_s
 
     def send(self, name: str, **values: int) -> None:
-        """Send a command."""
+        """Send a command to the board."""
         self.channel.send(self.dictionary.encode(name, **values))
 
     def receive(self, data: bytes) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Yield the name and values of each response in the received bytes; then resume the procedures that wait
-        for it.
+        """Yield the name and the values of each response in the received bytes.
+
+        Procedures that wait for a response are then resumed.
         """
         for content in self.channel.receive(data, self.now_s):
             name, values = self.dictionary.decode(content)
@@ -84,16 +88,16 @@ class Connection:
     # Requests
 
     def begin(self, procedure: Procedure) -> None:
-        """Run a procedure up to its first request."""
+        """Start a procedure and send its first request to the board."""
         self._advance(procedure, None)
 
     def ask(self, name: str, answer: str, **values: int) -> Generator[Any, dict[str, Any], dict[str, Any]]:
-        """Send a command within a procedure; return the values of the response called `answer`."""
+        """Send a command to the board, wait for the response `answer`, and return its values."""
         found: dict[str, Any] = yield answer, values.get("oid"), self.dictionary.encode(name, **values)
         return found
 
     def repeat_requests(self) -> None:
-        """Repeat the requests whose response is late and may have been lost."""
+        """Repeat the requests to the board whose response is late."""
         for request in self._requests:
             if request.content and self.now_s >= request.again_at_s:
                 request.left -= 1
@@ -124,13 +128,17 @@ class Connection:
     # Clock
 
     def forget_clock(self) -> None:
-        """Fit a new line to the board's clock, from now on."""
+        """Discard all samples of the board's clock."""
         self.clock = ClockFit(self.dictionary.clock_hz)
         self._clock_from_s = self.now_s
 
     def read_clock(self) -> None:
-        """Request the time of the board's clock, at intervals that grow."""
-        if self.now_s >= self._next_clock_s:
+        """Request a reading of the board's clock if the next reading is due.
+
+        While a response is missing, no request is sent: the response would be taken for that of the new request.
+        """
+        missing = self._clock_sent_s is not None and self.now_s < self._clock_sent_s + ANSWER_S
+        if self.now_s >= self._next_clock_s and not missing:
             interval_s = (self.now_s - self._clock_from_s) / CLOCKS
             self._next_clock_s = self.now_s + min(max(interval_s, LEAST_CLOCK_S), MOST_CLOCK_S)
             self._clock_sent_s = None
@@ -140,7 +148,7 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the latest arrival time of a command that is sent now, in ticks of the board."""
+        """Return the latest time, in ticks of the board's clock, at which a command sent now arrives."""
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:

@@ -23,16 +23,17 @@ Value = int | bytes
 
 @dataclass(frozen=True)
 class Format:
-    """Format of a message: identifier, name and parameters; a parameter is its name, and True for a string."""
+    """Format of a message in Klipper's protocol, with its identifier and its parameters."""
 
     number: int
     text: str
     name: str
     parameters: tuple[tuple[str, bool], ...]
+    """Name of each parameter, and True if the parameter is a string."""
 
     @classmethod
     def read(cls, text: str, number: int) -> "Format":
-        """Return the message described by a text such as `queue_step oid=%c interval=%u`."""
+        """Parse the description of a message format, e.g. `queue_step oid=%c interval=%u`."""
         found = _ARGUMENT.findall(text)
         return cls(number, text, text.split()[0], tuple((name, kind.endswith("s")) for name, kind in found))
 
@@ -52,37 +53,39 @@ class Dictionary:
             enumerations = described.get("enumerations", {})
             self.pins = _numbered(enumerations.get("pin", {}))
             self._texts = {number: text for text, number in _numbered(enumerations.get("static_string_id", {})).items()}
-        except (AttributeError, TypeError, ValueError, IndexError) as error:
-            raise LinkError(f"the board's dictionary cannot be read: {error}") from None
+        except (AttributeError, TypeError, ValueError, IndexError) as reason:
+            raise LinkError(f"the board's firmware has sent an invalid dictionary: {reason}") from None
         self.commands.setdefault("identify", Format.read(IDENTIFY, 1))
         self._responses.setdefault(0, Format.read(IDENTIFY_RESPONSE, 0))
 
     @classmethod
     def unpack(cls, data: bytes) -> "Dictionary":
-        """Return the dictionary in the data that a board has sent."""
+        """Return the dictionary that a board has sent as compressed data."""
         try:
             described = json.loads(zlib.decompress(data))
-        except (zlib.error, ValueError) as error:
-            raise LinkError(f"the board's dictionary cannot be read: {error}") from None
+        except (zlib.error, ValueError) as reason:
+            raise LinkError(f"the dictionary of the board's firmware cannot be unpacked: {reason}") from None
         if not isinstance(described, dict):
-            raise LinkError("the board's dictionary cannot be read: expected a JSON object")
+            raise LinkError("the board's firmware has sent an invalid dictionary: expected a JSON object")
         return cls(described)
 
     @property
     def clock_hz(self) -> float:
-        """Ticks per second of the board's clock."""
+        """Frequency of the board's clock in ticks per second."""
         return float(self.constants["CLOCK_FREQ"])
 
     def encode(self, name: str, **values: Value) -> bytes:
-        """Return a command as bytes.  Raises LinkError if the firmware does not have the command."""
+        """Encode a command as bytes.  Raises LinkError if the firmware does not have the command."""
         if name not in self.commands:
             raise LinkError(
-                f"the board's firmware has no command {name!r}: expected Klipper with this feature built in"
+                f"the board's firmware has no command {name!r}: expected a build of Klipper with this command"
             )
         command = self.commands[name]
         missing = {parameter for parameter, _ in command.parameters} ^ values.keys()
         if missing:
-            raise LinkError(f"the board's firmware has another {name!r}: expected Klipper of 2022 or later")
+            raise LinkError(
+                f"the command {name!r} of the board's firmware has other parameters: expected Klipper of 2022 or later"
+            )
         encoded = [frames.integer(command.number)]
         for parameter, _ in command.parameters:
             value = values[parameter]
@@ -90,7 +93,7 @@ class Dictionary:
         return b"".join(encoded)
 
     def decode(self, content: bytes) -> tuple[str, dict[str, Any]]:
-        """Return the name and the values of a response; the name is "" if the dictionary lacks the response."""
+        """Decode a response into its name and values; the name is "" for an unknown response."""
         try:
             number, at = frames.read_integer(content, 0)
             if number in self._outputs:
@@ -112,7 +115,7 @@ class Dictionary:
 
 
 def _numbered(enumeration: Mapping[str, Any]) -> dict[str, int]:
-    """Return an enumeration without ranges: {"PC0": [16, 8]} becomes PC0 to PC7 with the numbers 16 to 23."""
+    """Expand the ranges of an enumeration: {"PC0": [16, 8]} becomes PC0 to PC7 with the numbers 16 to 23."""
     numbers: dict[str, int] = {}
     for name, value in enumeration.items():
         if isinstance(value, int):

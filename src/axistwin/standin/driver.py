@@ -19,7 +19,7 @@ INPUT_S = 0.02
 
 
 class Wired(Protocol):
-    """Part of a wiring that the driver uses."""
+    """The part of a board's wiring that `Driver` uses."""
 
     @property
     def name(self) -> str:
@@ -27,32 +27,32 @@ class Wired(Protocol):
 
     @property
     def axes(self) -> Sequence[DrivenAxis]:
-        """Axes on the board."""
+        """Axes that the board drives."""
 
     @property
     def outputs(self) -> Sequence[Switched]:
-        """Outputs on the board."""
+        """Outputs that the board switches."""
 
     @property
     def groups(self) -> tuple[str, ...]:
-        """Names of the controllers with axes on the board."""
+        """Names of the controllers whose axes the board drives."""
 
 
 class Output(Protocol):
-    """Interface of a motion board, as used by `Driver`."""
+    """Interface through which `Driver` uses a motion board."""
 
     @property
     def wiring(self) -> Wired:
-        """Axes and outputs on the board."""
+        """Axes that the board drives, and outputs that the board switches."""
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]", tolerance_s: float, /) -> None:
-        """Plan pulses one horizon (a constant delay) after these times, in s of the host's clock."""
+        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
+        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of these controllers at once; () stops all axes."""
+        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
 
     def resume(self, group: str) -> None:
         """Accept pulses of a stopped controller again."""
@@ -62,7 +62,10 @@ class Output(Protocol):
 
 
 class Driver:
-    """Drives motion boards from a bench.  `tell`: function that shows a line of text to the user."""
+    """Sends the pulses and outputs of a bench to motion boards, and the boards' inputs to the bench.
+
+    `tell` is called with each line of text for the user.
+    """
 
     def __init__(self, bench: Bench, boards: Sequence[Output], tell: Callable[[str], None]) -> None:
         self.bench, self.boards, self._tell = bench, boards, tell
@@ -97,26 +100,32 @@ class Driver:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the axes on the boards."""
+        """Names of all axes that the boards drive."""
         return tuple(self._board)
 
     @property
     def commanded(self) -> dict[str, int]:
-        """Positions of the axes now, in net pulses; those of the motors follow one horizon later."""
+        """Commanded position of each axis, in net pulses.
+
+        The motors reach these positions one horizon later.
+        """
         return {whole: self._origin[whole] + motor.pulses for whole, motor in self._motors.items()}
 
     @property
     def all_ready(self) -> bool:
-        """True if each board is ready."""
+        """True if all boards accept pulses."""
         return len(self._ready) == len(self.boards)
 
     @property
     def failed(self) -> bool:
-        """True if a board has failed."""
+        """True if at least one board has failed."""
         return bool(self._failed)
 
     def begin(self, now_s: float) -> None:
-        """Begin to send pulses; `now_s` is the time of the host's clock at the present virtual time."""
+        """Begin to send pulses to the boards.
+
+        `now_s` is the time of the host's clock at the present virtual time.
+        """
         self._offset_s = now_s - self.bench.now / S
         self._motors = {whole: self._motor(whole) for whole in self._board}
         self._origin = {whole: self.positions[whole] - self._motors[whole].pulses for whole in self._board}
@@ -126,7 +135,10 @@ class Driver:
                 board.set_output(output.source, self._pin(output.source).level, now_s)
 
     def collect(self) -> None:
-        """Send the pulses since the last call; must be called at least five times per horizon, when no event is due."""
+        """Send the boards all pulses that the axes of the bench have made since the last call.
+
+        Must be called at least five times per horizon, when no event of the bench is due.
+        """
         if self.live:
             for whole, board in self._board.items():
                 motor = self._motors[whole]
@@ -136,13 +148,14 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the axes of a stopped controller as soon as its interrupted motion has ended."""
+        """Release the axes of each stopped controller whose interrupted motion has ended."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
             if any(self._motors[whole].moving for whole in wholes):
                 self._at_rest_ns.pop(group, None)
-            elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:  # its last pulse has been dropped
+            elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:
+                # the axes were at rest at an earlier call, so all pulses of the motion have been dropped
                 del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:
@@ -151,7 +164,10 @@ class Driver:
                     board.resume(group)
 
     def handle(self, board: Output, event: Event) -> None:
-        """Handle an event of a board.  The bench must have been advanced to the present time."""
+        """Handle an event that a board has reported.
+
+        The bench must have been advanced to the present time.
+        """
         match event:
             case Ready(positions, inputs):
                 self._ready.add(board.wiring.name)
@@ -182,7 +198,7 @@ class Driver:
                 self._wait_for_user(board, reason)
 
     def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
-        """Stop the axes on other boards whose controller has been stopped on this board."""
+        """Stop the axes on other boards that belong to a controller stopped on this board."""
         stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
         for other in self.boards:
             if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):
@@ -194,7 +210,7 @@ class Driver:
         self._tell(f"stopped: {board.wiring.name}: {reason}")
 
     def _hold(self, positions: Mapping[str, int]) -> None:
-        """Stop these simulated axes at the positions that the real motors have reached."""
+        """Stop simulated axes at the positions that the real motors have reached."""
         if self.live:
             for whole, position in positions.items():
                 self._motors[whole].hold(position - self._origin[whole])
@@ -202,12 +218,12 @@ class Driver:
                 self._at_rest_ns.pop(whole.rpartition(".")[0], None)
 
     def stop(self, reason: str) -> None:
-        """Stop all motors at once."""
+        """Stop all motors on all boards at once."""
         for board in self.boards:
             board.stop(reason)
 
     def go_on(self, now_s: float) -> None:
-        """Continue after a stop, at the user's command.  Failed boards are connected again."""
+        """Continue after a stop at the user's command, and connect to failed boards again."""
         self._offset_s = max(self._offset_s, now_s - self.bench.now / S)
         for board in self.boards:
             if board.wiring.name in self._failed:

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Ready:
-    """Event: the board is configured and accepts pulses.  `positions`: net pulses by axis; `inputs`: levels by
-    input.
+    """Event: the board is configured and accepts pulses.
+
+    `positions`: net pulses of each axis; `inputs`: level of each input.
     """
 
     positions: Mapping[str, int]
@@ -16,7 +17,7 @@ class Ready:
 
 @dataclass(frozen=True)
 class InputChanged:
-    """Event: an input has changed.  `at_s`: time in s of the host's clock."""
+    """Event: an input of the board has changed at the time `at_s`, in seconds of the host's clock."""
 
     to: str
     level: bool
@@ -25,8 +26,9 @@ class InputChanged:
 
 @dataclass(frozen=True)
 class Stopped:
-    """Event: axes have stopped.  `positions`: net pulses by axis; `by`: input that stopped them, or "" for another
-    reason.
+    """Event: the board has stopped some of its axes.
+
+    `positions`: net pulses of each stopped axis; `by`: input that stopped the axes, or "" for another reason.
     """
 
     reason: str
@@ -36,7 +38,7 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Failed:
-    """Event: the board has stopped all axes, does not answer, or cannot be used; only the user can continue."""
+    """Event: the board has failed, and is not used until the user continues."""
 
     reason: str
 

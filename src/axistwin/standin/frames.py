@@ -13,7 +13,10 @@ _DESTINATION, _SEQUENCE = 0x10, 0x0F
 
 
 def crc16(data: bytes) -> int:
-    """Return the 16-bit CCITT CRC of a block; `data` is the block without its CRC and sync byte."""
+    """Return the 16-bit CCITT CRC of a message block.
+
+    `data` is the block without its CRC and sync byte.
+    """
     crc = 0xFFFF
     for byte in data:
         byte ^= crc & 0xFF
@@ -23,14 +26,14 @@ def crc16(data: bytes) -> int:
 
 
 def block(sequence: int, content: bytes) -> bytes:
-    """Return a message block with this content."""
+    """Return a message block with a sequence number and a content."""
     assert len(content) <= MOST_CONTENT, "the content fits into a block"
     head = bytes([len(content) + LEAST, _DESTINATION | sequence & _SEQUENCE]) + content
     return head + crc16(head).to_bytes(2, "big") + bytes([SYNC])
 
 
 class Reader:
-    """Finds the blocks in a stream of bytes; damaged blocks are dropped."""
+    """Finds the message blocks in a stream of bytes, and drops damaged blocks."""
 
     def __init__(self) -> None:
         self._data = bytearray()
@@ -38,7 +41,7 @@ class Reader:
         """Number of times that damaged bytes have been discarded."""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
-        """Add received bytes; yield the sequence number and content of each block that is now complete."""
+        """Add received bytes, and yield the sequence number and content of each complete block."""
         self._data += data
         while self._data:
             size = self._data[0]
@@ -63,7 +66,7 @@ def _whole(data: bytes) -> bool:
 
 
 def integer(value: int) -> bytes:
-    """Return an integer in the protocol's encoding of 1 to 5 bytes."""
+    """Encode an integer in 1 to 5 bytes, as Klipper's protocol requires."""
     if value >= 1 << 31:
         value -= 1 << 32
     groups = next((n for n in range(1, 5) if -(1 << 7 * n - 2) <= value < 3 << 7 * n - 2), 5)
@@ -71,8 +74,9 @@ def integer(value: int) -> bytes:
 
 
 def read_integer(data: bytes, at: int) -> tuple[int, int]:
-    """Decode the integer at index `at`; return its value and the next index.  Raises IndexError if `data` is too
-    short.
+    """Decode the integer that begins at index `at`, and return the value and the index after the integer.
+
+    Raises IndexError if `data` is too short.
     """
     byte = data[at]
     value = (byte & 0x7F) - (0x80 if byte & 0x60 == 0x60 else 0)

@@ -16,27 +16,27 @@ MOST_TAIL = 4096
 
 
 class Journal:
-    """An open journal file; lines are only appended."""
+    """An open journal file, to which lines are appended."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._file: TextIO = _open(path)
 
     def note(self, line: str) -> None:
-        """Append a line and flush it to the file, so that the line survives a crash of this program."""
+        """Append a line to the journal file, and flush the file."""
         self._file.write(f"{line}\n")
         self._file.flush()
 
     def begin(self, title: str) -> None:
-        """Write the first line of a run."""
+        """Write the first line of a stand-in's run, with the time and a title."""
         self.note(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}")
 
     def end(self, positions: Mapping[str, int]) -> None:
-        """Write the last line of a run, with the final positions."""
+        """Write the last line of a stand-in's run, with the final positions."""
         self.note("end " + " ".join(f"{axis}={position}" for axis, position in positions.items()))
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the journal file."""
         self._file.close()
 
 
@@ -48,7 +48,10 @@ def _open(path: Path) -> TextIO:
 
 
 def last_positions(path: Path) -> dict[str, int] | None:
-    """Return the positions at the end of the last run; None if they are unknown, {} if there was no run."""
+    """Return the positions at the end of the last run, or None if the positions are unknown.
+
+    The result is {} if there was no run.
+    """
     try:
         with path.open("rb") as file:
             size = file.seek(0, 2)

@@ -24,36 +24,36 @@ Run = tuple[int, "NDArray[np.int64]"]
 
 
 class Motor(Protocol):
-    """An axis on the bench whose pulses drive a real motor."""
+    """An axis of a bench whose pulses drive a real motor."""
 
     @property
     def pulses(self) -> int:
-        """Net pulses up to now."""
+        """Number of net pulses that the axis has made."""
 
     @property
     def moving(self) -> bool:
-        """True if a move is in progress."""
+        """True while a move of the axis is in progress."""
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses since the last call, in order."""
+        """Yield the pulses of the axis since the last call, in order of time."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
-        """Return the largest permitted error, in s, of pulses at these times."""
+        """Return the largest permitted time error of these pulses, in seconds."""
 
     def hold(self, made: int) -> None:
-        """Hold the axis at this net number of pulses, where the real motor has stopped, until `let_go`."""
+        """Hold the axis at the position where the real motor has stopped, until `let_go` is called."""
 
     def let_go(self) -> None:
-        """Release a held axis."""
+        """Release the axis that `hold` holds."""
 
 
 def motor(axis: StepperAxis | ServoAxis) -> Motor:
-    """Return the pulses of an axis."""
+    """Return an object that yields the pulses of an axis of a bench."""
     return Steps(axis) if isinstance(axis, StepperAxis) else Counts(axis)
 
 
 class Steps:
-    """The pulses of a step output."""
+    """Pulses of a stepper axis, from its step output."""
 
     def __init__(self, axis: StepperAxis) -> None:
         self._axis = axis
@@ -62,26 +62,26 @@ class Steps:
 
     @property
     def pulses(self) -> int:
-        """Net pulses up to now."""
+        """Number of net pulses that the axis has made."""
         return self._axis.pulses
 
     @property
     def moving(self) -> bool:
-        """True if a move is in progress."""
+        """True while a move of the axis is in progress."""
         return self._axis.moving
 
     def tolerance_s(self, _times: "NDArray[np.int64]") -> float:
-        """Return the largest permitted error, in s, of a pulse."""
+        """Return the largest permitted time error of a pulse, in seconds."""
         return TOLERANCE_S
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses since the last call, in order."""
+        """Yield the pulses of the axis since the last call, in order of time."""
         begin_ns, self._collected_ns = self._collected_ns, self._axis.clock.now
         return self._axis.train.pulse_runs(begin_ns, self._collected_ns)
 
 
 class Counts:
-    """The encoder counts of a servo motor as pulses.
+    """Pulses of a servo axis, from its encoder counts.
 
     The encoder has whole counts and a sample every 246 µs, so the times of its counts are uneven.  A smooth position is
     the mean over `MARK_NS`, at each mark, and a line between two marks; a pulse follows when this position has passed
@@ -91,7 +91,7 @@ class Counts:
     def __init__(self, axis: ServoAxis) -> None:
         self._axis = axis
         self.pulses = axis.position
-        """Net pulses up to now."""
+        """Number of net pulses that the axis has made."""
         self._mark_ns = axis.clock.now // MARK_NS * MARK_NS
         self._smooth = float(self.pulses)
         """Smooth position at the latest mark."""
@@ -103,17 +103,20 @@ class Counts:
 
     @property
     def moving(self) -> bool:
-        """True if the shaft turns or a trajectory is in progress."""
+        """True while the shaft turns or a trajectory is in progress."""
         return self._axis.moving
 
     def tolerance_s(self, times: "NDArray[np.int64]") -> float:
-        """Return the largest permitted error of a pulse in s: a part of the shortest time between two."""
+        """Return the largest permitted time error of these pulses, in seconds.
+
+        The error may be a part of the shortest time between two pulses.
+        """
         import numpy as np
 
         return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses from the mark of the last call to the latest mark, in order."""
+        """Yield the pulses of the axis since the last call, in order of time."""
         import numpy as np
 
         self._axis.catch_up()
@@ -133,7 +136,7 @@ class Counts:
             yield way, np.concatenate(times).astype(np.int64)
 
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
-        """Return the mean positions around these marks, and drop the samples that are no longer needed."""
+        """Return the mean encoder position around each time in `marks`, and discard old samples."""
         import numpy as np
 
         samples, half = self._samples, MARK_NS // 2
@@ -150,7 +153,10 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Advance to a mark with this smooth position; return the direction and times of the pulses."""
+        """Return the direction and the times of the pulses up to the time `mark`.
+
+        `smooth` is the smooth position at this time.
+        """
         import numpy as np
 
         first, since = self._smooth, self._mark_ns
@@ -164,7 +170,7 @@ class Counts:
         return direction, np.asarray(since + (passed - first) / (smooth - first) * (mark - since), np.float64)
 
     def hold(self, made: int) -> None:
-        """Block the shaft at this position, where the real motor has stopped, until `let_go`."""
+        """Block the shaft at the position where the real motor has stopped, until `let_go` is called."""
         axis = self._axis
         axis.catch_up()
         if axis.position != made:
@@ -176,7 +182,7 @@ class Counts:
         self._samples.clear()
 
     def let_go(self) -> None:
-        """Release a blocked shaft."""
+        """Release the shaft that `hold` has blocked."""
         if self._release is not None:
             self._release()
             self._release = None

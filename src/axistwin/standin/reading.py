@@ -17,14 +17,14 @@ DIRECTIONS = {"plus": +1, "minus": -1, "both": 0, None: None}
 
 
 class _Bounds(TypedDict):
-    """Limits of an axis."""
+    """Limits of an axis: travel in pulses and highest rate in pulses/s."""
 
     travel: tuple[int, int] | None
     max_rate: float | None
 
 
 class _Stops(TypedDict):
-    """The direction of motion that an input stops, and the level at which it does."""
+    """The direction of motion that an input stops, and the level that stops the motion."""
 
     stops: int | None
     stops_at: bool
@@ -41,9 +41,9 @@ class Plan:
 
 
 def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
-    """Return the plan of a stand-in, which drives real motors in place of a controller; `port` replaces the port of the
-    only board in the scene.
+    """Read the settings of a stand-in from the table [stand-in] of a scene.
 
+    A stand-in drives real motors in place of a controller.  `port` replaces the port of the only board in the scene.
     Raises SceneError with the place in the scene file; UsageError if the scene has no stand-in.
     """
     table = scene.stand_in
@@ -52,14 +52,16 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
             raise UsageError(
-                f"watchdog_ms {table.watchdog_ms:g} is above horizon_ms {table.horizon_ms:g}: expected at most this"
+                f"watchdog_ms is {table.watchdog_ms:g}: expected at most horizon_ms, which is {table.horizon_ms:g}"
             )
     boards = {board.name: board for board in table.board}
     if port is not None and any(board.hal is not None for board in boards.values()):
-        raise UsageError("--board is the serial port of a board: the scene drives its motors by LinuxCNC HAL")
+        raise UsageError("--board sets a serial port, but the scene uses LinuxCNC HAL: remove the option --board")
     if port is not None:
         if len(boards) > 1:
-            raise UsageError("--board is only for a scene with one board: set the ports of these boards in the scene")
+            raise UsageError(
+                "--board sets the port of one board, but the scene has several: set each port in the scene"
+            )
         boards = {name: board.model_copy(update={"port": port}) for name, board in boards.items()}
     reader = _Reader(scene, bench, table, boards)
     wirings = tuple((board, reader.wiring(name)) for name, board in boards.items())
@@ -68,17 +70,19 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
 
 
 class _Reader:
-    """Reads the wirings of a scene's table [stand-in]."""
+    """Reads the wiring of each board from the table [stand-in] of a scene."""
 
     def __init__(self, scene: Scene, bench: Bench, table: StandInTable, boards: Mapping[str, BoardTable]) -> None:
         self._scene, self._bench, self._table, self._boards = scene, bench, table, boards
 
     def wiring(self, name: str) -> Wiring | HalWiring:
-        """Return the wiring of a board."""
+        """Return the wiring of the board with this name."""
         scene, board = self._scene, self._boards[name]
         with scene.placing_errors("stand-in", "board", list(self._boards).index(name)):
             if (board.port is None) is (board.hal is None):
-                raise UsageError('expected port = "/dev/..." of a board with Klipper\'s firmware, or hal = "FILE.hal"')
+                raise UsageError(
+                    'a board needs either a port or a HAL file: expected port = "/dev/ttyACM0" or hal = "FILE.hal"'
+                )
         wiring = self._hal(board, scene.file.parent / board.hal) if board.hal is not None else self._pins(board)
         with scene.placing_errors("stand-in"):
             if not wiring.axes:
@@ -113,7 +117,7 @@ class _Reader:
             outputs.append(Switched(output.source, safe=output.safe == "high"))
         return HalWiring(board.name, tuple(axes), tuple(inputs), tuple(outputs), file)
 
-    # The tables of a board
+    # Tables of the scene that describe one board
 
     def _axes(self, board: BoardTable) -> Iterator[tuple[int, BoardAxisTable]]:
         for number, axis in enumerate(self._table.axis):
@@ -140,9 +144,9 @@ class _Reader:
         names = list(self._boards)
         with self._scene.placing_errors("stand-in", kind, number):
             if name is None and len(names) > 1:
-                raise UsageError(f"the board is missing: expected board = one of {', '.join(names)}")
+                raise UsageError(f"the key board is missing: expected one of {', '.join(names)}")
             if name is not None and name not in names:
-                raise UsageError(f"no board {name!r}: there are {', '.join(names)}")
+                raise UsageError(f"no board {name!r}: expected one of {', '.join(names)}")
         return name or names[0]
 
     # Values
@@ -157,10 +161,12 @@ class _Reader:
     def _no_pin(self, kind: str, number: int, table: Table, key: str) -> None:
         if getattr(table, key) is not None:
             with self._scene.placing_errors("stand-in", kind, number, key):
-                raise UsageError(f"{key} is a pin of a board: at HAL, link the component's pins in the HAL file")
+                raise UsageError(
+                    f"the key {key} is not allowed with LinuxCNC HAL: link the component's pins in the HAL file"
+                )
 
     def _bounds(self, table: BoardAxisTable, number: int) -> _Bounds:
-        """Return the limits of an axis: travel in pulses and highest rate in pulses/s; None for no limit."""
+        """Return the travel limits of an axis in pulses and its highest rate in pulses/s."""
         name, _, axis = table.axis.rpartition(".")
         units, bounds = self._bench[name].axes[axis].units, _Bounds(travel=None, max_rate=None)
         with self._scene.placing_errors("stand-in", "axis", number, "travel"):
@@ -177,26 +183,26 @@ def _stops(given: BoardInputTable) -> _Stops:
     return _Stops(stops=DIRECTIONS[given.stops], stops_at=given.stops_at == "high")
 
 
-def _check_axis(bench: Bench, whole: str) -> None:
-    controller, _, name = whole.rpartition(".")
+def _check_axis(bench: Bench, axis: str) -> None:
+    controller, _, name = axis.rpartition(".")
     if controller not in bench.controllers or name not in bench[controller].axes:
-        known = ", ".join(f"{each}.{axis}" for each in bench.controllers for axis in bench[each].axes)
-        raise UsageError(f"no axis {whole!r}: there are {known}")
+        axes = [f"{each}.{found}" for each in bench.controllers for found in bench[each].axes]
+        raise UsageError(f"no axis {axis!r}: expected one of {', '.join(axes)}")
 
 
-def _check_pin(bench: Bench, whole: str, *, output: bool) -> None:
-    controller, _, name = whole.rpartition(".")
+def _check_pin(bench: Bench, terminal: str, *, output: bool) -> None:
+    controller, _, name = terminal.rpartition(".")
     if controller not in bench.controllers or name not in bench[controller].pins:
-        raise UsageError(f"no terminal {whole!r}: expected NAME.PIN, e.g. table.input1")
+        raise UsageError(f"no terminal {terminal!r}: expected CONTROLLER.TERMINAL, e.g. table.input1")
     pin = bench[controller].pins[name]
     if output and (pin.silent or not pin.is_output):
-        raise UsageError(f"{whole} is not a switched output: expected an output such as output1 or shutdown")
+        raise UsageError(f"{terminal} is not a switched output: expected another terminal, e.g. table.output1")
     if not output and pin.is_output:
-        raise UsageError(f"{whole} is an output: expected an input of the controller")
+        raise UsageError(f"{terminal} is an output: expected an input of a controller, e.g. table.input1")
 
 
 def lines(plan: Plan) -> list[str]:
-    """Return the plan as lines of text: each pin with its use, and the limits of each axis."""
+    """Describe the settings of a stand-in as lines of text, with each pin and each axis."""
     found = [f"horizon {plan.horizon_s * 1e3:g} ms, watchdog {plan.watchdog_s * 1e3:g} ms, journal {plan.journal}"]
     for table, wiring in plan.boards:
         if isinstance(wiring, HalWiring):

@@ -11,7 +11,9 @@ PRIORITY = 10
 
 @contextmanager
 def real_time() -> Iterator[bool]:
-    """Run all threads of this process at real-time priority (SCHED_RR); yield False if this is not permitted.
+    """Run all threads of this process at real-time priority (SCHED_RR).
+
+    Yields False if real-time priority is not permitted.
 
     A niceness is not enough: with automatic groups, Linux applies it within one terminal session only.
     """
@@ -24,9 +26,9 @@ def real_time() -> Iterator[bool]:
 
 
 def _schedule(priority: int) -> bool:
-    """Set the priority of all threads, 0: that of an ordinary process.  Return False if this is not permitted.
+    """Set the real-time priority of all threads, and return False if real-time priority is not permitted.
 
-    Threads that these threads start later have the same priority.
+    Priority 0 is that of an ordinary process.  Threads that these threads start later have the same priority.
     """
     if sys.platform != "linux":
         return False
@@ -36,6 +38,6 @@ def _schedule(priority: int) -> bool:
     except OSError:
         return False
     for thread in os.listdir("/proc/self/task"):
-        with suppress(OSError):  # the thread has ended
+        with suppress(OSError):  # a thread may end before its priority is set
             os.sched_setscheduler(int(thread), policy, os.sched_param(priority))
     return True

@@ -26,17 +26,17 @@ _CHUNK = 40
 
 
 def open_port(port: str, baud: int) -> serial.Serial:
-    """Open a board's serial port.  Raises LinkError."""
+    """Open the serial port of a board.  Raises LinkError if the port cannot be opened."""
     try:
         return serial.Serial(port, baud, timeout=WAIT_S, exclusive=True)
-    except (OSError, ValueError) as error:  # includes serial.SerialException
+    except (OSError, ValueError) as error:  # OSError includes serial.SerialException
         number = getattr(error, "errno", None)
         reason = os.strerror(number).lower() if number else str(error)
-        raise LinkError(f"board on {port}: {reason}: `axistwin boards` lists what is connected") from None
+        raise LinkError(f"cannot open {port} ({reason}): `axistwin boards` lists the connected boards") from None
 
 
 def identify(port: str, baud: int) -> Dictionary:
-    """Return the dictionary of the board on a port.  Raises LinkError if no board answers."""
+    """Read the data dictionary of the board on a port.  Raises LinkError if no board answers."""
     data, dictionary, channel = bytearray(), Dictionary(), Channel()
     ends_s, asked_s = monotonic() + IDENTIFY_S, 0.0
     with open_port(port, baud) as line:
@@ -52,11 +52,14 @@ def identify(port: str, baud: int) -> Dictionary:
                         return Dictionary.unpack(bytes(data))
                     data += values["data"]
                     asked_s, ends_s = 0.0, now + IDENTIFY_S
-    raise LinkError(f"{port}: no answer at {baud} baud: expected a board with Klipper's firmware")
+    raise LinkError(f"no answer on {port} at {baud} baud: expected a board with Klipper's firmware")
 
 
 class Sender(Thread):
-    """A thread that serves the port of one board.  `deliver` is called in this thread with each event."""
+    """A thread that sends commands to one board and receives the answers.
+
+    The thread calls `deliver` with each event of the board.
+    """
 
     def __init__(self, board: Board, port: serial.Serial, deliver: Callable[["Sender", Event], None]) -> None:
         super().__init__(name=f"board {board.wiring.name}", daemon=True)
@@ -65,7 +68,7 @@ class Sender(Thread):
         self._lock, self._end = Lock(), Flag()
 
     def run(self) -> None:
-        """Serve the port until `close`."""
+        """Exchange bytes with the board until `close` is called."""
         while not self._end.is_set():
             try:
                 self._turn(self._port.read(max(1, self._port.in_waiting)))
@@ -90,23 +93,23 @@ class Sender(Thread):
             self._deliver(self, self._board.events.popleft())
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Plan pulses one horizon (a constant delay) after these times, in s of the host's clock."""
+        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
         with self._lock:
             self._board.queue(axis, direction, times_s, tolerance_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
+        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
         with self._lock:
             self._board.set_output(source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of these controllers at once; () stops all axes."""
+        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
         with self._lock:
             self._board.stop(reason, groups)
 
     @property
     def stopped(self) -> frozenset[str]:
-        """Controllers whose axes are stopped; can be read in any thread."""
+        """Names of the controllers whose axes are stopped; any thread may read this property."""
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
@@ -120,11 +123,11 @@ class Sender(Thread):
             self._board.restart(now_s)
 
     def shut_down(self) -> None:
-        """Stop all axes and switch the drives off."""
+        """Stop all axes and switch all drives off."""
         with self._lock:
             self._board.shut_down()
 
     def close(self) -> None:
-        """End the thread and close the port."""
+        """End the thread and close the serial port."""
         self._end.set()
         self.join(1.0)

@@ -22,13 +22,15 @@ LEAD_S = 0.01
 
 @dataclass
 class Motor:
-    """An axis on the board.  `last`: tick of its last planned pulse; `position`: net number of planned pulses."""
+    """An axis that a motion board drives, with the step commands that have not been sent."""
 
     pins: AxisPins
     oid: int
     last: int | None = None
+    """Tick of the last planned pulse; None before the first pulse."""
     direction: int = 0
     position: int = 0
+    """Net number of planned pulses."""
     origin: int | None = None
     """The board's step count at position 0."""
     waiting: deque[tuple[int | None, int, int, Steps]] = field(default_factory=deque)
@@ -36,11 +38,11 @@ class Motor:
 
     @property
     def due(self) -> int:
-        """Tick of the first pulse that has not been sent."""
+        """Tick of the first pulse that has not been sent to the board."""
         return self.waiting[0][1]
 
     def refusal(self, direction: int, wanted: "NDArray[np.float64]", hz: float) -> str:
-        """Return an error message if pulses at these ticks would exceed a limit of the axis, else ""."""
+        """Return an error message if pulses at these ticks exceed a limit of the axis, or "" if not."""
         import numpy as np
 
         gaps = np.diff(wanted, prepend=self.last if self.last is not None else -np.inf)
@@ -49,7 +51,10 @@ class Motor:
 
 
 class StepStream:
-    """The step commands for the axes of a board; `journal` receives one line per command."""
+    """Plans and sends the step commands for the axes of a board.
+
+    `journal` receives one line for each command.
+    """
 
     def __init__(self, connection: Connection, journal: Callable[[str], None]) -> None:
         self._connection, self._note = connection, journal
@@ -59,15 +64,15 @@ class StepStream:
         self._in_queue: list[float] = []
 
     def of(self, controllers: Sequence[str]) -> Iterator[Motor]:
-        """Return an iterator over the motors of these controllers."""
+        """Return an iterator over the motors that belong to these controllers."""
         return (motor for motor in self.motors.values() if motor.pins.controller in controllers)
 
     def forget_queue(self) -> None:
-        """Assume from now on that the board's queue is empty."""
+        """Forget the sent step commands; the board's queue then counts as empty."""
         self._in_queue.clear()
 
     def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Plan pulses at these ticks of the board's clock.  Raises ValueError if no step command can produce them."""
+        """Plan pulses at given ticks of the board's clock.  Raises ValueError if an interval is out of range."""
         connection = self._connection
         base, now = motor.last, connection.clock.ticks(connection.now_s)
         if base is None or (not motor.waiting and base < now - connection.ticks(2 * LEAD_S)):
@@ -81,7 +86,7 @@ class StepStream:
         motor.position += direction * len(wanted)
 
     def send_due(self) -> float:
-        """Send the earliest commands that fit into the board's queue.
+        """Send as many planned step commands as fit into the board's queue.
 
         Return the delay of the next command in seconds if it is late; 0 if it is in time.
         """

@@ -23,12 +23,13 @@ MOST_BODY = 1024
 
 
 class StopPage:
-    """Serves the page at an address.  `state` returns values for the page, `stop` stops all motors; both may be called
-    in any thread.
+    """Web server of the page that shows the state of the motors and can stop all motors.
+
+    `state` returns values for the page, and `stop` stops all motors; the server calls both functions in other threads.
     """
 
     def __init__(self, address: str, state: Callable[[], Mapping[str, Any]], stop: Callable[[], None]) -> None:
-        """`address`: PORT or HOST:PORT.  Raises UsageError, or LinkError if the port is in use."""
+        """Serve the page at an address, PORT or HOST:PORT.  Raises LinkError if the port is in use."""
         found = parse_as("tcp", address if ":" in address else f":{address}")
         page = resources.files(__package__).joinpath("stop_page.html").read_bytes()
 
@@ -38,7 +39,7 @@ class StopPage:
         try:
             self._server = ThreadingHTTPServer((found.host, found.port or 0), Handler)
         except OSError as error:
-            raise LinkError(f"page at {address}: {reason(error)}: choose another port") from None
+            raise LinkError(f"cannot open the stop page at {address} ({reason(error)}): choose another port") from None
         self._server.daemon_threads = True
         host, port = self._server.server_address[:2]
         self.url = f"http://{host!s}:{port}/"
@@ -47,20 +48,20 @@ class StopPage:
         self._thread.start()
 
     def close(self) -> None:
-        """Close the port."""
+        """Stop the web server and close its port."""
         self._server.shutdown()
         self._server.server_close()
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers the requests of browsers: the page, its values, and the stop."""
+    """Answers the requests of browsers for the page, for its values, and for a stop."""
 
     content: bytes
     read: Callable[[], Mapping[str, Any]]
     act: Callable[[], None]
 
     def do_GET(self) -> None:
-        """Answer with the page, or with its values."""
+        """Answer with the page, or with the state as JSON if the path is /state."""
         if self.path == "/":
             self._answer(HTTPStatus.OK, PAGE, self.content)
         elif self.path == "/state":
@@ -69,7 +70,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"")
 
     def do_POST(self) -> None:
-        """Stop all motors; the path makes no difference."""
+        """Stop all motors, for a POST request to any path."""
         type(self).act()
         self.rfile.read(min(int(self.headers.get("Content-Length") or 0), MOST_BODY))
         self.send_response(HTTPStatus.SEE_OTHER)
@@ -87,4 +88,4 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def log_message(self, *_: object) -> None:
-        """Log nothing."""
+        """Suppress the log of HTTP requests."""

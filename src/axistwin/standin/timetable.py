@@ -23,20 +23,23 @@ REPORT_S = 0.1
 
 @dataclass(frozen=True)
 class Timetable:
-    """The periodic events of a board; `hz` is the frequency of its clock.  All times are in ticks of this clock."""
+    """The times of a board's periodic events, in ticks of the board's clock.
+
+    `hz` is the frequency of the clock.
+    """
 
     wiring: Wiring
     hz: float
 
     @property
     def slot(self) -> int:
-        """Time between two slots."""
+        """Length of a time slot in ticks."""
         least = max(SLOT_S, self.wiring.stop_sample_s / self._slots) * self.hz
         return 1 << max(1, (int(least) - 1).bit_length())
 
     @property
     def period(self) -> int:
-        """Interval at which the board reads each stop input."""
+        """Interval, in ticks, at which the board reads each stop input."""
         return self.slot * self._slots
 
     @property
@@ -53,28 +56,34 @@ class Timetable:
 
     @property
     def report(self) -> int:
-        """Interval of the reports of a trigger."""
+        """Interval, in ticks, at which the board repeats the report of a trigger."""
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Return the number of ticks of about this many seconds, in an even number of periods."""
+        """Convert a time in seconds to ticks, rounded to an even number of periods."""
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
-        """Return the time between two readings of an input."""
+        """Return the time, in ticks, between two readings of an input by the board."""
         return self.period if given.stops is not None else self._even_periods(self.wiring.sample_s)
 
     def reading(self, given: InputPin, soon: float) -> int:
-        """Return the time of a reading of this input, at `soon` or later."""
+        """Return the tick of the board's next reading of an input, at `soon` or later."""
         if given.stops is not None:
             return self._at(self._stops.index(given.to), 0, soon)
         return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
 
     def reporting(self, trigger: int, soon: float) -> int:
-        """Return the time of a report of this trigger, at `soon` or later; `trigger`: its number on the board."""
+        """Return the tick of the next report of a trigger, at `soon` or later.
+
+        `trigger` is the number of the trigger on the board.
+        """
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the time in this slot, this number of periods after the pair of periods that follows `soon`."""
+        """Return the middle of a time slot, in ticks, at `soon` or later.
+
+        `periods` counts from the first pair of periods that begins at `soon` or later.
+        """
         pair = 2 * self.period
         return -(-int(soon) // pair) * pair + periods * self.period + slot * self.slot + self.slot // 2

@@ -15,7 +15,10 @@ _PULLS = {"^": 1, "~": -1, "": 0}
 
 @dataclass(frozen=True)
 class BoardPin:
-    """A pin of a board, written as in Klipper: `^` pull-up, `~` pull-down, `!` inverted, then the name."""
+    """A pin of a board, in Klipper's notation.
+
+    The notation is `^` for pull-up, `~` for pull-down, `!` for inverted, then the name.
+    """
 
     name: str
     inverted: bool = False
@@ -23,7 +26,7 @@ class BoardPin:
 
     @classmethod
     def read(cls, text: str) -> "BoardPin":
-        """Parse a pin.  Raises UsageError."""
+        """Parse the notation of a board's pin, e.g. `^!PC1`.  Raises UsageError for an invalid pin."""
         found = _PIN.fullmatch(text)
         if found is None:
             raise UsageError(f"invalid pin {text!r}: expected the name of a board's pin, e.g. PD2, !PB0 or ^PC1")
@@ -36,7 +39,7 @@ class BoardPin:
 
 @dataclass(frozen=True)
 class DrivenAxis:
-    """An axis that drives a real motor, and the limits that are checked before pulses are sent."""
+    """An axis that drives a real motor, with the limits of its travel and pulse rate."""
 
     axis: str
     """Name of the axis on the bench: "controller.axis"."""
@@ -45,11 +48,11 @@ class DrivenAxis:
 
     @property
     def controller(self) -> str:
-        """Name of the controller that has this axis."""
+        """Name of the controller to which the axis belongs."""
         return self.axis.rpartition(".")[0]
 
     def refusal(self, rate: float, end: int) -> str:
-        """Return the limit that pulses at this rate, up to the position `end`, would exceed; "": none."""
+        """Return an error message if pulses up to the position `end` exceed a limit of the axis, or "" if not."""
         if self.max_rate is not None and rate > self.max_rate * 1.001:
             return f"{self.axis}: {rate:.0f} pulses/s is above max_rate {self.max_rate:g}"
         if self.travel is not None and not self.travel[0] <= end <= self.travel[1]:
@@ -59,7 +62,7 @@ class DrivenAxis:
 
 @dataclass(frozen=True)
 class AxisPins(DrivenAxis):
-    """An axis with the pins of its drive on a board."""
+    """An axis with the pins of the board that control the drive of the motor."""
 
     step: BoardPin
     direction: BoardPin
@@ -69,30 +72,34 @@ class AxisPins(DrivenAxis):
 
 @dataclass(frozen=True)
 class Sensed:
-    """An input.  `stops`: direction of motion that the input stops (+1, -1, 0: both); None: it stops no motion."""
+    """An input of a controller that is connected to a real switch."""
 
     to: str
     """Terminal of the bench, as "controller.pin"."""
     stops: int | None = field(default=None, kw_only=True)
+    """Direction of motion that the input stops: +1, -1, or 0 for both; None if the input stops no motion."""
     stops_at: bool = field(default=False, kw_only=True)
     """Level of the terminal that stops the motion."""
 
     @property
     def controller(self) -> str:
-        """Name of the controller that has this terminal."""
+        """Name of the controller to which the input belongs."""
         return self.to.rpartition(".")[0]
 
 
 @dataclass(frozen=True)
 class InputPin(Sensed):
-    """An input at a pin of a board."""
+    """An input of a controller that is connected to a pin of a board."""
 
     pin: BoardPin
 
 
 @dataclass(frozen=True)
 class Switched:
-    """An output, which has the level `safe` when the motors have been stopped."""
+    """An output of a controller that a motion board switches.
+
+    The output has the level `safe` after all motors have been stopped.
+    """
 
     source: str
     """Terminal of the bench, as "controller.pin"."""
@@ -101,13 +108,13 @@ class Switched:
 
 @dataclass(frozen=True)
 class OutputPin(Switched):
-    """An output at a pin of a board."""
+    """An output of a controller that is connected to a pin of a board."""
 
     pin: BoardPin
 
 
 def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: DrivenAxis, direction: int) -> str:
-    """Return an error message if an open stop input forbids motion in this direction, else ""."""
+    """Return an error message if an open stop input forbids motion in a direction, or "" if not."""
     for given in inputs:
         blocks = given.controller == axis.controller and given.stops in (0, direction)
         if blocks and levels[given.to] is given.stops_at:
@@ -116,20 +123,23 @@ def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: Drive
 
 
 def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
-    """Return the names of the controllers with these axes; all axes of a controller stop together."""
+    """Return the name of each controller to which one of the axes belongs."""
     return tuple(dict.fromkeys(axis.controller for axis in axes))
 
 
 def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
-    """Raise UsageError for an input that stops a controller other than these."""
+    """Raise UsageError for an input that stops a controller without axes on this board."""
     for given in inputs:
         if given.stops is not None and given.controller not in names:
-            raise UsageError(f"{given.to} stops {given.controller}: expected a controller with axes on this board")
+            raise UsageError(
+                f"input {given.to} stops {given.controller}, which has no axis on this board: "
+                f"expected an input of {' or '.join(names)}"
+            )
 
 
 @dataclass(frozen=True)
 class Wiring:
-    """The axes, inputs and outputs that are wired to one board.  Times are in seconds."""
+    """The axes, inputs and outputs that are wired to one board."""
 
     name: str
     axes: tuple[AxisPins, ...]
@@ -143,16 +153,16 @@ class Wiring:
 
     @cached_property
     def groups(self) -> tuple[str, ...]:
-        """Names of the controllers with axes on the board; all axes of a controller stop together."""
+        """Names of the controllers whose axes the board drives."""
         return groups(self.axes)
 
     @cached_property
     def enables(self) -> tuple[BoardPin, ...]:
-        """Pins that enable drives, each once; several axes may share a pin."""
+        """Pins that enable the drives; several axes may share an enable pin."""
         return tuple(dict.fromkeys(axis.enable for axis in self.axes if axis.enable is not None))
 
     def used(self) -> Iterator[tuple[BoardPin, str]]:
-        """Yield each pin with a description of its use, in the order of the scene."""
+        """Yield each used pin of the board with a description of its use."""
         for axis in self.axes:
             yield axis.step, f"{axis.axis} step"
             yield axis.direction, f"{axis.axis} direction"
@@ -168,15 +178,15 @@ class Wiring:
         uses: dict[str, str] = {}
         for pin, use in self.used():
             if pin.name in uses:
-                raise UsageError(f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: expected one")
+                raise UsageError(f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: expected one use")
             uses[pin.name] = use
         for axis in self.axes:
             if axis.enable is None:
-                raise UsageError(f"{axis.axis} has no enable pin: expected a pin that switches the drive off")
+                raise UsageError(f"axis {axis.axis} has no enable pin: expected a pin that switches the drive off")
         check_groups(self.inputs, self.groups)
 
     def check_pins(self, dictionary: Dictionary) -> None:
-        """Raise UsageError for a pin that the board does not have, or that its firmware reserves."""
+        """Raise UsageError for a pin that the board lacks or that the board's firmware reserves."""
         reserved = {
             pin: key.removeprefix("RESERVE_PINS_")
             for key, pins in dictionary.constants.items()
@@ -185,15 +195,16 @@ class Wiring:
         }
         for pin, use in self.used():
             if pin.name not in dictionary.pins:
-                some = ", ".join(list(dictionary.pins)[:8])
-                raise UsageError(f"{use}: the board has no pin {pin.name}: it has {some}, …")
+                examples = ", ".join(list(dictionary.pins)[:8])
+                raise UsageError(f"the board has no pin {pin.name} for {use}: expected one of {examples}, …")
             if pin.name in reserved:
-                raise UsageError(f"{use}: pin {pin.name} is the board's {reserved[pin.name]}: choose another pin")
+                purpose = reserved[pin.name]
+                raise UsageError(f"pin {pin.name} for {use} is reserved for {purpose}: choose another pin")
 
 
 @dataclass(frozen=True)
 class Objects:
-    """Object numbers of a board's configuration, and the commands that create the objects."""
+    """Numbers of the objects in a board's firmware, and the commands that create these objects."""
 
     steppers: dict[str, int] = field(default_factory=dict)
     enables: dict[BoardPin, int] = field(default_factory=dict)
@@ -206,7 +217,7 @@ class Objects:
 
 
 def objects(wiring: Wiring, dictionary: Dictionary) -> Objects:
-    """Return the objects for this wiring on a board with this dictionary."""
+    """Return the firmware objects that a board needs for a wiring."""
     number = iter(range(256))
     steppers = {axis.axis: next(number) for axis in wiring.axes}
     enables = {pin: next(number) for pin in wiring.enables}

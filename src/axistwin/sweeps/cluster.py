@@ -34,7 +34,7 @@ _processes: dict[int, tuple[bytes, Workers]] = {}
 
 
 class Cluster:
-    """The workers of a Dask scheduler.  Raises UsageError if the scheduler or a worker cannot be used."""
+    """Engine that runs tasks on a Dask cluster.  Raises UsageError if the scheduler or a worker cannot be used."""
 
     def __init__(self, runner: Runner, scheduler: str, limit_s: float = LIMIT_S) -> None:
         require("distributed", "cluster")
@@ -45,20 +45,22 @@ class Cluster:
         """Real time of a run, on average over the latest runs."""
 
     def __enter__(self) -> Self:
-        from distributed import Client  # lazy import: takes a second
+        from distributed import Client  # this import is lazy because it takes a second
 
         self._levels = _silence()
         try:
             _connect(self._address)
             self._client = Client(self._address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError) as error:
-            told = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise UsageError(f"no scheduler at {self._address}: expected e.g. tcp://127.0.0.1:8786 ({told})") from None
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise UsageError(
+                f"no scheduler answers at {self._address} ({reason}): expected e.g. tcp://127.0.0.1:8786"
+            ) from None
         self._check_workers()
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(Exception):  # the scheduler may have ended already
+        with suppress(Exception):  # `close` fails if the scheduler has ended
             self._client.close()
         for logger, level in self._levels.items():
             logger.setLevel(level)
@@ -67,15 +69,24 @@ class Cluster:
         try:
             versions = self._client.run(version)
         except Exception as error:  # noqa: BLE001  # of the worker
-            raise UsageError(f"a worker of {self._address} has no axistwin: install {VERSION} ({error})") from None
+            raise UsageError(
+                f"a worker of {self._address} cannot import axistwin ({error}): install axistwin {VERSION}"
+            ) from None
         if not versions:
-            raise UsageError(f"{self._address} has no workers: start one, e.g. dask worker {self._address}")
-        for worker, found in versions.items():
-            if found != VERSION:
-                raise UsageError(f"{worker} has axistwin {found}: expected {VERSION}, as here")
+            raise UsageError(
+                f"the scheduler {self._address} has no workers: start a worker, e.g. dask worker {self._address}"
+            )
+        for worker, version_found in versions.items():
+            if version_found != VERSION:
+                raise UsageError(
+                    f"worker {worker} has axistwin {version_found}: expected the version of this computer, {VERSION}"
+                )
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Yield the row of each task, as soon as its run ends.  Raises UsageError if the cluster is lost."""
+        """Yield the row of results of each task as soon as its run ends.
+
+        Raises UsageError if the connection to the cluster is lost.
+        """
         try:
             yield from self._rows(iter(tasks))
         except UsageError:
@@ -119,7 +130,7 @@ class Cluster:
         return max(1, min(MOST_TASKS, int(BATCH_S / self._run_s)))
 
     def _ended(self, future: Any, batch: Sequence[Task]) -> Iterator[Row]:
-        """Yield the rows of a batch.  Raises UsageError if Dask has lost the batch together with its scheduler."""
+        """Yield the rows of results of a finished batch of tasks.  Raises UsageError if the cluster is lost."""
         if future.status == "finished":
             for row in future.result():
                 self._run_s += (max(row["wall_s"], 1e-3) - self._run_s) / 8
@@ -134,7 +145,7 @@ class Cluster:
 
 
 def _silence() -> dict[logging.Logger, int]:
-    """Turn off the messages of Dask on lost connections, and return the levels of its loggers."""
+    """Turn off the log messages of Dask, and return the old level of each Dask logger."""
     known = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith("distributed")]
     levels = {logger: logger.level for logger in known}
     for logger in known:
@@ -143,24 +154,27 @@ def _silence() -> dict[logging.Logger, int]:
 
 
 def _connect(address: str) -> None:
-    """Raise OSError or ValueError if no scheduler listens at an address; Dask itself would try again without end."""
+    """Raise OSError or ValueError if no Dask scheduler listens at the address.
+
+    Dask itself would try to connect again without end.
+    """
     found = urlsplit(address)
     if not found.hostname or found.port is None:
-        raise ValueError("invalid address of a scheduler")
+        raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends data before it receives any
-            raise OSError("another program listens there")
+        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends the first data
+            raise OSError("the program at this address is not a Dask scheduler")
 
 
 def version() -> str:
-    """Return the version of axistwin on a worker."""
+    """Return the version of axistwin; the cluster calls this function on each worker."""
     from axistwin.version import VERSION as HERE
 
     return HERE
 
 
 def perform(setup: bytes, tasks: list[Task], limit_s: float) -> list[Row]:
-    """Run tasks on a worker, in the process of this thread."""
+    """Run tasks in a separate process, and return their rows of results; Dask calls this function on a worker."""
     from distributed import get_worker
 
     if not _processes:
@@ -177,7 +191,7 @@ def perform(setup: bytes, tasks: list[Task], limit_s: float) -> list[Row]:
 
 
 def end_processes() -> None:
-    """End the processes that this Dask worker has started."""
+    """End the processes in which this Dask worker runs its tasks."""
     while _processes:
         _, (_, process) = _processes.popitem()
         process.__exit__()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from axistwin.errors import UsageError
-from axistwin.numbers import NumberError, real, shortened
+from axistwin.numbers import real, shortened
 from axistwin.sweeps.recording import Recording
 from axistwin.sweeps.series import Series, combined
 
@@ -29,7 +29,10 @@ _TOKEN = re.compile(r"\s*(<=|>=|!=|[()|<>=]|[^\s()|<>=!]+)")
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition on signals, with functions that return its truth (1 or 0) and its robustness (margin) over time."""
+    """A condition on signals, with two functions that compute its truth and its robustness over time.
+
+    Truth is 1 or 0; robustness is the margin, which is negative while the condition is false.
+    """
 
     text: str
     signals: tuple[str, ...]
@@ -38,17 +41,14 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions for a comparison with a number: for any value, they return the truth and the margin."""
-    try:
-        limit = real(number)
-    except NumberError as error:
-        raise UsageError(str(error)) from None
+    """Return two functions of a value: the truth of a comparison with a number, and the margin to this number."""
+    limit = real(number)
     holds, margin = _SIGNS[sign]
     return lambda x: holds(x, limit).astype(float), lambda x: margin(x, limit)
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions for the condition "high" (or "low"): for any level, they return the truth and the margin."""
+    """Return two functions of a level: the truth of the condition "high" or "low", and its robustness."""
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
 
@@ -71,7 +71,10 @@ class _Reader:
         return UsageError(f"invalid condition {shortened(self.text)}{place}: expected e.g. {EXAMPLE}")
 
     def take(self, *wanted: str) -> str:
-        """Return and remove the next token if `wanted` is empty or contains it; otherwise return ""."""
+        """Remove and return the next token of the condition, or return an empty text if the token is not wanted.
+
+        Every token is wanted if `wanted` is empty.
+        """
         if not self.tokens or (wanted and self.tokens[0] not in wanted):
             return ""
         return str(self.tokens.pop(0))

@@ -23,12 +23,12 @@ _SEEDS_APART = 0x9E37_79B9
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
-    """Return the points of a design.  Raises UsageError if the values do not fit the design."""
+    """Return the points of a design, one for each run.  Raises UsageError if the values do not fit the design."""
     if design not in DESIGNS:
-        raise UsageError(f"no design {design!r}: there are {', '.join(DESIGNS)}")
+        raise UsageError(f"unknown design {design!r}: expected one of {', '.join(DESIGNS)}")
     found = DESIGNS[design](varied, runs, seed)
     if len(found) > MOST:
-        raise UsageError(f"{len(found):,} runs: expected at most {MOST:,}")
+        raise UsageError(f"the sweep has {len(found):,} runs: expected at most {MOST:,}")
     return found
 
 
@@ -37,7 +37,9 @@ def _grid(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     _check_drawn(varied, listed, runs)
     count = prod(len(values) for values in listed.values()) * (runs or 1)
     if count > MOST:
-        raise UsageError(f"{count:,} runs: expected at most {MOST:,}: use fewer values, or --design sobol --runs N")
+        raise UsageError(
+            f"the grid has {count:,} runs: expected at most {MOST:,}, so use fewer values, or --design sobol --runs N"
+        )
     combinations = (point for point in product(*listed.values()) for _ in range(runs or 1))
     return _with_draws(varied, listed, list(combinations), seed)
 
@@ -46,8 +48,8 @@ def _zip(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     listed = {path: values for path, values in _listed(varied).items() if len(values) > 1}
     lengths = {path: len(values) for path, values in listed.items()}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{path} {length}" for path, length in lengths.items())
-        raise UsageError(f"--design zip: the lists have different lengths ({told}): expected equal lengths")
+        lengths_by_path = ", ".join(f"{path} {length}" for path, length in lengths.items())
+        raise UsageError(f"lists for --design zip differ in length ({lengths_by_path}): expected equal lengths")
     length = max(lengths.values(), default=1)
     listed |= {path: list(each.listed) * length for path, each in varied.items() if len(each.listed) == 1}
     listed = {path: listed[path] for path in varied if path in listed}
@@ -59,20 +61,24 @@ def _zip(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 def _listed(varied: Mapping[str, Values]) -> dict[str, Sequence[Value]]:
     for path, values in varied.items():
         if not values.listed and ".." in values.text:
-            raise UsageError(f"{path}={values.text}: a grid needs a count: expected e.g. {values.text}:5")
+            raise UsageError(f"{path}={values.text}: expected a number of values for a grid, e.g. {values.text}:5")
     return {path: values.listed for path, values in varied.items() if values.listed}
 
 
 def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: int | None) -> None:
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
-        raise UsageError(f"{drawn[0]}={varied[drawn[0]].text} is random: expected a number of runs, e.g. --runs 100")
+        path = drawn[0]
+        raise UsageError(f"{path}={varied[path].text} is random: expected a number of runs, e.g. --runs 100")
 
 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Add random values for the paths with distributions to each combination; each path has its own random sequence."""
+    """Add random values to each combination, one for each path with a distribution.
+
+    Each path has its own random sequence.
+    """
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
         if path not in listed:
@@ -96,7 +102,7 @@ def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 
 def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = _count(runs)
-    power = max(count - 1, 1).bit_length()  # only the first 2**n points of the sequence are balanced
+    power = max(count - 1, 1).bit_length()  # a Sobol sequence is balanced only after 2**n points
     return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
 
 
@@ -105,7 +111,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert each row of fractions to a point; a fraction from 0 to 1 selects a value of its path's distribution."""
+    """Convert rows of fractions from 0 to 1 to points of the sweep, with one value for each path."""
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
 
 
@@ -117,7 +123,7 @@ def _count(runs: int | None) -> int:
 
 def _qmc() -> Any:
     require("scipy", "sweeps")
-    from scipy.stats import qmc  # lazy import: takes half a second
+    from scipy.stats import qmc  # this import is lazy because it takes half a second
 
     return qmc
 

@@ -33,7 +33,7 @@ APART = ("wall_s", "worker", "version")
 
 @dataclass(frozen=True)
 class Job:
-    """The data of a sweep that every worker needs."""
+    """The data of a sweep that each worker process needs to perform runs."""
 
     scene: Scene
     paths: tuple[str, ...]
@@ -45,7 +45,7 @@ class Job:
     """A Python host, `module:function`, that is called with the bench of each run."""
 
     def hash(self) -> str:
-        """Return a hash of the scene and of the programs that it uses."""
+        """Return a hash of the scene and its programs."""
         texts = {Path(name).name: text for name, text in self.scene.programs.items()}
         if self.program is not None:
             texts[self.program.name] = self.program.read_text(encoding="latin-1")
@@ -56,7 +56,7 @@ class Job:
 
 
 class Runner:
-    """Runs single points of a job.  Raises UsageError if the job cannot run."""
+    """Performs the runs of a sweep one by one.  Raises UsageError if the sweep cannot run."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
@@ -71,20 +71,23 @@ class Runner:
         self._hash = job.hash()
 
     def _check(self) -> None:
-        """Raise UsageError if the scene lacks a signal or an event, or if the program cannot be loaded."""
+        """Raise UsageError if a measure or claim uses an unknown signal or event, or if the program is invalid."""
         self._program()
-        for name, sentence in {**self.measures, **self.claims}.items():
+        for measure_or_claim, sentence in {**self.measures, **self.claims}.items():
             try:
                 recording.check(self.variation.base.build(), sentence.signals, sentence.events, sentence.axes)
             except UsageError as error:
-                message = str(error).partition("when=")[2] or str(error)
-                raise UsageError(f"{name}: {message}") from None
+                reason = str(error).partition("when=")[2] or str(error)
+                raise UsageError(f"{measure_or_claim}: {reason}") from None
 
     def _program(self) -> running.Program:
         return running.scene_program() if self.job.program is None else running.load(self.job.program)
 
     def row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Run one point of the sweep and return its row; if the run fails, the row contains the reason."""
+        """Perform one run of the sweep, and return its row of results.
+
+        If the run fails, the row contains the reason.
+        """
         begin_s = perf_counter()
         row = self.empty_row(number, values, worker)
         try:
@@ -97,7 +100,7 @@ class Runner:
         return row
 
     def empty_row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Return the row for a run whose results are all missing."""
+        """Return the row of a run without results."""
         row: Row = {"run": number, **dict(zip(self.job.paths, values, strict=True))}
         row |= dict.fromkeys(self.measures)
         for name in self.claims:
@@ -131,7 +134,7 @@ class Runner:
         return None if self.job.for_s is None else max(to_ns(self.job.for_s), bench.now)
 
     def _finish(self, bench: Bench) -> str:
-        """Run the bench to the end of the run; return the reason for the end."""
+        """Run the bench until the run ends, and return the reason, e.g. "rest" if nothing moves any more."""
         if self.job.for_s is not None:
             bench.clock.run_to(max(to_ns(self.job.for_s), bench.now))
             return "for"
@@ -143,7 +146,7 @@ class Runner:
         return "bound"
 
     def files(self, row: Row) -> dict[str, str]:
-        """Return the texts of the files that repeat a run (a scene and its programs), by file name."""
+        """Return the files with which the user can repeat a run: texts of the scene and its programs by file name."""
         scene = self.variation.scene([row[path] for path in self.job.paths])
         scene.build()
         data = {key: _without_ports(value) for key, value in scene.data.items()}
@@ -158,7 +161,10 @@ class Runner:
 
 
 def _without_ports(value: Any) -> Any:
-    """Return the tables of a scene without ports, so that the panel runs the scene with its simulated hosts."""
+    """Return the tables of a scene without their ports.
+
+    The panel then runs the scene with its simulated hosts.
+    """
     if not isinstance(value, list):
         return value
     return [{key: each for key, each in table.items() if key not in ("ports", "rs485_ports")} for table in value]
@@ -168,11 +174,11 @@ def _note(name: str, finding: Finding) -> list[str]:
     return [f"{name}: {finding.reason}"] if finding.reason else []
 
 
-def _named(name: str, text: str, read: Callable[[str], Sentence]) -> Sentence:
+def _named(measure_or_claim: str, text: str, read: Callable[[str], Sentence]) -> Sentence:
     try:
         return read(text)
-    except UsageError as error:
-        raise UsageError(f"{name}: {error}") from None
+    except UsageError as reason:
+        raise UsageError(f"{measure_or_claim}: {reason}") from None
 
 
 def _function(name: str) -> Callable[[Bench], object]:
@@ -187,11 +193,11 @@ def _function(name: str) -> Callable[[Bench], object]:
 
 
 def check_names(names: Iterable[str], paths: Iterable[str]) -> None:
-    """Raise UsageError if the name of a measure or claim is not a valid column name."""
+    """Raise UsageError if the name of a measure or claim is invalid or is already in use."""
     taken = {*paths, *OWN_COLUMNS}
     for name in names:
         if name in taken:
-            raise UsageError(f"a column {name!r} exists already: choose another name")
+            raise UsageError(f"a column with the name {name!r} exists already: choose another name")
         if not name.replace("_", "").replace("-", "").isalnum():
             raise UsageError(f"invalid name {name!r}: expected letters, digits, _ and -, e.g. cycle")
         taken |= {name, f"{name}.robustness", f"{name}.at_s"}

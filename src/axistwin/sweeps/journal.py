@@ -30,7 +30,7 @@ Plan = Mapping[str, Any]
 
 
 class Journal:
-    """Writes the rows of a sweep to the file `out`.  Raises UsageError if `out` belongs to another sweep."""
+    """Writes the results of a sweep to the file `out`.  Raises UsageError if `out` belongs to another sweep."""
 
     def __init__(self, out: Path, plan: Plan, types: Mapping[str, str]) -> None:
         require_pyarrow()
@@ -44,7 +44,7 @@ class Journal:
         try:
             self._open()
         except OSError as error:
-            raise UsageError(f"{out} cannot be written: {error.strerror}") from None
+            raise UsageError(f"cannot write the results to {out}: {error.strerror}") from None
         self.done = self._runs()
 
     def _open(self) -> None:
@@ -68,13 +68,13 @@ class Journal:
         return {run for column in columns for run in column}
 
     def add(self, row: Row) -> None:
-        """Add a row; write a part file if it is full or if `FLUSH_S` seconds have passed."""
+        """Add the results of one run; at regular intervals, write all new results to a part file."""
         self._rows.append(row)
         if len(self._rows) >= ROWS or monotonic() - self._written_s > FLUSH_S:
             self.flush()
 
     def flush(self) -> None:
-        """Write all rows that are not in a file yet to a new part file."""
+        """Write all new results to a new part file."""
         self._written_s = monotonic()
         if not self._rows:
             return
@@ -84,7 +84,7 @@ class Journal:
         self._rows = []
 
     def finish(self) -> None:
-        """Join the part files to one Parquet file, in the order of the runs, and remove the part files."""
+        """Join the part files to one Parquet file that is sorted by run number, and remove the part files."""
         if self.complete:
             return
         import pyarrow as pa
@@ -98,7 +98,7 @@ class Journal:
 
 
 def table(rows: Sequence[Row], types: Mapping[str, str], plan: Plan) -> "pa.Table":
-    """Convert rows to a table.  `types`: type of each column: "number", "whole", "truth", "text" or "numbers"."""
+    """Convert rows of results to a table with one column for each name in `types`."""
     import pyarrow as pa
 
     kinds = {
@@ -120,7 +120,7 @@ def _as_kind(value: Any, kind: str) -> Any:
 
 
 def kind_of(values: Sequence[Any]) -> str:
-    """Return the column type for the values of a path."""
+    """Return the type of a column from its values: "truth", "whole", "number" or "text"."""
     if all(isinstance(value, bool) for value in values):
         return "truth"
     if all(isinstance(value, int) and not isinstance(value, bool) for value in values):
@@ -137,11 +137,11 @@ def _write(found: "pa.Table", path: Path) -> None:
         os.replace(unfinished, path)
     except OSError as error:
         unfinished.unlink(missing_ok=True)
-        raise UsageError(f"{path} cannot be written: {error.strerror or error}") from None
+        raise UsageError(f"cannot write the results to {path}: {error.strerror or error}") from None
 
 
 def is_sweep(path: Path) -> bool:
-    """True if a file contains the results of a sweep."""
+    """True if the file contains the results of a sweep."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -152,11 +152,11 @@ def is_sweep(path: Path) -> bool:
 
 
 def plan_of(path: Path) -> Plan:
-    """Return the plan of a sweep from its results file.  Raises TraceError for any other file."""
+    """Return the plan of a sweep from its file of results.  Raises TraceError for a file without results."""
     import pyarrow.parquet as pq
 
     if not is_sweep(path):
-        raise TraceError(f"{path} has no results of a sweep: expected a file written by axistwin sweep")
+        raise TraceError(f"{path} contains no results of a sweep: expected a file written by axistwin sweep")
     plan: Plan = json.loads(pq.read_schema(path).metadata[PLAN])
     return plan
 
@@ -173,20 +173,20 @@ def read(path: Path) -> "pa.Table":
         return pq.read_table(path)
     if parts:
         return pa.concat_tables([pq.read_table(part) for part in parts]).sort_by("run")
-    raise UsageError(f"{path} does not exist: expected the results of axistwin sweep … --out {path.name}")
+    raise UsageError(f"{path} does not exist: expected a file written by axistwin sweep")
 
 
 def digest(found: "pa.Table") -> str:
-    """Return a hash of the sorted rows; equal sweeps have equal hashes."""
+    """Return a hash of the results of a sweep; equal sweeps have equal hashes."""
     kept = found.select([name for name in found.column_names if name not in APART]).sort_by("run")
     rows = (json.dumps(row, sort_keys=True) for row in kept.to_pylist())
     return sha256("\n".join(rows).encode()).hexdigest()[:16]
 
 
 def check_plan(place: Path, old: Plan, new: Plan) -> None:
-    """Raise UsageError if two plans differ; the message contains the first difference."""
+    """Raise UsageError with the first difference if two plans of sweeps differ."""
     new = json.loads(json.dumps(new))
     for key in dict.fromkeys((*old, *new)):
         if old.get(key) != new.get(key):
-            was, now = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
-            raise UsageError(f"{place} belongs to another sweep: {key} was {was}, now {now}: choose another --out")
+            before, now = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
+            raise UsageError(f"{place} belongs to another sweep ({key} was {before}, now {now}): choose another --out")

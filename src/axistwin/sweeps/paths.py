@@ -38,7 +38,7 @@ _CODE = r"""(?:"[^"]*"|[^'"])*?"""
 
 @dataclass(frozen=True)
 class Place:
-    """The location of a varied value: keys in the scene, or a variable in a program file that gets the value."""
+    """Location of a varied value: keys of the scene, or a variable in a program file."""
 
     path: str
     keys: Keys
@@ -47,7 +47,7 @@ class Place:
 
 
 class Variation:
-    """A scene and the paths to vary.  `scene(values)` returns the scene with these values."""
+    """A scene and the paths whose values a sweep varies."""
 
     def __init__(self, base: Scene, paths: Iterable[str]) -> None:
         self.base = base.varied(_without_state(base.data))
@@ -56,7 +56,7 @@ class Variation:
         self._texts = {place.file: _program(self.base, place.file) for place in self.places if place.file}
 
     def scene(self, values: Sequence[Value]) -> Scene:
-        """Return the scene with these values, one for each path.  Raises UsageError for an invalid value."""
+        """Return the scene with one new value for each path.  Raises UsageError for an invalid value."""
         data: Any = self.base.data
         texts = dict(self._texts)
         for place, value in zip(self.places, values, strict=True):
@@ -67,20 +67,22 @@ class Variation:
         return self.base.varied(data, texts)
 
     def check(self, number: int, value: Value) -> None:
-        """Raise UsageError if the scene cannot be built with this value; `number`: index of the path."""
+        """Raise UsageError if no bench can be built from the scene with this value.
+
+        `number`: index of the path that gets the value.
+        """
         place = self.places[number]
         alone = Variation.__new__(Variation)
         alone.base, alone.places, alone._texts = self.base, [place], self._texts
         try:
             alone.scene([value]).build()
-        except SceneError as error:
-            raise UsageError(f"{place.path}={value}: {error.message}") from None
-        except UsageError as error:
-            raise UsageError(f"{place.path}={value}: {error}") from None
+        except (SceneError, UsageError) as error:
+            reason = error.message if isinstance(error, SceneError) else str(error)
+            raise UsageError(f"{place.path}={value}: {reason}") from None
 
 
 def states(scene: Scene) -> list[str]:
-    """Return the names of the controllers with a state directory; a sweep does not use these directories."""
+    """Return the names of the controllers that have a state directory, which a sweep ignores."""
     return [_called(table) for table in scene.data["controller"] if table.get("state") is not None]
 
 
@@ -102,33 +104,33 @@ def _place(scene: Scene, bench: Bench, path: str) -> Place:
     if first not in bench.controllers and len(bench.controllers) == 1:
         first, rest = next(iter(bench.controllers)), [first, *rest]
     if first not in bench.controllers or not rest:
-        there = (*bench.controllers, "fault", "script", "wire", "seed")
-        raise UsageError(f"{path} is not in the scene: {instead(first, there)}, e.g. table.X.load.torque")
+        known_names = (*bench.controllers, "fault", "script", "wire", "seed")
+        raise UsageError(f"{path} is not in the scene: {instead(first, known_names)}, e.g. table.X.load.torque")
     return _in_controller(scene, bench[first], path, rest)
 
 
 def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
     tables = scene.data.get(kind, [])
     if len(rest) < 2:
-        raise UsageError(f"{path} is not complete: expected e.g. {LISTS[kind]}")
+        raise UsageError(f"the path {path} is not complete: expected e.g. {LISTS[kind]}")
     if kind == "fault":
         names: list[str] = []
         for table in tables:
             names.append(table.get("name") or free_name(table["kind"], names))
         if rest[0] not in names:
-            raise UsageError(f"{path}: no fault {rest[0]!r} in the scene: {_there(rest[0], names)}")
+            raise UsageError(f"{path}: the scene has no fault {rest[0]!r}, {_suggestion(rest[0], names)}")
         number = names.index(rest[0])
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
         if not rest[0].isdecimal() or int(rest[0]) >= len(tables):
-            raise UsageError(f"{path}: no [[{kind}]] {rest[0]}: the scene has {len(tables)}; the first is 0")
+            raise UsageError(f"{path}: expected an index below {len(tables)}, the number of [[{kind}]] tables")
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
-        raise UsageError(f"{path}: {'.'.join(rest[1:])!r} cannot be varied: {_there(rest[1], known)}")
+        raise UsageError(f"{path}: a sweep cannot vary {'.'.join(rest[1:])!r}, {_suggestion(rest[1], known)}")
     return (kind, number, rest[1])
 
 
-def _there(word: str, known: Sequence[str]) -> str:
+def _suggestion(word: str, known: Sequence[str]) -> str:
     return instead(word, known) if known else "there are none"
 
 
@@ -144,7 +146,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         if rest[1] in known:
             return Place(path, _checked(scene, path, (*at, "axes", *map(_key, rest))))
         if not (controller.has_variables and len(rest) == 2):
-            raise UsageError(f"{path}: the axis has no option {rest[1]!r}: {instead(rest[1], known)}")
+            raise UsageError(f"{path}: the axis has no option {rest[1]!r}, {instead(rest[1], known)}")
         rest = rest[1:]
     if rest[0] in OWN:
         return Place(path, _checked(scene, path, (*at, *map(_key, rest))))
@@ -152,8 +154,9 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         return Place(path, _checked(scene, path, (*at, "options", *map(_key, rest))))
     if controller.has_variables and len(rest) == 1 and _assignable(controller, rest[0]):
         return Place(path, (*at, "variables", rest[0]))
-    known_here = (controller.name, *controller.axes, *options, *OWN, *(["program"] if controller.has_variables else []))
-    raise UsageError(f"{path} is not in the scene: {instead(rest[0], known_here)}")
+    known_names = (controller.name, *controller.axes, *options, *OWN)
+    known_names += ("program",) if controller.has_variables else ()
+    raise UsageError(f"{path} is not in the scene: {instead(rest[0], known_names)}")
 
 
 def _assignable(controller: Controller, name: str) -> bool:
@@ -169,12 +172,13 @@ def _key(part: str) -> str | int:
 
 
 def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
-    """Return `keys` unchanged.  Raises UsageError if they contain an index outside a list of the scene."""
+    """Return `keys` unchanged.  Raises UsageError if an index in `keys` does not exist in the scene."""
     at: Any = scene.data
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
-            size = f"has {len(at)} elements" if isinstance(at, list) else "is not in the scene"
-            raise UsageError(f"{path}: no element {key}: the list {size}; the first element is 0")
+            if not isinstance(at, list):
+                raise UsageError(f"{path}: the scene has no list with an element {key}")
+            raise UsageError(f"{path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
         else:
@@ -183,28 +187,29 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
 
 
 def _put(node: Any, keys: Keys, value: Value) -> Any:
-    """Return a copy of the table `node` in which `keys` lead to the new value; missing tables are added."""
+    """Return a copy of the table `node` with a new value at the place `keys`; missing tables are added."""
     if not keys:
         return value
     key, rest = keys[0], keys[1:]
     if isinstance(node, list):
         assert isinstance(key, int), "lists have numbers as keys"
         return [*node[:key], _put(node[key], rest, value), *node[key + 1 :]]
-    table = {"model": node} if isinstance(node, str) else node or {}  # "frame23" is short for { model = "frame23" }
+    table = {"model": node} if isinstance(node, str) else node or {}  # the text "frame23" means { model = "frame23" }
     return {**table, key: _put(table.get(key), rest, value)}
 
 
-# Numbers in the programs of motors
+# Values in SmartMotor programs
 
 
 def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     table = scene.data["controller"][at[1]]
     if "program" not in table:
-        raise UsageError(f'{path}: {_called(table)} has no program: add program = "….sms" to the scene')
+        raise UsageError(f'{path}: {_called(table)} has no program, so add e.g. program = "move.sms" to the scene')
     users = [_called(other) for other in scene.data["controller"] if other.get("program") == table["program"]]
     if len(users) > 1:
-        both = " and ".join(users)
-        raise UsageError(f"{path}: {table['program']} is the program of {both}: expected a separate file for each")
+        raise UsageError(
+            f"{path}: {' and '.join(users)} share the program file {table['program']}, expected one file for each"
+        )
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)
     _assigned(_program(scene, file), place, 0)
@@ -218,7 +223,7 @@ def _program(scene: Scene, file: str) -> str:
 def _assigned(text: str, place: Place, value: Value) -> str:
     """Return the text of a program in which `value` replaces the first number that is assigned to the variable."""
     if type(value) is not int:
-        raise UsageError(f"{place.path}={value}: expected a whole number in a program, e.g. {place.variable}=100")
+        raise UsageError(f"{place.path}={value}: expected a whole number for a program, e.g. {place.variable}=100")
     number = re.compile(rf"(?<![\w@.]){re.escape(place.variable)}=[ ]*(-?\d+)(?![\w.])", re.ASCII)
     lines = text.split("\n")
     for n, line in enumerate(lines):
@@ -227,5 +232,7 @@ def _assigned(text: str, place: Place, value: Value) -> str:
         if found:
             lines[n] = f"{line[: found.start(1)]}{value}{line[found.end(1) :]}"
             return "\n".join(lines)
-    name, example = Path(place.file).name, f"{place.variable}=100"
-    raise UsageError(f"{place.path}: {name} assigns no number to {place.variable}: expected e.g. {example}")
+    program = Path(place.file).name
+    raise UsageError(
+        f"{place.path}: {program} assigns no number to {place.variable}, expected e.g. {place.variable}=100"
+    )

@@ -29,11 +29,14 @@ _SIZE = 2.6, 2.2
 
 
 def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = "") -> None:
-    """Plot the results to a PNG or SVG file.  Raises TraceError if the sweep has no measures and no claims."""
+    """Plot the results of a sweep to a PNG or SVG file.
+
+    Raises TraceError if the sweep has no measures and no claims.
+    """
     check_suffix(path)
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
     if not names:
-        raise TraceError(f"{title or path}: no measures and no claims to draw")
+        raise TraceError(f"{title or path}: the sweep has no measures and no claims to plot")
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
@@ -77,7 +80,7 @@ def _is_number(table: "pa.Table", path: str) -> bool:
 
 
 def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Convert values to an array: a list becomes its mean, None and infinity become nan."""
+    """Convert values to an array of numbers; a list becomes its mean, None and infinity become nan."""
     flat = [np.mean(value) if isinstance(value, list) else np.nan if value is None else value for value in values]
     found = np.array(flat, float)
     found[~np.isfinite(found)] = np.nan
@@ -97,7 +100,7 @@ def _scatter(axes: "Axes", path: str, at: Any, values: Any, failing: Any) -> Non
 
 
 def _bars(axes: "Axes", shares: Mapping[str, Mapping[str, float]] | None) -> None:
-    """Draw the first-order and the total Sobol index of each path as bars, with their 95 % intervals."""
+    """Draw two bars for each path, its first-order and its total Sobol index, with 95 % intervals."""
     if shares is None:
         axes.set_axis_off()
         return

@@ -36,8 +36,9 @@ STEPPER: dict[str, tuple[str, ...]] = {"position": ("pulses",), "lost": ()}
 
 @dataclass(frozen=True)
 class _LostSteps:
-    """Lost steps from the time `since_ns` on.  `losing(n)` is their number after n more pulses; None: the number is
-    constant.
+    """Number of lost steps of a stepper axis during one move.
+
+    `since_ns`: begin of the move.  `losing(n)`: number of lost steps after n more pulses; None: the number is constant.
     """
 
     since_ns: int
@@ -47,7 +48,7 @@ class _LostSteps:
     losing: Callable[[int], int] | None
 
     def changes(self, until_ns: int) -> tuple[Times, list[int]]:
-        """Return the times from `since_ns` up to, but not including, `until_ns`, and the lost steps at these times."""
+        """Return the times of pulses before `until_ns`, and the number of lost steps at each time."""
         if self.losing is None:
             return np.array([self.since_ns], np.int64), [self.lost]
         first = self.profile.pulses_by(self.since_ns - 1 - self.move_ns) + 1
@@ -59,7 +60,7 @@ class _LostSteps:
 
 
 class Recording:
-    """A context manager that records the named signals and events of a bench."""
+    """A context manager that records signals and events of a bench during a run."""
 
     def __init__(self, bench: Bench, signals: Iterable[str], events: Iterable[str]) -> None:
         self.bench = bench
@@ -78,7 +79,7 @@ class Recording:
         self._blocks: list[list[Part]] = [[] for _ in self._signals]
 
     def __enter__(self) -> Self:
-        """Start recording.  Raises UsageError for an event that is impossible on this bench."""
+        """Start recording signals and events.  Raises UsageError for an event that is impossible on this bench."""
         for sentence, times in self._events.items():
             happened = partial(self._happened, times)
             self._stack.callback(self.bench.when(sentence, happened, self._here))
@@ -106,28 +107,33 @@ class Recording:
         self._stack.close()
 
     def series(self, name: str) -> Series:
-        """Return the recorded values of a signal after the run."""
+        """Return a recorded signal; call this method after the run."""
         return self._series(self._names[name])
 
     def times(self, sentence: str) -> Times:
-        """Return the times of an event in ascending order."""
+        """Return the times in ns at which an event has occurred, in ascending order."""
         return np.array(self._events[sentence], np.int64)
 
     def energy(self, name: str) -> float:
-        """Return the electrical energy in J that an axis has used.  Raises UsageError without modelled windings."""
+        """Return the electrical energy in J that an axis has used.
+
+        Raises UsageError if the windings of the motor are not modelled.
+        """
         axes = {f"{scope}.{n}": axis for scope, each in self.bench.controllers.items() for n, axis in each.axes.items()}
         axis = axes.get(name) or axes.get(f"{self._here}.{name}")
         if axis is None:
-            raise UsageError(f"no axis {name!r} here: {instead(name, [*axes])}")
+            raise UsageError(f"the bench has no axis {name!r}: {instead(name, [*axes])}")
         if not isinstance(axis, ServoAxis) or axis.motor is None:
-            raise UsageError(f"{name} has no data sheet of its windings: expected a servo axis, e.g. motor = 'frame23'")
+            raise UsageError(
+                f"axis {name} has no data sheet for its energy: expected a servo axis, e.g. with motor = 'frame23'"
+            )
         return axis.energy
 
     def _happened(self, times: list[int]) -> None:
         times.append(self.bench.now)
 
     def _note_plan(self, scope: str, axis: StepperAxis) -> None:
-        """Record the number of lost steps at the start or change of a move."""
+        """Record the number of lost steps when a move starts or changes."""
         move = axis.train.move
         self._plans[scope].append(_LostSteps(self.bench.now, axis.lost, move.start_ns, move.profile, axis.losing()))
 
@@ -139,17 +145,17 @@ class Recording:
         for part in parts:
             self._blocks[part.signal].append(part)
 
-    # Names
+    # Names of signals
 
     def _full(self, name: str) -> str:
-        """Return the full name (controller.scope.signal) of a signal.  Raises UsageError for an unknown signal."""
+        """Return the full name of a signal: CONTROLLER.SCOPE.SIGNAL.  Raises UsageError for an unknown signal."""
         for candidate in (name, f"{self._here}.{name}"):
             if candidate in self._known or self._parts(candidate) != (candidate,):
                 return candidate
             if candidate in self._also:
                 return self._also[candidate]
-        there = [*self._known, *self._derived()]
-        raise UsageError(f"no signal {name!r} here: {instead(name, there)}")
+        known_names = [*self._known, *self._derived()]
+        raise UsageError(f"the bench has no signal {name!r}: {instead(name, known_names)}")
 
     def _derived(self) -> list[str]:
         found = []
@@ -160,7 +166,7 @@ class Recording:
         return found
 
     def _parts(self, name: str) -> tuple[str, ...]:
-        """Return the names of the trace signals from which a signal is computed."""
+        """Return the names of the traced signals from which this signal is computed."""
         if name in self._known:
             return (name,)
         scope, _, which = name.rpartition(".")
@@ -173,7 +179,7 @@ class Recording:
         found = self.bench.controllers.get(controller)
         return None if found is None else found.axes.get(axis)
 
-    # Signals
+    # Values of signals
 
     def _series(self, name: str) -> Series:
         if name in self._known:
@@ -198,7 +204,7 @@ class Recording:
         return Series.of(times, values, self.end_ns)
 
     def _lost_of(self, scope: str) -> Series:
-        """Return the number of lost steps of a stepper axis over time."""
+        """Return the number of lost steps of a stepper axis as a signal over time."""
         plans = self._plans[scope]
         ends = [*(plan.since_ns for plan in plans[1:]), self.end_ns + 1]
         changes = [plan.changes(end_ns) for plan, end_ns in zip(plans, ends, strict=True)]
@@ -206,7 +212,7 @@ class Recording:
         return Series.of(np.concatenate(times), np.concatenate(values).astype(float), self.end_ns)
 
     def _velocity(self, scope: str) -> Series:
-        """Return the velocity of a servo axis over time, calculated from the distance of each sample."""
+        """Return the velocity of a servo axis as a signal, calculated from the distance moved in each sample."""
         position, period_ns = self._traced(f"{scope}.position"), self._periods.get(scope, S)
         moved, ways = position.times[1:], np.diff(position.values)
         ends = moved + period_ns
@@ -219,7 +225,7 @@ class Recording:
 
 
 def check(bench: Bench, signals: Sequence[str], events: Sequence[str], axes: Sequence[str]) -> None:
-    """Raise UsageError for a missing signal, an impossible event, or an axis whose energy is not modelled."""
+    """Raise UsageError if the bench lacks a signal, an event or an axis that a measure or claim needs."""
     with Recording(bench, signals, events) as record:
         for name in axes:
             record.energy(name)

@@ -24,19 +24,19 @@ SIGMA = 0.3
 
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
-    """Raise UsageError if a search is impossible for this sweep, MissingExtraError if its library is missing."""
+    """Raise UsageError if a search for the worst run of this sweep is impossible."""
     require("cmaes", "sweeps")
     if not claims:
         raise UsageError("--search needs a claim: add --claim 'NAME: SENTENCE'")
     for path, values in varied.items():
         if not values.ordered:
-            raise UsageError(f"{path}={values.text}: a search needs numbers: expected e.g. 0.05..0.4")
+            raise UsageError(f"{path}={values.text}: expected numbers for a search, e.g. 0.05..0.4")
     if not varied:
         raise UsageError("--search needs a value to vary: add --vary PATH=VALUES")
 
 
 def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
-    """Return the rows of an interrupted search by run number, each with the robustness of the claims."""
+    """Return the results of an interrupted search by run number: the robustness of each claim."""
     import pyarrow.parquet as pq
 
     columns = ["run", *(f"{name}.robustness" for name in claims)]
@@ -45,7 +45,10 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest robustness of all claims in a run, limited to ±FAR; FAR if all are missing."""
+    """Return the smallest robustness of all claims in a run; the search minimises this number.
+
+    The number is limited to ±`FAR`, and is `FAR` if no claim has a robustness.
+    """
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]
     return min(finite, default=FAR)
@@ -59,7 +62,10 @@ def search(
     seed: int,
     before: Mapping[int, Row],
 ) -> Iterator[Row]:
-    """Search for the worst run; yield the rows of `count` runs.  Runs in `before` are not repeated."""
+    """Search for the worst run of a sweep, and yield the row of results of each run.
+
+    `count`: number of runs.  `before`: rows of an interrupted search, whose runs are not repeated.
+    """
     chance = Chance(seed)
     strategy, asked = _start(len(varied), chance, first=True), 0
     while asked < count:

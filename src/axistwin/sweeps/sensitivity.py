@@ -20,20 +20,24 @@ _SEED = 1
 
 
 def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
-    """Return the points of a Saltelli design as fractions: `runs` * (`paths` + 2) points.  Raises UsageError."""
+    """Return the points of a Saltelli design as rows of fractions from 0 to 1.  Raises UsageError.
+
+    The design has `runs` * (`paths` + 2) points.
+    """
     if runs & (runs - 1):
-        raise UsageError(f"--runs {runs}: the design {DESIGN} needs a power of 2, e.g. --runs {1 << runs.bit_length()}")
+        power_of_2 = 1 << runs.bit_length()
+        raise UsageError(f"--runs {runs}: the design {DESIGN} needs a power of 2, e.g. --runs {power_of_2}")
     if paths < 2:
         raise UsageError(f"the design {DESIGN} needs two or more paths: add --vary PATH=VALUES")
     require("SALib", "sensitivity")
-    from SALib.sample import sobol  # lazy import: takes a second
+    from SALib.sample import sobol  # this import is lazy because it takes a second
 
     found = sobol.sample(_problem(list(map(str, range(paths)))), runs, calc_second_order=False, seed=seed)
     return [[min(max(float(x), 0.0), 1 - 2**-53) for x in row] for row in found]
 
 
 def indices(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the Sobol indices by measure and path; None for a measure whose results are missing or all equal."""
+    """Return the Sobol indices of each measure by path, or None for a measure without varying results."""
     if plan["design"] != DESIGN or table.num_rows != plan["runs"] * (len(plan["varied"]) + 2):
         return {}
     return {name: _indices(list(plan["varied"]), table[name].to_pylist()) for name in plan["measures"]}
@@ -44,7 +48,7 @@ def _indices(paths: Sequence[str], given: Sequence[Any]) -> dict[str, dict[str, 
     if None in flat or len(set(flat)) == 1:
         return None
     require("SALib", "sensitivity")
-    from SALib.analyze import sobol  # lazy import: takes a second
+    from SALib.analyze import sobol  # this import is lazy because it takes a second
 
     found = sobol.analyze(_problem(paths), np.array(flat, float), calc_second_order=False, seed=_SEED)
     columns = {"first": "S1", "total": "ST", "first_95": "S1_conf", "total_95": "ST_conf"}

@@ -25,7 +25,10 @@ _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of a measure or claim in one run.  `reason`: why a result is missing; `at_ns`: time of a failure."""
+    """The result of a measure or claim in one run.
+
+    `reason`: why a result is missing; `at_ns`: time at which a claim fails.
+    """
 
     value: Answer = None
     reason: str = ""
@@ -36,7 +39,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A parsed measure or claim, with the names of the signals, events and axes that must be recorded for it."""
+    """A parsed measure or claim, with the names of the signals, events and axes to record for its result."""
 
     text: str
     signals: tuple[str, ...]
@@ -47,7 +50,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Form:
-    """A form of a measure or claim: a pattern, and a function `read` that converts its groups to a sentence."""
+    """A form that a measure or claim can have, e.g. `count EVENT`, and a function that parses this form."""
 
     form: str
     pattern: str
@@ -66,19 +69,23 @@ def claim(text: str) -> Sentence:
     return _read(text, CLAIMS, "claim")
 
 
-def _read(text: str, forms: tuple[Form, ...], what: str) -> Sentence:
+def _read(text: str, forms: tuple[Form, ...], measure_or_claim: str) -> Sentence:
     words = " ".join(text.split())
     for form in forms:
         if found := re.fullmatch(form.pattern, words):
             return form.read(words, {name: part or "" for name, part in found.groupdict().items()})
-    raise UsageError(f"invalid {what} {shortened(text)}: expected e.g. {', '.join(repr(f.example) for f in forms[:3])}")
+    examples = ", ".join(repr(form.example) for form in forms[:3])
+    raise UsageError(f"invalid {measure_or_claim} {shortened(text)}: expected e.g. {examples}")
 
 
-# Measures
+# Functions that parse measures
 
 
 def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
-    """Parse a signal or its magnitude `|X|`; return its name, and a function that returns its values."""
+    """Parse a signal, given by its name `X` or as its magnitude `|X|`.
+
+    Returns the name of the signal, and a function that returns its values.
+    """
     name = text.strip("|").strip()
     if not name or " " in name or (text.startswith("|") is not text.endswith("|")):
         raise UsageError(f"invalid signal {shortened(text)}: expected e.g. table.X.velocity or |motor.RPE|")
@@ -93,7 +100,7 @@ def _final(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _masked(series: Series, where: Series | None) -> tuple[Any, Any]:
-    """Return the values that a signal has while the condition `where` is true, and their durations."""
+    """Return the values of a signal while the condition `where` is true, and the duration of each value."""
     if where is None:
         return series.values, series.seconds
     both = combined(lambda values, holds: np.stack((values, holds), axis=1), series, where)
@@ -132,7 +139,7 @@ def _statistic(text: str, parts: Mapping[str, str]) -> Sentence:
 def _event(text: str) -> str:
     if not _EVENT.fullmatch(text):
         raise UsageError(
-            f"invalid event {shortened(text)}: expected e.g. 'table.X passes 1000'; verbs: {', '.join(VERBS)}"
+            f"invalid event {shortened(text)}: expected a verb ({', '.join(VERBS)}), e.g. 'table.X passes 1000'"
         )
     return text
 
@@ -161,11 +168,13 @@ def _two_events(text: str) -> tuple[str, str]:
         begin, end = " to ".join(words[:n]), " to ".join(words[n:])
         if _EVENT.fullmatch(begin) and _EVENT.fullmatch(end):
             return begin, end
-    raise UsageError(f"{shortened(text)}: expected EVENT to EVENT, e.g. 'table.output1 rises to table.output1 falls'")
+    raise UsageError(
+        f"invalid events {shortened(text)}: expected EVENT to EVENT, e.g. 'table.output1 rises to table.output1 falls'"
+    )
 
 
 def _spans(begins: Any, ends: Any) -> Iterator[float]:
-    """Yield the time in seconds from each begin to the next end; pairs do not overlap."""
+    """Yield the seconds from each begin event to the next end event; the time spans do not overlap."""
     after_ns = -1
     for begin_ns in begins:
         if begin_ns < after_ns:
@@ -187,7 +196,7 @@ def _energy(text: str, parts: Mapping[str, str]) -> Sentence:
     return Sentence(text, (), (), lambda record: Finding(record.energy(axis)), (axis,))
 
 
-# Claims
+# Functions that parse claims
 
 
 def _verdict(truth: bool, robustness: float, at_ns: int | None) -> Finding:
@@ -237,12 +246,15 @@ def _never_event(text: str, parts: Mapping[str, str]) -> Sentence:
 def _position(text: str) -> float:
     try:
         return real(text)
-    except NumberError as error:
-        raise UsageError(f"passes {error}: expected e.g. 'table.X passes 1000'") from None
+    except NumberError:
+        raise UsageError(f"invalid position {shortened(text)}: expected e.g. 'table.X passes 1000'") from None
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
-    """Return the result of "never AXIS passes POSITION"; its robustness is the distance left, or -(distance beyond)."""
+    """Return the result of the claim "never AXIS passes POSITION".
+
+    The robustness is the distance left, or minus the distance moved beyond the position.
+    """
     name, position, way = passing
     series, times = record.series(name), record.times(event)
     where = during.truth(record) if during else series.map(np.ones_like)
@@ -260,7 +272,10 @@ def _not_passing(record: Recording, event: str, passing: tuple[str, float, int],
 
 
 def _not_happening(record: Recording, event: str, during: Condition | None) -> Finding:
-    """Return the result of "never EVENT while CONDITION"; its robustness is the time between the two, in s."""
+    """Return the result of the claim "never EVENT while CONDITION".
+
+    The robustness is the time in seconds between the event and the nearest change of the condition.
+    """
     times = record.times(event)
     if during is None:
         return _verdict(not len(times), -np.inf if len(times) else np.inf, int(times[0]) if len(times) else None)
@@ -287,7 +302,7 @@ def _eventually(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _after(text: str, parts: Mapping[str, str]) -> Sentence:
-    """Parse the claim "always within TIME after EVENT: CONDITION", or the same claim with `for`."""
+    """Parse the claim "always within TIME after EVENT: CONDITION" or "always for TIME after EVENT: CONDITION"."""
     what, event, span_ns = condition(parts["what"]), _event(parts["event"]), _ns(parts["span"])
     assert span_ns is not None, "the form has a time"
     stays = parts["kind"] == "for"
@@ -330,10 +345,14 @@ def _until(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _until_value(first: Series, second: Series, end_ns: int) -> float:
-    """Return the robustness of "first until second": the maximum over time of min(`second`, earlier `first`)."""
+    """Return the robustness of the claim "FIRST until SECOND".
+
+    The robustness is the maximum over time of min(`second`, earlier `first`).
+    """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))  # of `first`
+    # `before` contains the least earlier value of `first` at each time
+    before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
     return float(np.max(np.minimum(values[:, 1], before)))
 
 
@@ -342,10 +361,10 @@ def _ns(seconds: str) -> int | None:
         return None
     try:
         value = real(seconds)
-    except NumberError as error:
-        raise UsageError(f"{error}: expected seconds, e.g. within 2 s") from None
+    except NumberError:
+        raise UsageError(f"invalid time {shortened(seconds)}: expected seconds, e.g. within 2 s") from None
     if value < 0:
-        raise UsageError(f"within {seconds} s: expected 0 seconds or more")
+        raise UsageError(f"invalid time {seconds} s: expected 0 seconds or more, e.g. within 2 s")
     return to_ns(value)
 
 

@@ -23,37 +23,37 @@ class Series:
 
     @classmethod
     def of(cls, times: Times, values: NDArray[Any], end_ns: int) -> "Series":
-        """Return a signal from its changes in order of time; of several changes at one time, the last is used."""
+        """Make a signal from its changes in order of time; the last of several changes at the same time counts."""
         last = np.append(np.diff(times) > 0, True)
         return cls(times[last], values[last], end_ns)
 
     @property
     def seconds(self) -> Numbers:
-        """Duration of each value in seconds."""
+        """Duration of each value of the signal in seconds."""
         found: Numbers = np.diff(self.times, append=self.end_ns) / S
         return found
 
     def at(self, times: Times) -> NDArray[Any]:
-        """Return the values at these times."""
+        """Return the values of the signal at the given times."""
         found: NDArray[Any] = self.values[np.maximum(np.searchsorted(self.times, times, "right") - 1, 0)]
         return found
 
     def within(self, begin_ns: int, end_ns: int) -> NDArray[Any]:
-        """Return the values from `begin_ns` to `end_ns`, both included."""
+        """Return the values of the signal from `begin_ns` to `end_ns`, with the values at both ends."""
         first = max(int(np.searchsorted(self.times, begin_ns, "right")) - 1, 0)
         return self.values[first : max(int(np.searchsorted(self.times, end_ns, "right")), first + 1)]
 
     def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> "Series":
-        """Return the signal with `function` applied to its values."""
+        """Return a new signal, with `function` applied to the values of this signal."""
         return Series(self.times, function(self.values), self.end_ns)
 
 
 def combined(function: Callable[..., NDArray[Any]], *parts: Series) -> Series:
-    """Return the signal that `function` computes from several signals; it can change whenever one of them changes."""
+    """Return the signal that `function` computes from the values of several signals."""
     times = np.unique(np.concatenate([part.times for part in parts]))
     return Series(times, function(*(part.at(times) for part in parts)), max(part.end_ns for part in parts))
 
 
 def minimum(values: Sequence[float] | NDArray[Any]) -> float:
-    """Return the smallest value; infinity if there are no values."""
+    """Return the smallest of the values, or infinity if there are no values."""
     return float(np.min(values)) if len(values) else float("inf")

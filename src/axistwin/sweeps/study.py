@@ -24,7 +24,10 @@ MAGIC = b"SQLite format 3\0"
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial: values by path, score, result of each run, and `violations` by claim (above 0: the claim fails)."""
+    """A trial of a tuning: the chosen values by path, the score, and the result of each run.
+
+    `violations`: number for each claim; above 0, the claim fails.
+    """
 
     values: dict[str, Value]
     score: float
@@ -34,12 +37,12 @@ class Trial:
 
     @property
     def feasible(self) -> bool:
-        """True if all claims hold in all runs."""
+        """True if all claims hold in all runs of the trial."""
         return all(violation <= 0 for violation in self.violations.values())
 
 
 class Study:
-    """The trials in the file `out`.  Raises UsageError if `out` is another file or belongs to another tuning."""
+    """The trials of a tuning, stored in the file `out`.  Raises UsageError if `out` belongs to another tuning."""
 
     def __init__(self, out: Path, plan: Mapping[str, Any], changed: Mapping[str, Values], seed: int) -> None:
         self.out, self.plan, self._seed = out, json.loads(json.dumps(plan)), seed
@@ -56,7 +59,7 @@ class Study:
 
     @property
     def delivered(self) -> Trial | None:
-        """The trial with the values of the unchanged scene."""
+        """The trial that uses the values of the unchanged scene."""
         told = self._stored.user_attrs.get(DELIVERED)
         return None if told is None else Trial(**told)
 
@@ -66,23 +69,26 @@ class Study:
 
     @property
     def best(self) -> Trial | None:
-        """The trial with the best score in which all claims hold; the first of equal trials."""
+        """The trial with the best score among the trials in which all claims hold."""
         return best(self.trials, str(self.plan["goal"]))
 
     def add(self, trial: Trial) -> None:
-        """Store a trial."""
+        """Store a trial in the file of the study."""
         self._stored.add_trial(self._frozen(trial))
         self.trials.append(trial)
 
     def batches(self, count: int) -> Iterator[dict[int, dict[str, Value]]]:
-        """Yield batches of missing trials up to `count`: values by path, by number of the trial."""
+        """Yield batches of trials to perform, until the study has `count` trials.
+
+        A batch contains the values of each trial by path, by number of the trial.
+        """
         while len(self.trials) < count:
             first = len(self.trials) // BATCH * BATCH
             proposed = self._proposed(first)
             yield {n: proposed[n - first] for n in range(len(self.trials), min(first + BATCH, count))}
 
     def _proposed(self, first: int) -> list[dict[str, Value]]:
-        """Return the batch of proposed values that begins with the trial number `first`."""
+        """Return the values that Optuna proposes for a batch of trials; `first`: number of the first trial."""
         optuna = _optuna()
         sampler = optuna.samplers.TPESampler(seed=(self._seed << 20) + first, multivariate=True)
         study = optuna.create_study(direction=_direction(str(self.plan["goal"])), sampler=sampler)
@@ -97,7 +103,7 @@ class Study:
 
 
 def best(trials: Sequence[Trial], goal: str) -> Trial | None:
-    """Return the best trial in which all claims hold."""
+    """Return the trial with the best score among the trials in which all claims hold."""
     sign = -1 if _direction(goal) == "maximize" else 1
     return min((trial for trial in trials if trial.feasible), key=lambda trial: sign * trial.score, default=None)
 
@@ -107,7 +113,7 @@ def _direction(goal: str) -> str:
 
 
 def is_study(path: Path) -> bool:
-    """True if a file is an SQLite database."""
+    """True if the file is an SQLite database, as the file of a study is."""
     try:
         with path.open("rb") as file:
             return file.read(len(MAGIC)) == MAGIC
@@ -120,21 +126,22 @@ def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
     stored = _open(path, create=False)
     told, plan = stored.user_attrs.get(DELIVERED), stored.user_attrs.get(PLAN)
     if told is None or plan is None:
-        raise UsageError(f"{path} has no trials: expected a file written by axistwin tune")
+        raise UsageError(f"{path} contains no trials: expected a file written by axistwin tune")
     return plan, Trial(**told), [_trial(each) for each in stored.get_trials(deepcopy=False)]
 
 
 def _open(path: Path, *, create: bool) -> Any:
     optuna = _optuna()
     if not path.parent.is_dir() or (path.exists() and path.stat().st_size and not is_study(path)):
-        raise UsageError(f"{path} cannot be written: expected a new file or a study of axistwin tune")
+        raise UsageError(f"cannot write the study to {path}: expected a new file or a file of axistwin tune")
     try:
         storage = optuna.storages.RDBStorage(f"sqlite:///{path}")
         if create:
             return optuna.create_study(storage=storage, study_name=NAME, load_if_exists=True)
         return optuna.load_study(storage=storage, study_name=NAME)
     except Exception as error:  # noqa: BLE001  # of SQLAlchemy, which need not be there
-        raise UsageError(f"{path} has no study of axistwin tune: {str(error).splitlines()[0]}") from None
+        reason = str(error).splitlines()[0]
+        raise UsageError(f"cannot read a study of axistwin tune from {path}: {reason}") from None
 
 
 def _trial(stored: Any) -> Trial:
@@ -157,7 +164,7 @@ def _distribution(values: Values) -> Any:
 
 def _optuna() -> Any:
     require("optuna", "tune")
-    import optuna  # lazy import: takes a second
+    import optuna  # this import is lazy because it takes a second
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     return optuna

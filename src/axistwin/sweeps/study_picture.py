@@ -15,7 +15,7 @@ _SIZE = 9.0, 3.4
 
 
 def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], path: Path, title: str = "") -> None:
-    """Plot a study to a PNG or SVG file.  Raises UsageError."""
+    """Plot the trials of a study to a PNG or SVG file.  Raises UsageError if the file cannot be written."""
     check_suffix(path)
     import matplotlib as mpl
 
@@ -49,7 +49,7 @@ def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Seq
 
 
 def _results(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, found: Trial | None) -> None:
-    """Draw the sorted results of all runs, for the delivered values and for the best values."""
+    """Draw two curves: the sorted results of all runs with the delivered values, and with the best values."""
     from matplotlib.ticker import MaxNLocator
 
     worst_first = not plan["goal"].startswith("maximise")

@@ -17,7 +17,7 @@ WORST = 3
 
 
 def summary(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the summary of a sweep as data for JSON; None replaces an infinite robustness."""
+    """Return the summary of a sweep as data for JSON, with None for an infinite robustness."""
     rows = table.to_pylist()
     return {
         "runs": len(rows),
@@ -60,7 +60,7 @@ def _finite(value: float) -> float | None:
 
 
 def without_effect(rows: Sequence[Mapping[str, Any]], plan: Mapping[str, Any]) -> list[str]:
-    """Return the paths whose values have no effect on any result.
+    """Return the paths whose values have no effect on the results of the sweep.
 
     Only runs that differ in this path alone are compared.  Without such runs, the results of all runs must be equal.
     """
@@ -87,7 +87,7 @@ def _is_without_effect(
 
 
 def lines(found: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the summary of a sweep as lines of text."""
+    """Yield the summary of a sweep, line by line."""
     ended = ", ".join(f"{count} {name}" for name, count in found["ended"].items())
     yield f"{found['runs']} runs (ended: {ended or 'none'}), hash {found['hash']}"
     if found["measures"]:

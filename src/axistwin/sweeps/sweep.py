@@ -43,7 +43,7 @@ Progress = Callable[[int, int, int], object]
 
 @dataclass(frozen=True)
 class Design:
-    """The settings that determine the points of a sweep.  `search`: number of runs of a search for the worst run."""
+    """The settings that determine which points a sweep runs.  `search`: number of runs for a search."""
 
     name: str = "grid"
     runs: int | None = None
@@ -52,7 +52,7 @@ class Design:
 
 
 class Sweep:
-    """A sweep of a scene (a file, a `Scene` or a dict).  `program` and `host` are part of every run."""
+    """Many runs of a scene with varied values.  `program` and `host` are part of every run."""
 
     def __init__(
         self, scene: Scene | str | Path | Mapping[str, Any], program: str | Path | None = None, host: str | None = None
@@ -61,30 +61,30 @@ class Sweep:
             self.scene = scene
         else:
             self.scene = Scene.given(scene) if isinstance(scene, Mapping) else Scene.load(scene)
-        self.scene.build()  # reads the program files of the scene
+        self.scene.build()  # `build` reads the program files of the scene
         self.program, self.host = None if program is None else Path(program), host
         self.varied: dict[str, Values] = {}
         self.measures: dict[str, str] = {}
         self.claims: dict[str, str] = {}
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary the value at a path: `.vary("table.X.load.torque", "0.05..0.4:8")`.  Raises UsageError."""
+        """Vary the value at a path, e.g. `.vary("table.X.load.torque", "0.05..0.4:8")`.  Raises UsageError."""
         if path in self.varied:
             raise UsageError(f"{path} is varied twice: expected one list of values")
         try:
             self.varied[path] = read(values)
-        except UsageError as error:
-            raise UsageError(f"{path}: {error}") from None
+        except UsageError as reason:
+            raise UsageError(f"cannot vary {path}: {reason}") from None
         return self
 
     def measure(self, name: str, sentence: str) -> Self:
-        """Add a measure: `.measure("cycle", "from table.output1 rises to table.output1 falls")`."""
+        """Add a measure, e.g. `.measure("cycle", "from table.output1 rises to table.output1 falls")`."""
         check_names([name], [*self.varied, *self.measures, *self.claims])
         self.measures[name] = sentence
         return self
 
     def claim(self, name: str, sentence: str) -> Self:
-        """Add a claim: `.claim("safe", "never table.X passes 12000 while table.output1 high")`."""
+        """Add a claim, e.g. `.claim("safe", "never table.X passes 12000 while table.output1 high")`."""
         check_names([name], [*self.varied, *self.measures, *self.claims])
         self.claims[name] = sentence
         return self
@@ -103,7 +103,7 @@ class Sweep:
         return Job(self.scene, tuple(self.varied), self.measures, self.claims, seconds, self.program, self.host)
 
     def check(self, design: Design | None = None, seconds: float | None = None) -> tuple[Runner, Points]:
-        """Return the runner and the points.  Raises UsageError if the sweep cannot run."""
+        """Check the sweep before the first run; return the runner and all points.  Raises UsageError."""
         design = design or Design()
         runner = Runner(self._job(seconds))
         if design.search is not None:
@@ -127,7 +127,7 @@ class Sweep:
         scheduler: str | None = None,
         tell: Callable[[str], None] = lambda words: None,
     ) -> "pa.Table":
-        """Run all points and return a table with one row per run.
+        """Perform all runs of the sweep, and return a table with one row for each run.
 
         `out`: Parquet file for the table; an interrupted sweep is resumed.  `seconds`: virtual time of each run.
         `workers`: number of processes; 0: run in this process; None: one process per core.  `limit`: longest real time
@@ -177,7 +177,7 @@ class Sweep:
         yield from engine.map(_tasks(found, results.done))
 
     def _types(self, found: Points) -> dict[str, str]:
-        """Return the type of each column of the results."""
+        """Return the type of each column in the table of results."""
         columns: list[Sequence[Value]] = [*zip(*found, strict=True)]
         columns = columns or [values.samples for values in self.varied.values()]
         types = {"run": "whole"}
@@ -190,7 +190,7 @@ class Sweep:
 
 
 def check_scheduler(runner: Runner, scheduler: str | None) -> None:
-    """Raise UsageError if a cluster is given that cannot be used."""
+    """Raise UsageError if the cluster at the address `scheduler` cannot be used."""
     if scheduler:
         with Cluster(runner, scheduler):
             pass
@@ -199,7 +199,7 @@ def check_scheduler(runner: Runner, scheduler: str | None) -> None:
 def engine_for(
     runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None], scheduler: str | None = None
 ) -> Engine:
-    """Return the engine for the runs: a cluster if a scheduler is given, else worker processes, or this process.
+    """Return the engine that performs the runs: a Dask cluster, worker processes, or this process.
 
     `workers`: number of processes; None: one for each core; 0: this process.
     """
@@ -207,12 +207,12 @@ def engine_for(
         return Cluster(runner, scheduler, limit)
     count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
     count = (os.cpu_count() or 1) if count is None else count
-    prepare(runner)  # compile the servo code once, before the workers start
+    prepare(runner)  # the servo code is compiled once, before the workers start
     return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return the values to check before the first run; of random numbers, only the least and greatest."""
+    """Return the values of a path that are checked before the first run, e.g. the least and the greatest."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]
@@ -232,7 +232,7 @@ def _kept(out: Path) -> Path:
 
 
 def _keep(runner: Runner, row: Row, directory: Path) -> bool:
-    """Write a scene that repeats a failing run; return False if the files cannot be written."""
+    """Write a scene with which the user can repeat a failing run; return False if the scene cannot be written."""
     with suppress(OSError):
         for name, text in runner.files(row).items():
             file = directory / f"run-{row['run']}" / name

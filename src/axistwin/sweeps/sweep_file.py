@@ -36,7 +36,7 @@ def _told(forms: tuple[Form, ...]) -> str:
 
 
 class SweepFile(BaseModel):
-    """Contents of a sweep file."""
+    """Contents of a sweep file: the options of `axistwin sweep`."""
 
     model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True, populate_by_name=True, strict=True)
 
@@ -62,7 +62,7 @@ class SweepFile(BaseModel):
     claim: Annotated[dict[str, str], Field(description=f"Claims by name.  {_told(CLAIMS)}")] = {}
 
     def sweep(self, file: Path) -> Sweep:
-        """Return the sweep that the file describes.  Raises SceneError with the place of an error in the file."""
+        """Return the sweep that the sweep file describes.  Raises SceneError with file, line and column."""
         text = read_text(file)
         program = None if self.program is None else file.parent / self.program
         made: Sweep = _placing(file, text, ("scene",), lambda: Sweep(file.parent / self.scene, program, self.host))
@@ -74,7 +74,7 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the settings that determine the points of the sweep."""
+        """Return the settings that determine which points the sweep runs."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 
@@ -88,21 +88,22 @@ def is_sweep_file(file: Path) -> bool:
 
 
 def load(file: Path) -> SweepFile:
-    """Read a sweep file.  Raises SceneError with the place of the first error."""
+    """Read a sweep file.  Raises SceneError with the file, line and column of the first error."""
     text = read_text(file)
     try:
         return SweepFile.model_validate(tomllib.loads(text))
     except ValueError as error:
         if not isinstance(error, ValidationError):
-            raise SceneError(f"not TOML: {error}", file=str(file)) from None
+            raise SceneError(f"invalid TOML ({error}): expected a sweep file", file=str(file)) from None
         first = error.errors()[0]
         line, column = place_of(tuple(first["loc"]), places(text))
         key = ".".join(map(str, first["loc"]))
-        raise SceneError(f"{key}: {first['msg'].lower()}", file=str(file), line=line, column=column) from None
+        reason = first["msg"].lower()
+        raise SceneError(f"invalid key {key}: {reason}", file=str(file), line=line, column=column) from None
 
 
 def check(file: Path) -> None:
-    """Raise an error with its place in the file if the sweep cannot run."""
+    """Raise SceneError with file, line and column if the sweep in the file cannot run."""
     contents, text = load(file), read_text(file)
     made = contents.sweep(file)
     try:
@@ -118,7 +119,7 @@ def check(file: Path) -> None:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call `do` and return its result; add the place of `keys` in the file to an error without a place."""
+    """Return the result of `do()`; an error gets the line and column of `keys` in the file."""
     try:
         return do()
     except PlacedError:

@@ -42,7 +42,7 @@ Progress = Callable[[int, int, Trial | None, Trial], object]
 
 
 class Tuning:
-    """A search for the best values of a scene.  `goal`: the measure to minimise, or with `maximise` to maximise."""
+    """A search for the values of a scene with the best result.  `goal`: the measure to minimise or maximise."""
 
     def __init__(
         self,
@@ -60,24 +60,24 @@ class Tuning:
         self.changed: dict[str, Values] = {}
 
     def change(self, path: str, values: Value) -> Self:
-        """Let the search choose the value at a path: `.change("knife.KP", "10..400")`.  Raises UsageError."""
+        """Let the search choose the value at a path, e.g. `.change("knife.KP", "10..400")`.  Raises UsageError."""
         given = Sweep(self._scatter.scene).vary(path, values).varied[path]
         if path in {**self.changed, **self._scatter.varied}:
-            raise UsageError(f"{path} is changed or varied twice: expected one range of values")
+            raise UsageError(f"{path} is changed or varied twice: expected one range of values for each path")
         if given.interval is None and not given.listed:
-            raise UsageError(f"{path}={given.text}: expected a range or a list to choose from, e.g. 10..400")
+            raise UsageError(f"{path}={given.text}: expected a range or a list of values, e.g. 10..400")
         self.changed[path] = given
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Add scatter: every trial runs with each of these values at the path, and its worst run counts."""
+        """Vary the value at a path within each trial; the worst run determines the score of the trial."""
         if path in self.changed:
-            raise UsageError(f"{path} is changed or varied twice: expected one range of values")
+            raise UsageError(f"{path} is changed or varied twice: expected one range of values for each path")
         self._scatter.vary(path, values)
         return self
 
     def subject_to(self, name: str, sentence: str) -> Self:
-        """Add a claim that must hold in every run of a trial."""
+        """Add a claim that must hold in every run of the best trial."""
         self._scatter.claim(name, sentence)
         return self
 
@@ -95,10 +95,11 @@ class Tuning:
         scheduler: str | None = None,
         tell: Callable[[str], None] = lambda words: None,
     ) -> Study:
-        """Run up to `trials` trials; return the study, which is stored in the SQLite file `out`.
+        """Perform trials until the study has as many trials as requested, and return the study.
 
-        A study in `out` is continued.  `design`: the combinations of varied values.  `scheduler`: address of a Dask
-        cluster, which performs the runs instead of this computer.  Raises UsageError.
+        The study is stored in the SQLite file `out`; a study in `out` is continued.  `design`: the combinations of
+        varied values.  `scheduler`: address of a Dask cluster, which performs the runs instead of this computer.
+        Raises UsageError.
         """
         delivered, runner, scatter = self.check(design or Design(), seconds)
         check_scheduler(runner, scheduler)
@@ -115,9 +116,12 @@ class Tuning:
         return study
 
     def check(self, design: Design, seconds: float | None) -> tuple[Runner, Runner, Points]:
-        """Return the runner of the unchanged scene, the runner of the trials, and the varied values of a trial."""
+        """Check the tuning before the first trial.  Raises UsageError.
+
+        Returns the runner of the unchanged scene, the runner of the trials, and the varied values of a trial.
+        """
         if not self.changed:
-            raise UsageError("nothing changes: add --change PATH=VALUES, e.g. --change knife.KP=10..400")
+            raise UsageError("no value changes: add --change PATH=VALUES, e.g. --change knife.KP=10..400")
         delivered, scatter = self._scatter.check(design, seconds)
         job = delivered.job
         paths = (*self.changed, *job.paths)
@@ -129,7 +133,7 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield lines for programs and for the scene file that set the values at these paths."""
+        """Yield the lines that set the given values in the user's programs and scene file."""
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
         for place, value in zip(variation.places, values.values(), strict=True):
@@ -167,7 +171,7 @@ class Tuning:
         trials: int,
         progress: Progress | None,
     ) -> None:
-        """Run a batch of trials, and store them in the order of their numbers."""
+        """Perform a batch of trials, and store the trials in the order of their numbers."""
         runs = {n: (trial, point) for n, (trial, point) in enumerate((t, p) for t in batch for p in scatter)}
         tasks = [(n, (*batch[trial].values(), *point)) for n, (trial, point) in runs.items()]
         rows = _rows(engine, tasks)
@@ -194,7 +198,7 @@ def _rows(engine: Engine, tasks: Sequence[tuple[int, Sequence[Value]]]) -> list[
 
 
 def _result(row: Row, sign: float) -> float:
-    """Return the result of a run as a number to minimise; of several results, the worst."""
+    """Return the result of a run as a number that the search minimises."""
     value = row[GOAL]
     if value is None:
         return FAR
@@ -202,7 +206,7 @@ def _result(row: Row, sign: float) -> float:
 
 
 def _violation(row: Row, name: str) -> float:
-    """Return the amount by which a claim fails; 0 or less if the claim holds."""
+    """Return the amount by which a claim fails in a run, or 0 or less if the claim holds."""
     robustness = row[f"{name}.robustness"]
     if robustness is None:
         return FAR if row["ended"] in ("error", "limit", "killed") else 0.0

@@ -28,7 +28,7 @@ _WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
 
 @dataclass(frozen=True)
 class Values:
-    """The values of one path.  `listed`: values for a grid; empty if values can only be drawn at random."""
+    """The values of one varied path.  `listed`: values for a grid; empty if a design must draw random values."""
 
     text: str
     listed: Sequence[Value]
@@ -41,7 +41,7 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """Values that are checked before a sweep: all of a short list; otherwise the first, the middle and the last."""
+        """A few of the values, which are checked before the first run."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -51,7 +51,7 @@ _ENDS = (0.0, 0.001, 0.5, 0.999, 1 - 2**-53)
 
 
 def read(given: Value) -> Values:
-    """Convert a text, a list or a single value to the values of a path.  Raises UsageError."""
+    """Parse the values of a path, given as a text, a list or a single value.  Raises UsageError."""
     if isinstance(given, list):
         return _listed(str(given), given)
     if not isinstance(given, str):
@@ -72,33 +72,30 @@ def read(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return the text as a value, without quotation marks.  Raises UsageError for an unfinished list or quotation."""
+    """Return a text without quotation marks as a value.  Raises UsageError for an unfinished list or quotation."""
     if not text or text[0] in "[{(\"'":
-        raise UsageError(f"{shortened(text)} cannot be read: expected e.g. {EXAMPLES}")
+        raise UsageError(f"invalid value {shortened(text)}: expected e.g. {EXAMPLES}")
     return text
 
 
 def _listed(text: str, values: Sequence[Value]) -> Values:
     if not values:
-        raise UsageError("an empty list: expected at least one value, e.g. [1, 2]")
+        raise UsageError("the list of values is empty: expected at least one value, e.g. [1, 2]")
     numbers = all(isinstance(value, int | float) for value in values)
     return Values(text, values, lambda fraction: values[int(fraction * len(values))], ordered=numbers)
 
 
 def _number(text: str) -> float:
-    try:
-        return whole(text) if _WHOLE.fullmatch(text) else real(text)
-    except NumberError as error:
-        raise UsageError(str(error)) from None
+    return whole(text) if _WHOLE.fullmatch(text) else real(text)
 
 
 def _range(text: str, found: re.Match[str]) -> Values:
     low, high = _number(found["low"]), _number(found["high"])
     if not low < high:
-        raise UsageError(f"{text}: the lower value must be first: expected {found['high']}..{found['low']}")
+        raise UsageError(f"invalid range {text}: expected the lower value first, e.g. 1..5")
     logarithmic = found["log"] is not None
     if logarithmic and low <= 0:
-        raise UsageError(f"{text}: a logarithmic range must begin above 0: expected e.g. 1..1000:4:log")
+        raise UsageError(f"invalid logarithmic range {text}: expected a range above 0, e.g. 1..1000:4:log")
     whole_ends = isinstance(low, int) and isinstance(high, int)
     interval = None if found["count"] else (low, high, logarithmic)
     if found["count"] is not None:
@@ -106,7 +103,9 @@ def _range(text: str, found: re.Match[str]) -> Values:
     else:
         listed = range(int(low), int(high) + 1) if whole_ends and not logarithmic else ()
     if len(listed) > MOST:
-        raise UsageError(f"{text}: {len(listed):,} values: expected at most {MOST:,}; give a count, e.g. {text}:100")
+        raise UsageError(
+            f"range {text} has {len(listed):,} values: expected at most {MOST:,}, so give a count, e.g. {text}:100"
+        )
     if whole_ends and (found["count"] is None or all(isinstance(value, int) for value in listed)):
         return Values(text, listed, partial(_whole_at, int(low), int(high), logarithmic), interval)
     return Values(text, listed, partial(_between, low, high, logarithmic), interval)
@@ -114,7 +113,7 @@ def _range(text: str, found: re.Match[str]) -> Values:
 
 def _points(text: str, low: float, high: float, count: int, logarithmic: bool) -> Sequence[Value]:
     if not 2 <= count <= MOST:
-        raise UsageError(f"{text}: expected a count from 2 to {MOST:,}, e.g. {low}..{high}:5")
+        raise UsageError(f"invalid count of values in {text}: expected 2 to {MOST:,}, e.g. {low}..{high}:5")
     values: list[float] = [low, *(_between(low, high, logarithmic, n / (count - 1)) for n in range(1, count - 1)), high]
     if isinstance(low, int) and isinstance(high, int) and all(float(value).is_integer() for value in values):
         return [int(value) for value in values]
@@ -161,12 +160,12 @@ DISTRIBUTIONS: dict[str, tuple[Callable[..., float], str, Callable[[list[float]]
 
 def _distribution(text: str, name: str, given: str) -> Values:
     if name not in DISTRIBUTIONS:
-        raise UsageError(f"{text}: no distribution {name!r}: there are {', '.join(DISTRIBUTIONS)}")
-    value_at, form, fits = DISTRIBUTIONS[name]
+        raise UsageError(f"unknown distribution {name!r} in {text}: expected one of {', '.join(DISTRIBUTIONS)}")
+    value_at, notation, fits = DISTRIBUTIONS[name]
     try:
         numbers = [real(part) for part in given.split(",")]
     except NumberError:
-        raise UsageError(f"{text}: invalid distribution: expected {form}") from None
-    if len(numbers) != form.partition(")")[0].count(",") + 1 or not fits(numbers):
-        raise UsageError(f"{text}: invalid distribution: expected {form}")
+        raise UsageError(f"invalid distribution {text}: expected {notation}") from None
+    if len(numbers) != notation.partition(")")[0].count(",") + 1 or not fits(numbers):
+        raise UsageError(f"invalid distribution {text}: expected {notation}")
     return Values(text, (), partial(value_at, *numbers))

@@ -32,20 +32,20 @@ _POLL_S = 0.2
 
 
 class Engine(Protocol):
-    """Interface of `Workers` and `ThisProcess`: a context manager that runs tasks."""
+    """Interface of the classes that perform the runs of a sweep, e.g. in worker processes."""
 
     def __enter__(self) -> Self:
-        """Start the workers."""
+        """Start the worker processes."""
 
     def __exit__(self, *_: object) -> None:
-        """Stop the workers; unfinished runs are lost."""
+        """Stop the worker processes; the results of unfinished runs are lost."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Run the tasks; yield the row of results of each task, in any order."""
+        """Perform the run of each task, and yield the rows of results in any order."""
 
 
 class ThisProcess:
-    """Engine that runs tasks in this process, one after the other, without a time limit."""
+    """Engine that performs runs in this process, one after the other, without a time limit."""
 
     def __init__(self, runner: Runner) -> None:
         self._runner = runner
@@ -54,16 +54,16 @@ class ThisProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Do nothing."""
+        """Do nothing, because there are no worker processes to stop."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Run the tasks; yield the row of results of each task."""
+        """Perform the run of each task, and yield its row of results."""
         for number, values in tasks:
             yield self._runner.row(number, values)
 
 
 class Workers:
-    """Engine that runs the tasks of one job in worker processes."""
+    """Engine that performs the runs of a sweep in worker processes."""
 
     def __init__(
         self, runner: Runner, count: int, limit_s: float = LIMIT_S, tell: Callable[[str], None] = print
@@ -86,11 +86,11 @@ class Workers:
 
     @property
     def processes(self) -> list[int]:
-        """Process IDs of the workers."""
+        """Process IDs of the running worker processes."""
         return [worker.process.pid for worker in self._workers if worker.process is not None]
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Run the tasks; yield the row of results of each task as soon as its run ends."""
+        """Perform the run of each task, and yield each row of results as soon as the run ends."""
         waiting, rows = iter(tasks), SimpleQueue[Row | BaseException | None]()
         threads = [Thread(target=self._serve, args=(worker, waiting, rows), daemon=True) for worker in self._workers]
         for thread in threads:
@@ -118,7 +118,7 @@ class Workers:
     def _serve(
         self, worker: "_Worker", waiting: Iterator[Task], rows: "SimpleQueue[Row | BaseException | None]"
     ) -> None:
-        """Send tasks to a worker until all tasks are taken."""
+        """Send tasks to a worker process until no tasks are left."""
         try:
             while not self._ended:
                 while len(worker.tasks) < worker.ahead:
@@ -137,7 +137,7 @@ class Workers:
         rows.put(None)
 
     def _row(self, worker: "_Worker") -> Row | None:
-        """Return the row of the worker's first task; None if the worker was killed and repeats the task."""
+        """Return the row of results of the worker's first task, or None if the worker repeats the task."""
         with suppress(EOFError, OSError, pickle.UnpicklingError):
             return worker.receive()
         if self._ended:
@@ -161,7 +161,7 @@ class Workers:
 
 
 class _Worker:
-    """One worker process, which receives tasks on its standard input."""
+    """A worker process that receives tasks on its standard input."""
 
     def __init__(self, name: str, setup: bytes) -> None:
         self.name, self.late = name, False
@@ -177,14 +177,14 @@ class _Worker:
         """Time at which the first task began; None: the process is not ready, or has no task."""
 
     def start(self) -> None:
-        """Start the process and send its tasks; do not wait until the process is ready."""
+        """Start the worker process and send its tasks, without waiting until the process is ready."""
         self._ready = False
         package = str(Path(__file__).resolve().parents[2])
         path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
         self.process = subprocess.Popen(
             [sys.executable, "-c", "from axistwin.sweeps.workers import work; work()", self.name],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
-            start_new_session=True,  # Ctrl-C must interrupt only the parent process.
+            start_new_session=True,  # Ctrl-C must interrupt only the parent process
         )  # fmt: skip
         with suppress(OSError):
             self._pipe(self.process.stdin).write(self._setup)
@@ -192,7 +192,7 @@ class _Worker:
             self._write(task)
 
     def send(self, task: Task) -> None:
-        """Send a task to the process; `receive` returns its row."""
+        """Send a task to the worker process; `receive` returns its row of results."""
         self.tasks.append(task)
         self._write(task)
         if self._ready and self._since_s is None:
@@ -200,12 +200,15 @@ class _Worker:
 
     def _write(self, task: Task) -> None:
         assert self.process is not None, "the worker has been started"
-        with suppress(OSError):  # the process has ended, which `receive` will report
+        with suppress(OSError):  # `receive` reports that the process has ended
             pickle.dump(task, self._pipe(self.process.stdin))
             self._pipe(self.process.stdin).flush()
 
     def receive(self) -> Row:
-        """Return the row of the first task.  Raises EOFError or OSError if the process ends."""
+        """Wait for the results of the first task, and return its row.
+
+        Raises EOFError or OSError if the worker process ends.
+        """
         assert self.process is not None, "the worker has been started"
         if not self._ready:
             self._ready = pickle.load(self._pipe(self.process.stdout))  # noqa: S301  # our own process
@@ -218,23 +221,23 @@ class _Worker:
         return row
 
     def drop(self) -> None:
-        """Remove the first task, which has a row."""
+        """Remove the first task from the worker's tasks."""
         self.tasks.popleft()
         self.tries = 0
 
     def busy_s(self) -> float:
-        """Return the seconds since the start of the current run; 0 if the process is idle."""
+        """Return the seconds since the start of the worker's current run, or 0 if the worker is idle."""
         since_s = self._since_s
         return 0.0 if since_s is None else monotonic() - since_s
 
     def interrupt(self) -> None:
-        """Kill the process; `receive`, in another thread, raises EOFError."""
+        """Kill the worker process; `receive` then raises EOFError in its thread."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()
 
     def kill(self) -> None:
-        """Kill the process and close its pipes; no other thread may be using them."""
+        """Kill the worker process and close its pipes, while no other thread uses the pipes."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()
@@ -250,16 +253,16 @@ class _Worker:
 
 
 def work() -> None:
-    """Run tasks until the end of standard input: the main function of a worker process."""
+    """Main function of a worker process: perform the runs that the parent process requests."""
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # The output of the user's host must not mix with the rows.
+    os.dup2(2, 1)  # output of the user's host goes to stderr, rows go to stdout
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     prepare(runner)
-    with suppress(EOFError, BrokenPipeError):  # The parent has ended.
-        pickle.dump(True, rows)  # ready
+    with suppress(EOFError, BrokenPipeError):  # these errors mean that the parent process has ended
+        pickle.dump(True, rows)  # the first object tells the parent process that the worker is ready
         rows.flush()
         while True:
             number, values = pickle.load(tasks)  # noqa: S301
@@ -268,7 +271,7 @@ def work() -> None:
 
 
 def prepare(runner: Runner) -> None:
-    """Compile the code of the servo loop, which is needed once per process."""
+    """Compile the code of the servo loop for each model of the sweep's scene."""
     controllers = runner.variation.base.build().controllers.values()
     for made in {controller.product.model: controller.product for controller in controllers}.values():
         made.prepare(None, len(controllers))

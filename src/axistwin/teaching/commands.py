@@ -6,9 +6,10 @@ _COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 
 def own_command(line: str) -> tuple[str, str] | None:
-    """Return the name and the argument of a terminal's own command; None for a line that is sent to the controller.
+    """Return the name and the argument of a command to the terminal, e.g. `:why`.
 
-    A sequence of an IF1 also begins with a colon, but is upper case.
+    The result is None for a line that is sent to the controller.  A sequence of an IF1 also begins with a colon, but is
+    upper case.
     """
     found = _COMMAND.fullmatch(line)
     return None if found is None else (found[1], (found[2] or "").strip())

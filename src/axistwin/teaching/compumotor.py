@@ -20,7 +20,7 @@ DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 
 
 class CompumotorGuide(Guide):
-    """Explains an 1810 or 1811."""
+    """Explanations of the tutor for an 1810 or 1811."""
 
     suggestions = (
         (DEFAULTS, "velocity and acceleration of default moves (31h)"),
@@ -36,9 +36,7 @@ class CompumotorGuide(Guide):
         return bool(int(self.value("status")) & Status.INPUT_READY)
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield the reasons why no move begins: power, failure, shutdown, limits, joystick, mode, missing
-        definitions.
-        """
+        """Yield each reason why the board begins no move, e.g. an active limit."""
         pins = self.controller.pins
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
@@ -59,7 +57,7 @@ class CompumotorGuide(Guide):
             yield Reason("a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}")
 
     def _opened(self, pin: str, side: str) -> str:
-        """Return how a limit input becomes inactive."""
+        """Return a sentence that tells the user how to make a limit input inactive."""
         found, other = at_limit(self.controller, side == "plus"), {"plus": "minus", "minus": "plus"}[side]
         if found is None:
             return self.restored(pin, "low")
@@ -67,17 +65,17 @@ class CompumotorGuide(Guide):
         return self.restored(pin, "low", away=f"the slide stands on the switch: move away in {other}: type  {move}")
 
     def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # each message contains its opcode
-        """Return the meaning of the bits in an answer to 88h; "" for other messages, which need no tutor."""
+        """Return the meaning of the bits in an answer to request 88h, or "" for any other message."""
         return self.bits("move", reply[1], "at rest, no limit, not at home") if reply[0] == MOVE_STATUS else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings of a number: as the status byte, and as the answer to 88h."""
+        """Yield the meaning of a number as the status byte, and as the answer to request 88h."""
         if 0 <= value <= 0xFF:
             yield f"status byte: {self.bits('status', value)}"
             yield f"answer to 88h: {self.bits('move', value)}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of each byte of a command or message in hex, or the meaning of a command given by name."""
+        """Yield the meaning of a command or message in hex, or of the name of a command."""
         commands, language = self.controller.product.commands, self.controller.product.language
         assert language is not None, "a board has a language"
         if not _HEX.fullmatch(text):
@@ -110,11 +108,11 @@ class CompumotorGuide(Guide):
             yield f"  {data[at:].hex(' ').upper()}: fills the message up to 16 bytes"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the only action of a board's initialisation: a wait for the end of the self-test."""
+        """Yield the only action of a board's initialisation, a wait for the end of the self-test."""
         if not self.ready:
             yield Wait(S)
 
     def words(self) -> list[Term]:
-        """Return the commands that the terminal can complete, by name."""
+        """Return the names of the commands that the terminal can complete, with their meanings."""
         opcodes = (each for each in self.controller.product.commands if isinstance(each, Opcode))
         return [Term(name_of(each), f"{each.opcode:02X}h {each.name}", each.syntax) for each in opcodes]

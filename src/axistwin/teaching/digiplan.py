@@ -15,7 +15,6 @@ from axistwin.units import MS, to_ns
 
 _COMMAND = re.compile(r"\D[+-]?[\d,]*|.")
 _INPUT = re.compile(r"([HL])(\d)")
-_AWAITED = re.compile(r"(.* waits for (\w+) (high|low)): .*")
 DRIVEN = {
     "estop": "the emergency stop is open",
     "limit_plus": "the plus limit is open: only moves in the minus direction begin",
@@ -30,12 +29,12 @@ PARITIES = {"N": "no", "O": "odd", "E": "even"}
 
 
 def _input_names(value: int) -> str:
-    """Return the inputs whose bits are 1 in an answer to I."""
+    """Return the names of the inputs whose bits are 1 in an answer to the request I."""
     return ", ".join(f"{bit} {name}" for name, bit in INPUT_BITS.items() if value & bit)
 
 
 class DigiplanGuide(Guide):
-    """Explains an IF1 or IF2."""
+    """Explanations of the tutor for an IF1 or IF2."""
 
     single_characters = True
     suggestions = (
@@ -52,7 +51,7 @@ class DigiplanGuide(Guide):
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield the reasons why no move begins: power, data format, lock, open inputs, faults that K has not read."""
+        """Yield each reason why the interface begins no move, e.g. an open limit input."""
         controller = self.controller
         if not controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
@@ -70,8 +69,9 @@ class DigiplanGuide(Guide):
         open_inputs = [name for name in DRIVEN if not controller.pins[name].level]
         for name in open_inputs:
             yield Reason(f"{DRIVEN[name]} ({TERMINALS[name]})", self._closed(name, faults))
-        if awaited := _AWAITED.fullmatch(controller.hint):
-            yield Reason(awaited[1], self._given(awaited[2], awaited[3]))
+        if awaited := controller.awaited:
+            work, pin, level = awaited
+            yield Reason(f"{work} waits for {pin} {level}", self._given(pin, level))
         elif controller.hint:
             yield Reason(controller.hint)
         locked = bool(int(self.value("F")) & LineFault.LOCKED.value)
@@ -91,7 +91,7 @@ class DigiplanGuide(Guide):
             )
 
     def _closed(self, name: str, faults: int) -> str:
-        """Return how the circuit of a stop input is closed again."""
+        """Return a sentence that tells the user how to close the circuit of a stop input."""
         read = "  and then  K" if faults else ""
         found = at_limit(self.controller, name == "limit_plus") if name in LIMITS else None
         if found is None:
@@ -103,14 +103,14 @@ class DigiplanGuide(Guide):
         )
 
     def _given(self, name: str, level: str) -> str:
-        """Return how an input gets the level for which a step waits."""
+        """Return a sentence that tells the user how to set an input for which a sequence waits."""
         pin = self.controller.pins[name]
         if pin.held or (pin.wired and not pin.driven):
             return self.restored(name, level)
         return self.remedies.drive(name, level)
 
     def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
-        """Yield the reason for faults that K has not cleared, although their causes are gone."""
+        """Yield the reason why no move begins if the command K has not cleared past faults."""
         if locked and MotionFault.EMERGENCY_STOP in faults:
             yield Reason(
                 "after an emergency stop a locked interface is reset only by its power, not by K",
@@ -121,12 +121,12 @@ class DigiplanGuide(Guide):
 
     @property
     def _ended(self) -> bool:
-        """True if an IF2 has a stored sequence that it does not carry out."""
+        """True if an IF2 has a stored sequence that is not running."""
         listing = next(iter(self.controller.programs.values()))
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the reason why a locked interface, which waits for no input, begins no move."""
+        """Yield the reason why no move begins if the command [ has locked the interface."""
         listing = next(iter(self.controller.programs.values()))
         if not self._ended:
             if listing.running is None:
@@ -144,19 +144,19 @@ class DigiplanGuide(Guide):
 
     @property
     def _begins_by_itself(self) -> bool:
-        """True if the stored sequence begins at power-up without a data format: DSR is low while nothing is sent."""
+        """True if the stored sequence begins at power-up before the host sends a data format."""
         return not self.controller.terminals["dsr"].level
 
     @property
     def _first_wait(self) -> str:
-        """The inputs for which the stored sequence waits at its first step, and how to set them."""
+        """Sentence about the inputs for which the first step of the stored sequence waits."""
         (listing,) = self.controller.programs.values()
         inputs = _INPUT.findall(listing.lines[0])
         levels = [self.remedies.drive(f"input{digit}", "high" if word == "H" else "low") for word, digit in inputs]
         return f", and waits: {' and '.join(levels)}" if levels else ""
 
     def answer(self, request: bytes, reply: bytes) -> str:
-        """Return the meaning of a reply."""
+        """Return the meaning of a reply to the last request."""
         text, asked = reply.rstrip(b"\r\n").decode("latin-1"), request.strip().decode("latin-1")[-1:]
         if asked == "Q" and len(reply) == 1:
             return f"{reply[0]}: {self.bits('Q', reply[0], 'at rest, no fault')}"
@@ -169,13 +169,13 @@ class DigiplanGuide(Guide):
         return self.shown(asked, text) if asked in ("E", "N", "O") else ""
 
     def notes(self, line: bytes) -> Iterator[str]:
-        """Yield a note about a message with an index or a run that lacks the `$` to start it."""
+        """Yield a note about a move command that does not end with the start command `$`."""
         text = line.strip().decode("latin-1")
         if text[:1] in ("X", "Y", "Z") and not text.endswith("$"):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings of a number: as an answer to K, to F and to I."""
+        """Yield the meaning of a number as an answer to each of the requests K, F and I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"
@@ -191,7 +191,7 @@ class DigiplanGuide(Guide):
         return f"no current flows in {without}" if without else "current flows in every input"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of each command in a message, with its numbers."""
+        """Yield the meaning of each command in a message."""
         seen = set()
         for piece in _COMMAND.findall(text.replace(" ", "")):
             found = self.controller.product.commands.get(piece[0])
@@ -201,7 +201,7 @@ class DigiplanGuide(Guide):
                 yield from self._values(piece)
 
     def _values(self, piece: str) -> Iterator[str]:
-        """Yield the meaning of the answer to a request, or of the numbers of a data format or a repeat."""
+        """Yield the meaning of the answer to a command, or of the number in a command."""
         match piece[0]:
             case "K" | "Q":
                 yield f"answer: 0 at rest, no fault; or the sum of {self.bits('Q', 0xFF)}"
@@ -220,7 +220,7 @@ class DigiplanGuide(Guide):
                 yield f"{piece}: {size} data bits, {PARITIES[parity]} parity, {stops}{echo}"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions of an initialisation: send `(` until the interface answers, then send the data format."""
+        """Yield the actions that initialise the interface: send `(` until an answer arrives, then the data format."""
         if self.value("state") == Stage.RESET.value:
             yield Wait(to_ns(SELF_TEST_S))
         _, message = greeting(self.controller.serial.host.format)

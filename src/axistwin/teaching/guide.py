@@ -18,7 +18,7 @@ Refused = Callable[[bytes], Sequence[Diagnostic]]
 
 @dataclass(frozen=True)
 class Reason:
-    """A reason why no move begins, and a line to type that removes the reason."""
+    """A reason why no move begins, and a line for the user to type that removes the reason."""
 
     text: str
     remedy: str = ""
@@ -29,7 +29,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class Term:
-    """A command that a host may send: its text, its meaning and its notation."""
+    """A command that a host may send, with its meaning and its notation."""
 
     text: str
     meaning: str
@@ -37,7 +37,7 @@ class Term:
 
 
 class Guide(ABC):
-    """Explanations for one controller; each family has its own subclass."""
+    """Base class of the explanations for one controller; each controller family has a subclass."""
 
     def __init__(self, controller: Controller, refused: Refused) -> None:
         self.controller, self.refused = controller, refused
@@ -46,7 +46,7 @@ class Guide(ABC):
     @property
     @abstractmethod
     def ready(self) -> bool:
-        """True if the controller executes commands."""
+        """True if the controller can execute commands."""
 
     @abstractmethod
     def reasons(self) -> Iterator[Reason]:
@@ -54,22 +54,25 @@ class Guide(ABC):
 
     @abstractmethod
     def answer(self, request: bytes, reply: bytes) -> str:
-        """Return the meaning of a reply to the last request; "" if the reply needs no explanation."""
+        """Return the meaning of a reply to the last request, or "" if the reply needs no explanation."""
 
     @abstractmethod
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings that a number has in a reply."""
+        """Yield all meanings that a number can have in a reply of the controller."""
 
     @abstractmethod
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meanings of the parts of a line from a host."""
+        """Yield the meaning of each part of a line that a host sends."""
 
     @abstractmethod
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions that make the controller ready; perform each one before requesting the next."""
+        """Yield the actions that make the controller ready for commands.
+
+        The caller must perform each action before it requests the next action.
+        """
 
     def notes(self, line: bytes) -> Iterator[str]:  # noqa: ARG002  # subclasses use it
-        """Yield notes about a line that is valid but may surprise a new user."""
+        """Yield notes about a valid line that may surprise a new user."""
         yield from ()
 
     suggestions: tuple[tuple[str, str], ...] = ()
@@ -85,10 +88,10 @@ class Guide(ABC):
             if command.implemented and not str(command.code).isspace()
         ]
 
-    # Functions for all families
+    # Explanations that all controller families share
 
     def restored(self, name: str, level: str, *, then: str = "", away: str = "") -> str:
-        """Return how an input of the machine gets the level that permits motion.
+        """Return a sentence that tells the user how to give an input the level that permits motion.
 
         `away` is a move that leaves a limit switch.  The input is never forced while a machine is connected to it.
         """
@@ -108,12 +111,12 @@ class Guide(ABC):
         return int(self.controller.pins[source].level)
 
     def lamps(self, source: str) -> list[Lamp]:
-        """Return the lamps of the front panel for the bits of a register."""
+        """Return the lamps of the front panel that represent the bits of a register."""
         lamps = (item for group in self.controller.product.front for item in group.items if isinstance(item, Lamp))
         return [lamp for lamp in lamps if lamp.source == source and lamp.bit is not None]
 
     def bits(self, source: str, value: int, none: str = "no bit is set") -> str:
-        """Return the meanings of the bits that are 1."""
+        """Return the meanings of all bits of a register that are 1."""
         lit = [lamp for lamp in self.lamps(source) if lamp.bit is not None and value >> lamp.bit & 1]
         return "; ".join(self._lamp(lamp, one=len(lit) == 1) for lamp in lit) or none
 
@@ -122,7 +125,7 @@ class Guide(ABC):
         return f"{lamp.label} {lamp.name}" + (f" ({lamp.doc.strip().rstrip('.')})" if one and lamp.doc else "")
 
     def shown(self, source: str, text: str) -> str:
-        """Return a reply in the form that the front panel uses: a word, or a quantity with its unit."""
+        """Return a reply in the words of the front panel, e.g. as a quantity with its unit."""
         for group in self.controller.product.front:
             for item in group.items:
                 if isinstance(item, Word) and item.source == source:
@@ -138,7 +141,7 @@ def _whole(text: str) -> int | None:
 
 
 def described(command: Command) -> str:
-    """Return a command as one line of text: code, name, notation, parameters, chapter."""
+    """Describe a command in one line with code, name, notation, parameters and chapter of the manual."""
     code = f"{command.code:02X}" if isinstance(command.code, int) else show_controls(command.code)
     syntax = show_controls(command.syntax)
     notation = f"   {syntax}" if syntax != code else ""
@@ -147,6 +150,6 @@ def described(command: Command) -> str:
 
 
 def near(word: str, known: Sequence[str]) -> str:
-    """Return "did you mean …?" for a misspelt word; "" if no word is similar."""
+    """Return "did you mean …?" for a misspelt word, or "" if no known word is similar."""
     found = get_close_matches(word, known, 3)
     return f"did you mean {' or '.join(found)}?" if found else ""

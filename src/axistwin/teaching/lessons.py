@@ -16,7 +16,7 @@ STARTED_S = 1.5
 
 @dataclass(frozen=True)
 class Evidence:
-    """Data with which a step of a lesson is checked: the controller, and the texts sent and received."""
+    """Data for the check of a lesson's step: the controller, and the texts that were sent and received."""
 
     controller: Controller
     said: str
@@ -32,7 +32,7 @@ Check = Callable[[Evidence], bool]
 
 @dataclass(frozen=True)
 class Step:
-    """One step of a lesson: a task, lines that solve the task, and a check of the result."""
+    """One step of a lesson, with a task, lines that solve the task, and a check of the result."""
 
     task: str
     solution: tuple[str, ...]
@@ -41,7 +41,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Lesson:
-    """A lesson: steps for a controller that has just been switched on."""
+    """A lesson with steps for a controller that has just been switched on."""
 
     title: str
     steps: tuple[Step, ...]
@@ -49,17 +49,23 @@ class Lesson:
 
 
 def answered(pattern: str, to: str = "") -> Check:
-    """Return a check: the controller has answered the request `to` with an answer that matches `pattern`."""
+    """Return a check that is true if the controller has answered the request `to`.
+
+    The answer must match the regular expression `pattern`.
+    """
     return lambda it: re.search(pattern, it.heard) is not None and to in it.said
 
 
 def is_clear(mask: int) -> Check:
-    """Return a check: the status word has been reported, and these bits of it are 0."""
+    """Return a check that is true if a reported status word has 0 in all bits of `mask`."""
     return lambda it: "RW" in it.said and any(not int(word) & mask for word in re.findall(r"\d+", it.heard))
 
 
 def moved(axis: str, by: int) -> Check:
-    """Return a check for an axis that has moved by this distance, in this step or in its last move, and has stopped."""
+    """Return a check that is true if the axis has moved by this distance and is at rest.
+
+    The distance may be that of the whole step or of the last move.
+    """
 
     def check(it: Evidence) -> bool:
         found = it.controller.axes[axis]
@@ -69,27 +75,27 @@ def moved(axis: str, by: int) -> Check:
 
 
 def moving(axis: str) -> Check:
-    """Return a check: the axis is moving."""
+    """Return a check that is true while the axis moves."""
     return lambda it: it.controller.axes[axis].moving
 
 
 def stopped(axis: str) -> Check:
-    """Return a check: the axis is at rest."""
+    """Return a check that is true while the axis is at rest."""
     return lambda it: not it.controller.axes[axis].moving
 
 
 def level(pin: str, high: bool) -> Check:
-    """Return a check: the terminal has this level."""
+    """Return a check that is true if the terminal has this level."""
     return lambda it: it.controller.pins[pin].level is high
 
 
 def both(first: Check, second: Check) -> Check:
-    """Return a check that holds if two checks hold."""
+    """Return a check that is true if both given checks are true."""
     return lambda it: first(it) and second(it)
 
 
 def register(name: str, value: int | str) -> Check:
-    """Return a check: the register has this value."""
+    """Return a check that is true if the register has this value."""
     return lambda it: it.controller.registers[name].read() == value
 
 
@@ -211,7 +217,7 @@ COURSES = {"digiplan": IF1, "compumotor": BOARD, "smartmotor": MOTOR}
 
 
 def course(model: str) -> tuple[Lesson, ...]:
-    """Return the lessons for a model.  Raises UsageError for an unknown model."""
+    """Return the lessons for a controller model.  Raises UsageError for an unknown model."""
     if model.lower() not in FAMILIES:
         raise UsageError(f"no lessons for {model!r}: expected one of {', '.join(FAMILIES)}")
     return COURSES[FAMILIES[model.lower()]]

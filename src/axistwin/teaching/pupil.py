@@ -12,7 +12,10 @@ HUNTING = 4
 
 
 class Pupil:
-    """A user's progress in a lesson on a controller, by default the only one of a bench; it begins at step `step`."""
+    """The progress of a user in a lesson on one controller.
+
+    `step` is the number of the first step.  `name` may be omitted for a bench with one controller.
+    """
 
     def __init__(self, lesson: Lesson, bench: Bench, step: int = 0, name: str | None = None) -> None:
         self.lesson, self.step = lesson, step
@@ -45,16 +48,16 @@ class Pupil:
 
     @property
     def task(self) -> str:
-        """Task of the current step; "" after the last step."""
+        """Task of the current step, or "" after the last step."""
         return "" if self.finished else f"{self.step + 1}. {self.lesson.steps[self.step].task}"
 
     @property
     def solution(self) -> tuple[str, ...]:
-        """Lines that solve the current task."""
+        """Lines to type that solve the current task."""
         return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:
-        """If the current step is done, go to the next step and return True; otherwise return False."""
+        """Go to the next step and return True if the user has done the current step."""
         if self.finished or not self._acted:
             return False
         shown = (self._show(self._said), self._show(self._heard))
@@ -65,7 +68,7 @@ class Pupil:
         return done
 
     def remark(self) -> str:
-        """Return how far an axis has moved in a move that does not solve the task, once after the move; else ""."""
+        """Return a sentence about a finished move that does not solve the task, or "" without such a move."""
         if self.finished or any(axis.moving for axis in self._controller.axes.values()):
             return ""
         before, self._rest = self._rest, self._positions()
@@ -74,11 +77,11 @@ class Pupil:
         return f"{', '.join(moves)}: the task is not done yet" if moves else ""
 
     def _show(self, data: list[bytes]) -> str:
-        """Return data as text: characters unchanged, commands and messages of a board in hex, one per line."""
+        """Return transferred data as text; commands and messages of a board become hex, one on each line."""
         if self._controller.product.language is None:
             return b"".join(data).decode("latin-1")
         return "\n".join(self._codec.show(each) for each in data)
 
     def close(self) -> None:
-        """Stop observing the bench."""
+        """Stop observing the events of the bench."""
         self._stack.close()

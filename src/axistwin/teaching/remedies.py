@@ -8,29 +8,32 @@ MARGIN = 100
 
 
 class Remedies:
-    """Lines to type in a terminal.  The panel has a subclass that names its buttons and switches."""
+    """Sentences that tell the user which line to type in a terminal.
+
+    The panel has a subclass that names the buttons and switches of the panel.
+    """
 
     def drive(self, pin: str, level: str) -> str:
-        """Return how to give an input a level on a bench where nothing is connected to the input."""
+        """Return a sentence that tells the user how to set the level of an unconnected input."""
         return f"type  :drive {pin} {level}"
 
     def release(self, pin: str) -> str:
-        """Return how to remove the level that the user has forced."""
+        """Return a sentence that tells the user how to remove the forced level of an input."""
         return f"type  :drive {pin} release"
 
     def mend(self, pin: str) -> str:
-        """Return how to end the fault that holds a terminal."""
+        """Return a sentence that tells the user how to end the injected fault that holds a terminal."""
         return f"an injected fault holds {pin}: it lasts until its end, or until  ! mend all  in a program"
 
     def power(self, *words: str) -> str:
-        """Return how to switch the power on, or off and on."""
+        """Return a sentence that tells the user how to switch the power on, or off and on."""
         return "type  " + "  and  ".join(f":drive power {word}" for word in words)
 
 
 def at_limit(controller: Controller, plus: bool) -> tuple[str, Axis, int] | None:
-    """Return the axis that stands on a limit switch, and its distance to a place `MARGIN` from this switch.
+    """Return the axis that is on a limit switch, and the distance of a move away from the switch.
 
-    None if no axis stands on the switch.
+    The move ends at a distance of `MARGIN` from the switch.  The result is None if no axis is on the switch.
     """
     for name, axis in controller.axes.items():
         if axis.limits is None:

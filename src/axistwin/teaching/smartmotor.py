@@ -20,7 +20,7 @@ STARTED = 200 * MS
 
 
 class SmartMotorGuide(Guide):
-    """Explains a SmartMotor."""
+    """Explanations of the tutor for a SmartMotor."""
 
     suggestions = (
         ("A=100 V=100000 MP", "acceleration, velocity, mode position"),
@@ -36,7 +36,7 @@ class SmartMotorGuide(Guide):
         return self.controller.powered
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield the reasons why no move begins: power, limits, historical faults, missing velocity or acceleration."""
+        """Yield each reason why the motor begins no move, e.g. an active limit."""
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
             return
@@ -59,7 +59,7 @@ class SmartMotorGuide(Guide):
             yield Reason("no velocity has been given", "type  V=100000")
 
     def _limited(self, flag: str, name: str, side: str, command: str) -> Reason:
-        """Return the reason why an active limit inhibits motion, and how the limit becomes inactive."""
+        """Return an active limit as a reason, with a sentence about how to make the limit inactive."""
         pin, found = self.controller.pins[name], at_limit(self.controller, side == "plus")
         if not (pin.held or pin.driven or pin.wired):
             wire = f"wire pin {name} to ground, or make it an input, and clear the fault"
@@ -73,7 +73,7 @@ class SmartMotorGuide(Guide):
         return Reason(f"the {side} limit is active ({flag})", remedy)
 
     def answer(self, request: bytes, reply: bytes) -> str:
-        """Return the meaning of the answer to a report command."""
+        """Return the meaning of the answer to the last report command."""
         words, text = request.decode("latin-1").split(), reply.strip().decode("latin-1")
         asked = words[-1] if words else ""
         if asked in ("RW", "RS") and text.isdecimal():
@@ -87,7 +87,7 @@ class SmartMotorGuide(Guide):
         return found.name.removeprefix("report ") if found is not None else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meaning of a number as the status word, bit by bit."""
+        """Yield the meaning of each bit that is 1 in a status word."""
         if 0 <= value <= 0xFFFF:
             yield "as status word W, bit by bit:"
             for lamp in self.lamps("RW"):
@@ -95,7 +95,7 @@ class SmartMotorGuide(Guide):
                     yield f"  {1 << lamp.bit:5}  {lamp.label}  {lamp.name}{'.  ' + lamp.doc if lamp.doc else ''}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of each command of a line, in order."""
+        """Yield the meaning of each command in a line, in order."""
         whole = read(text)
         found = [whole.command] if whole.problem is None else [read(word).command for word in text.split()]
         yield from dict.fromkeys(described(command) for command in found if command is not None)
@@ -108,7 +108,7 @@ class SmartMotorGuide(Guide):
             yield Wait(STARTED)
 
     def words(self) -> list[Term]:
-        """Return the commands that a host may send."""
+        """Return the commands that a host may send to a SmartMotor."""
         return [
             Term(str(each.code).rstrip("np"), each.name, each.syntax)
             for each in self.controller.product.commands

@@ -38,7 +38,7 @@ class Tutor:
     # Comments
 
     def sending(self, line: bytes) -> list[str]:
-        """Return comments on a line before the host sends it: characters with a terminator, or a whole command."""
+        """Return comments on a line that the host is about to send."""
         if not line:
             return []
         self._request = line
@@ -56,7 +56,7 @@ class Tutor:
         return comments if refused else [*comments, *notes]
 
     def received(self, data: bytes) -> list[str]:
-        """Add data from the controller; return comments if the reply is complete."""
+        """Add data that the controller has sent, and return comments on each complete reply."""
         if on_a_bus(self.controller):
             return self._answered(data)
         comments = []
@@ -68,13 +68,13 @@ class Tutor:
         return comments
 
     def unreadable(self, error: PlacedError) -> list[str]:
-        """Return comments on a line that cannot be sent, because it is not a valid command."""
+        """Return comments on a line that is not a valid command and cannot be sent."""
         return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
 
     # Questions
 
     def why(self) -> list[str]:
-        """Return the reasons why no move begins, and lines to type that remove the reasons."""
+        """Return the reasons why no move begins, each with a line to type that removes the reason."""
         moving = [name for name, axis in self.controller.axes.items() if axis.moving]
         if moving:
             return [f"{' and '.join(moving)} {'is' if len(moving) == 1 else 'are'} moving"]
@@ -82,7 +82,7 @@ class Tutor:
         return reasons or ["a move is possible: try", *self._suggested(1)]
 
     def next(self) -> list[str]:
-        """Return suggestions for the next lines to type, with their meanings."""
+        """Return suggestions for lines that the user may type next, with their meanings."""
         remedies = [str(reason) for reason in self.guide.reasons()]
         return remedies[:1] or self._suggested(3)
 
@@ -97,11 +97,14 @@ class Tutor:
         return [f"no meaning known for {words!r}" + (f": did you mean {' or '.join(close)}?" if close else "")]
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions that make the controller ready; perform each one before requesting the next."""
+        """Yield the actions that make the controller ready for commands.
+
+        The caller must perform each action before it requests the next action.
+        """
         return self.guide.initialisation()
 
     def words(self) -> list[Term]:
-        """Return the commands that a host may send, for completion in the terminal."""
+        """Return the commands that the terminal can complete."""
         return self.guide.words()
 
     # Parts
@@ -132,7 +135,7 @@ class Tutor:
             yield self._rule(found.code).explanation
 
     def _once(self, code: str) -> bool:
-        """Return True only at the first call with this diagnostic code."""
+        """Return True at the first call with a diagnostic code, and False at later calls with this code."""
         first = code not in self._told
         self._told.add(code)
         return first
@@ -156,7 +159,7 @@ class Tutor:
         return [Sent(byte, 0, column) for column, byte in enumerate(line, start=1)]
 
     def _check(self, lines: Sequence[Sequence[Sent]]) -> list[Diagnostic]:
-        """Check these lines together; return the diagnostics of the last line."""
+        """Check all lines as one program, and return the diagnostics of the last line."""
         check = self.controller.product.check
         assert check is not None, "every family has a checker"
         numbered = (sent._replace(line=number) for number, line in enumerate(lines, start=1) for sent in line)
@@ -167,7 +170,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # lines from before a power-up have no effect any more
+        if act == ManualAct.POWER:  # a power-up ends the effect of all earlier lines
             self._lines.clear()
 
 

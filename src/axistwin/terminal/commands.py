@@ -48,31 +48,37 @@ MEANINGS = {
 
 
 class End(Protocol):
-    """Interface of the other end of the cable: a virtual controller or a port."""
+    """Interface of the terminal's connection to a virtual controller or to a port."""
 
     def send(self, data: bytes) -> None:
         """Send data to the controller."""
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller is idle, or has been silent for a while."""
+        """Wait until the controller is idle or has been silent for a while."""
 
     async def wait(self, seconds: float) -> None:
-        """Wait for this time: virtual time for a virtual controller, real time for a port."""
+        """Wait for a number of seconds: virtual time for a virtual controller, real time for a port."""
 
 
 class LocalCommands:
-    """Executes the terminal's own commands; commands for pins, axes and time need a `virtual` controller."""
+    """Executes the commands of the terminal itself, e.g. `:pins`.
+
+    Commands for pins, axes and time need a `virtual` controller.
+    """
 
     def __init__(self, end: End, screen: Screen, virtual: VirtualEnd | None = None) -> None:
         self.end, self.screen, self._virtual = end, screen, virtual
         self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
-        """True if a line is a command of the terminal, which begins with a colon and a lower-case letter."""
+        """True if a line begins with a colon and a lower-case letter, as commands of the terminal do."""
         return own_command(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
-        """Return the tutor's comments on the next line to send.  Raises ProgramError for an unknown command."""
+        """Return the tutor's comments on the line that is sent next.
+
+        Raises ProgramError for an unknown command.
+        """
         if self._virtual is None or not self._virtual.tutor.on:
             return []
         tutor, data = self._virtual.tutor, self._virtual.read(line)
@@ -93,7 +99,10 @@ class LocalCommands:
         return self.lesson.finished
 
     async def obey(self, line: str) -> bool:
-        """Execute a command, and show an error on the screen.  Return False for `:quit`, otherwise True."""
+        """Execute a command of the terminal, and show an error on the screen.
+
+        Return False for `:quit`, otherwise True.
+        """
         found = own_command(line)
         assert found is not None
         try:
@@ -127,7 +136,7 @@ class LocalCommands:
             case "store":
                 self._virtual_end().store(words)
             case "task" | "show" if self.lesson is None:
-                raise UsageError(f":{name} is for lessons: axistwin learn MODEL")
+                raise UsageError(f":{name} works only in a lesson: start a lesson with axistwin learn MODEL")
             case "task" | "show":
                 self.screen.show(*self._lesson_lines(name))
             case "load":
@@ -137,12 +146,12 @@ class LocalCommands:
             case "speed":
                 self._virtual_end().set_speed(read_speed(words))
             case _:
-                raise UsageError(f"no command :{name}: expected one of those listed by :help")
+                raise UsageError(f"unknown command :{name}: expected a command that :help lists")
         return True
 
     def _virtual_end(self) -> VirtualEnd:
         if self._virtual is None:
-            raise UsageError("this command is for a virtual controller: a port transfers characters only")
+            raise UsageError("this command needs a virtual controller: a port transfers characters only")
         return self._virtual
 
     def _inspect(self, read: Callable[[VirtualEnd], Iterable[T]]) -> list[T]:
@@ -150,7 +159,7 @@ class LocalCommands:
         return end.inspect(lambda: list(read(end)))
 
     def _lesson_lines(self, name: str) -> list[str]:
-        """Return the present task of the lesson, or its solution."""
+        """Return the present task of the lesson, or the solution of this task."""
         assert self.lesson is not None, "checked by the caller"
         return [self.lesson.task] if name == "task" else [f"type  {line}" for line in self.lesson.solution]
 
@@ -187,7 +196,7 @@ def _seconds(words: str) -> float:
     except NumberError:
         seconds = -1.0
     if not 0 <= seconds < 1e6:
-        raise UsageError(f"{shortened(words)} is not a number of seconds: expected e.g. :wait 0.5")
+        raise UsageError(f"invalid time {shortened(words)}: expected a number of seconds, e.g. :wait 0.5")
     return seconds
 
 

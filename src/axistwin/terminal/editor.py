@@ -31,7 +31,10 @@ Lines = Queue[bytes | LinkError | None]
 
 
 def history(model: str) -> History:
-    """Return the history of typed lines for a model; without a writable file it lasts for one session only."""
+    """Return the lines that the user has typed for a model.
+
+    Without a writable file, the history lasts for one session only.
+    """
     file = state_file(f"history-{model}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -42,7 +45,7 @@ def history(model: str) -> History:
 
 
 class Words(Completer):
-    """Completes commands of the terminal and of the controller."""
+    """Completes typed commands of the terminal and of the controller."""
 
     def __init__(self, tutor: Tutor | None) -> None:
         self._words = [] if tutor is None else tutor.words()
@@ -67,7 +70,7 @@ class Words(Completer):
 
 
 class LineEditor:
-    """Reads typed lines until the end of the input."""
+    """Line editor that reads lines from the user until the end of the input."""
 
     def __init__(
         self,
@@ -85,7 +88,7 @@ class LineEditor:
             complete_while_typing=True,
             bottom_toolbar=None if end is None else self.status,
             refresh_interval=0 if end is None else EVERY_S,
-            erase_when_done=True,  # the screen repeats the line in the order of events
+            erase_when_done=True,  # `Screen` shows each typed line again, in the order of events
             input=source,
             output=target,
         )
@@ -103,7 +106,7 @@ class LineEditor:
             lines.put_nowait(None)
 
     def close(self) -> None:
-        """End the editor as if the user had ended the input."""
+        """Close the line editor as if the user had pressed Ctrl-D."""
         if self._session.app.is_running and not self._session.app.is_done:
             self._session.app.exit(exception=EOFError())
 
@@ -116,7 +119,7 @@ class LineEditor:
 
 
 def meaning_of(tutor: Tutor, text: str) -> str:
-    """Return the meaning of the command at the end of a text, from the command table; "" if there is none."""
+    """Return the meaning of the command at the end of a text; "" for an unknown command."""
     if text.startswith(":") and (meaning := MEANINGS.get(text[1:].partition(" ")[0])):
         return meaning
     described = list(tutor.guide.command(text)) if text.strip() else []

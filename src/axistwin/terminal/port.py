@@ -18,7 +18,10 @@ QUIET_S = 0.3
 
 
 class PortEnd:
-    """Connection to a port.  `receive` is called with received data, `lost` with the error if the port fails."""
+    """Connection of the terminal to a port that pyserial opens.
+
+    `receive` is called with received data, `lost` with the error if the port fails.
+    """
 
     def __init__(
         self, target: str, line: str | None, receive: Callable[[bytes], None], lost: Callable[[LinkError], None]
@@ -40,18 +43,18 @@ class PortEnd:
             self._failed(self._gone(error))
 
     async def run_until_quiet(self) -> None:
-        """Wait until no data have arrived for a while."""
+        """Wait until no data have arrived for `QUIET_S` seconds."""
         while (left_s := self._last_s + QUIET_S - self._loop.time()) > 0:
             await asyncio.sleep(left_s)
 
     async def wait(self, seconds: float) -> None:
-        """Wait for this real time."""
+        """Wait for a number of seconds of real time."""
         await asyncio.sleep(seconds)
 
     def close(self) -> None:
         """Close the port."""
         self._closing = True
-        self._thread.join()  # the thread polls ten times per second
+        self._thread.join()  # the reading thread ends soon, because it checks `_closing` ten times per second
         self._port.close()
 
     def _subscribe(self) -> None:
@@ -79,11 +82,12 @@ def _open(target: str, line: str | None) -> serial.Serial:
             url, baudrate=fmt.baudrate, bytesize=fmt.bytesize, parity=fmt.parity, stopbits=fmt.stopbits, timeout=0.1
         )
     except (serial.SerialException, ValueError, OSError) as error:
-        raise LinkError(f"cannot open {target}: {error_text(error)}") from None
+        reason = error_text(error)
+        raise LinkError(f"cannot open {target}: {reason}") from None
 
 
 def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:
-    """Return the URL for pyserial and the line format of a target."""
+    """Convert a target to the URL and the line format with which pyserial opens the port."""
     if target.startswith(("pty:", "tcp:", "serial:")):
         port = parse(target)
         if port.scheme == "tcp":

@@ -27,9 +27,10 @@ class Line(Enum):
 
 
 class Screen:
-    """The screen of the terminal, written to `out`.  `person`: input comes from a keyboard, so a prompt is shown.
+    """The screen of the terminal, which shows the data of the host and the controller.
 
-    `editor`: a line editor shows the prompt.  `glyphs` converts characters for a national terminal.
+    `out`: the output file.  `person`: input comes from a keyboard, so a prompt is shown.  `editor`: a line editor shows
+    the prompt.  `glyphs` converts characters for a national terminal.
     """
 
     def __init__(
@@ -47,13 +48,13 @@ class Screen:
         self._timer: asyncio.TimerHandle | None = None
 
     def prompt(self) -> None:
-        """Show the prompt if the line is empty."""
+        """Show the prompt if the last line on the screen is empty."""
         if self.person and not self._editor and self._line is Line.EMPTY:
             self._write(PROMPT)
             self._line = Line.PROMPT
 
     def typed(self, line: str) -> None:
-        """Handle a line of input: a typed line is already visible, a line from a pipe is shown."""
+        """Show a line of input, unless the line is already visible because the user has typed it."""
         if self._editor:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
@@ -64,12 +65,12 @@ class Screen:
             self._write(f"{PROMPT}{line}\n")
 
     def show_sent(self, data: bytes) -> None:
-        """Show data that the host has sent without a typed line."""
+        """Show data that the terminal sends by itself, e.g. during an initialisation."""
         self._fresh()
         self._write(PROMPT + "".join(map(self._word, data)) + "\n")
 
     def show(self, *lines: str) -> None:
-        """Show messages of the terminal."""
+        """Show messages of the terminal, one per line."""
         self._fresh()
         self._write("".join(f"{line}\n" for line in lines))
         self.prompt()
@@ -92,12 +93,12 @@ class Screen:
         self._again_after(OVER_S if self._line is Line.ENDED else PAUSE_S)
 
     def close(self) -> None:
-        """End an unfinished line with a line feed."""
+        """End an unfinished line on the screen with a line feed."""
         self._stop_timer()
         self._fresh()
 
     def _fresh(self) -> None:
-        """Begin a new line if the current line is not empty."""
+        """Begin a new line on the screen if the current line is not empty."""
         if self._line is Line.PROMPT:
             self._write(CLEAR)
         elif self._line is not Line.EMPTY:

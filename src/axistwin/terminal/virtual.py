@@ -20,7 +20,7 @@ PATIENCE_NS = 60 * S
 
 
 class VirtualEnd(ABC):
-    """Connection of a terminal to the only controller of a session."""
+    """Connection of the terminal to the only controller of a session."""
 
     def __init__(self, session: Session) -> None:
         self.session, self.bench = session, session.bench
@@ -31,7 +31,7 @@ class VirtualEnd(ABC):
 
     @abstractmethod
     def _subscribe(self) -> Callable[[], object]:
-        """Subscribe to the controller's data.  Return an unsubscribe function."""
+        """Subscribe to the data of the controller; return an unsubscribe function."""
 
     @abstractmethod
     def send(self, data: bytes) -> None:
@@ -42,19 +42,28 @@ class VirtualEnd(ABC):
         return line
 
     def do(self, target: str, value: str) -> None:
-        """Perform an action at the machine.  Raises AxistwinError."""
+        """Perform an action at the machine, e.g. drive an input high.
+
+        Raises AxistwinError.
+        """
         self.session.do(self.controller.name, target, value)
 
     def load(self, file: str) -> None:
-        """Switch the controller off and on, load a program, and start the program.  Raises AxistwinError."""
+        """Switch the controller off and on, load a program, and start the program.
+
+        Raises AxistwinError.
+        """
         if not file:
             raise UsageError("no program to load: expected a file, e.g. :load home.sms")
         self.session.load(self.controller.name, file, program_text(Path(file)))
 
     def store(self, text: str) -> None:
-        """Load the text of a program into a SmartMotor, and start the program.  Raises AxistwinError."""
+        """Load the text of a program into a SmartMotor, and start the program.
+
+        Raises AxistwinError.
+        """
         if not text:
-            raise UsageError("no program to store: expected its text, e.g. :store RTEMP END")
+            raise UsageError("no program to store: expected the text of a program, e.g. :store RTEMP END")
         self.session.load(self.controller.name, "typed.sms", f"{text}\n")
 
     @property
@@ -63,7 +72,10 @@ class VirtualEnd(ABC):
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Advance virtual time to now, and return the result of `read`, which reads the controller's state."""
+        """Bring virtual time up to date, and return the result of `read`.
+
+        `read` reads the controller's state.
+        """
         return self.session.pacer.inspect(read)
 
     def _status(self) -> str:
@@ -74,16 +86,16 @@ class VirtualEnd(ABC):
         return f"{self.session.seconds:.3f} s   {'  '.join(axes)}   {state}"
 
     def set_speed(self, speed: float | None) -> None:
-        """Set the ratio of virtual time to wall-clock time; None: as fast as possible."""
+        """Set the speed of virtual time as a multiple of real time, or None for as fast as possible."""
         self.session.speed = speed
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller is idle: no event is due."""
+        """Wait until the controller is idle, but for at most `PATIENCE_NS` of virtual time."""
         until_ns = self.bench.now + PATIENCE_NS
         await self._advance(lambda: self.bench.clock.quiet or self.bench.now >= until_ns)
 
     async def wait(self, seconds: float) -> None:
-        """Wait for this virtual time."""
+        """Wait for a number of seconds of virtual time."""
         pacer = self.session.pacer
         if pacer.speed is None:
             pacer.sync()
@@ -101,14 +113,17 @@ class VirtualEnd(ABC):
         unsubscribe()
 
     def close(self) -> None:
-        """Switch the controller off and unsubscribe."""
+        """Switch the controller's power off, and unsubscribe from its data."""
         self.session.pause()
         self._unsubscribe()
         self.controller.power(False)
 
 
 class SerialEnd(VirtualEnd):
-    """Connection to a serial controller.  `receive` is called with its data, `aside` with the tutor's comments."""
+    """Connection of the terminal to a controller with a serial line.
+
+    `receive` is called with the controller's data, `aside` with the tutor's comments.
+    """
 
     def __init__(
         self, session: Session, receive: Callable[[bytes], None], aside: Callable[..., None] = lambda *lines: None
@@ -131,7 +146,10 @@ class SerialEnd(VirtualEnd):
 
 
 class BoardEnd(VirtualEnd):
-    """Connection to a board on a bus: typed lines are commands in hex or by name; messages are shown in both forms."""
+    """Connection of the terminal to a board on a bus.
+
+    Typed lines are commands in hex or by name; messages are shown in both forms.
+    """
 
     def __init__(
         self, session: Session, print_line: Callable[[str], None], aside: Callable[..., None] = lambda *lines: None
@@ -144,7 +162,7 @@ class BoardEnd(VirtualEnd):
         return self.controller.bus.subscribe_received(self._received)
 
     def read(self, line: bytes) -> bytes:
-        """Convert a line (a command in hex or by name) to the bytes of the command."""
+        """Convert a typed command, in hex or by name, to bytes."""
         text = line.decode("utf-8", "replace").partition(";")[0].strip()
         return self._codec.read(text) if text else b""
 

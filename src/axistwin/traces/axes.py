@@ -25,7 +25,10 @@ CACHED_MOVES, MOST_CACHED_PULSES = 8, 1 << 14
 
 
 class StepperTrace:
-    """The signals of a stepper axis.  `places`: index of each traced signal, by name."""
+    """Finds the changes in the signals of a stepper axis.
+
+    `places`: index of each traced signal, by name.
+    """
 
     def __init__(self, train: Train, places: Mapping[str, int], now_ns: int) -> None:
         self.train, self._places = train, places
@@ -36,7 +39,7 @@ class StepperTrace:
         """Cached pulse times of recent moves, relative to their starts."""
 
     def first(self, name: str, now_ns: int) -> float:
-        """Return the value of a signal at the start of the trace."""
+        """Return the value of the signal `name` at the start of the trace."""
         move = self.train.move
         values = {"direction": int(self.direction > 0), "pulses": move.position_at(now_ns), "velocity": self.velocity}
         return values.get(name, 0)
@@ -74,7 +77,7 @@ class StepperTrace:
     def _velocities(
         self, moves: list[tuple[Move, int, int]], since_ns: int, before_ns: int
     ) -> Iterator[tuple[int, float]]:
-        """Yield the changes of the velocity, which is constant within a segment of a move; at most one at each time."""
+        """Yield each change of the axis velocity, at most one at the same time."""
         changes = (change for move, _, _ in moves for change in _rates(move))
         rates = {time_ns: rate for time_ns, rate in changes if since_ns <= time_ns < before_ns}
         for time_ns, rate in rates.items():
@@ -129,12 +132,12 @@ class StepperTrace:
         return Part(self._places["step"], times[order], levels[order])
 
     def _moves(self, since_ns: int, before_ns: int) -> Iterator[tuple[Move, int, int]]:
-        """Yield each move between `since_ns` and `before_ns`, with the numbers of its first and last pulse there."""
+        """Yield each move in a time span, with the numbers of its first and last pulse within the span."""
         moves: list[Move] = []
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # not <=, because a move may start at the last pulse of the previous move
+            if move.start_ns < since_ns:  # `<=` would be wrong: a move may start at the last pulse of another move
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
@@ -142,7 +145,7 @@ class StepperTrace:
 
 
 def _rates(move: Move) -> Iterator[tuple[int, float]]:
-    """Yield the start time and velocity, in pulses/s, of each segment of a move, and velocity 0 at its end."""
+    """Yield the start time and the velocity in pulses/s of each segment of a move, and velocity 0 at the end."""
     profile, direction = move.profile, move.direction
     for start, rate in zip(profile.starts, profile.rates, strict=False):
         yield move.start_ns + start * S // profile.ticks, direction * (rate / profile.per_rate)
@@ -156,26 +159,29 @@ def _rate_at(move: Move, time_ns: int) -> float:
 
 
 class ServoTrace:
-    """The signals of a servo axis.  `places`: index of each traced signal, by name."""
+    """Collects the changes in the signals of a servo axis.
+
+    `places`: index of each traced signal, by name.
+    """
 
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
-        self._last = {"position": axis.position, "commanded": axis.position}  # at rest, there is no position error
+        self._last = {"position": axis.position, "commanded": axis.position}  # an axis at rest has no position error
         self.rows = Rows(3)
 
     def first(self, name: str) -> int:
-        """Return the value of a signal at the start of the trace."""
+        """Return the value of the signal `name` at the start of the trace."""
         return self._last[name]
 
     def add_samples(self, samples: Samples) -> None:
-        """Store a block of samples."""
+        """Store a block of samples of the servo axis."""
         import numpy as np
 
         times = samples.start_ns + samples.period_ns * np.arange(len(samples), dtype=np.int64)
         self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes before `before_ns`."""
+        """Remove the samples before the time `before_ns`, and return the changes of each signal."""
         times, positions, commanded = self.rows.take(before_ns)
         if not len(times):
             return []
@@ -183,7 +189,7 @@ class ServoTrace:
         return [self._part(name, times, values[name]) for name in self._places]
 
     def present(self, now_ns: int) -> list[Part]:
-        """Return the present values that differ from the last sample, because a command has changed them since."""
+        """Return the signals that a command has changed since the last sample, with their present values."""
         import numpy as np
 
         values = {"position": self.axis.position, "commanded": self.axis.setpoint}
@@ -193,7 +199,7 @@ class ServoTrace:
         return [Part(self._places[name], at, np.array([value], np.int64)) for name, value in changed.items()]
 
     def _part(self, name: str, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """Return those samples of a signal that differ from the sample before."""
+        """Return those samples of a signal that differ from the previous sample."""
         import numpy as np
 
         changed = np.diff(values, prepend=self._last[name]) != 0

@@ -14,7 +14,10 @@ Value = int | float | bytes
 
 
 class Part(NamedTuple):
-    """Changes of one signal in order of time.  `values`: integers, bit patterns of floats, or indices of texts."""
+    """Changes of one signal in order of time.
+
+    `values`: integers, bit patterns of floats, or indices of texts.
+    """
 
     signal: int
     times: "NDArray[np.int64]"
@@ -23,7 +26,10 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True)
 class Batch:
-    """Changes of all signals, in order of time.  `values`: as in `Part`; `texts`: the texts by index."""
+    """Changes of all signals in order of time.
+
+    `values`: as in `Part`; `texts`: the texts by index.
+    """
 
     times: "NDArray[np.int64]"
     signals: "NDArray[np.int64]"
@@ -34,12 +40,13 @@ class Batch:
         return len(self.times)
 
     def part(self, begin: int, end: int) -> "Batch":
-        """Return some of the changes."""
+        """Return the changes with the indices `begin` to `end` - 1."""
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:
-        """Return the index nearest to the middle at which a new time begins; without such an index, the number of
-        changes.
+        """Return an index near the middle that divides the batch between two different times.
+
+        If all changes have the same time, return the number of changes.
         """
         import numpy as np
 
@@ -48,7 +55,7 @@ class Batch:
 
 
 class ChangeQueue:
-    """Changes that have not been written yet, as a list for each signal."""
+    """Changes that have not been written yet, in one list for each signal."""
 
     def __init__(self, signals: Sequence[Signal]) -> None:
         self.count = 0
@@ -56,12 +63,15 @@ class ChangeQueue:
         self._changes: list[list[tuple[int, Value]]] = [[] for _ in signals]
 
     def add(self, time_ns: int, signal: int, value: Value) -> None:
-        """Append a change; the changes of each signal must be in order of time."""
+        """Append a change of a signal; the changes of each signal must be in order of time."""
         self._changes[signal].append((time_ns, value))
         self.count += 1
 
     def parts(self, before_ns: int, texts: list[bytes]) -> list[Part]:
-        """Remove and return the changes before `before_ns`; their texts are appended to `texts`."""
+        """Remove and return all changes before the time `before_ns`.
+
+        The values of text signals are appended to `texts`.
+        """
         taken = ((n, self._take(n, before_ns)) for n in range(len(self._changes)) if self._changes[n])
         return [self._part(n, changes, texts) for n, changes in taken if changes]
 
@@ -97,14 +107,14 @@ class Rows:
         self.waiting = 0
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
-        """Append rows."""
+        """Append changes as rows, given as columns of integers."""
         import numpy as np
 
         self._blocks.append(tuple(np.asarray(column, np.int64) for column in columns))
         self.waiting += len(columns[0])
 
     def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
-        """Remove and return the rows before `before_ns`."""
+        """Remove and return all changes before the time `before_ns`, as columns of integers."""
         import numpy as np
 
         if not self._blocks:
@@ -117,7 +127,7 @@ class Rows:
 
 
 def merged(parts: Sequence[Part], texts: Sequence[bytes]) -> Batch:
-    """Return the changes of all parts in order of time."""
+    """Merge the changes of all signals into one batch in order of time."""
     import numpy as np
 
     parts = sorted((part for part in parts if len(part.times)), key=lambda part: part.signal)

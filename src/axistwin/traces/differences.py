@@ -19,7 +19,7 @@ Value = int | float | str
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest differences of values and of times that do not count as differences."""
+    """Largest deviations in value and in time at which two traces count as equal."""
 
     value: float = 0.0
     time_ns: int = 0
@@ -27,7 +27,10 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Difference:
-    """First difference of a signal, with its value in both traces; None: the trace does not contain the signal."""
+    """The first difference between two traces in one signal, with the signal's value in each trace.
+
+    None: the trace does not contain the signal.
+    """
 
     time_ns: int
     signal: str
@@ -49,7 +52,7 @@ class Comparison:
 def compare(
     first: Trace, second: Trace, tolerance: Tolerance | None = None, patterns: Sequence[str] = (EVERYTHING,)
 ) -> Comparison:
-    """Compare the signals matched by patterns, up to the end of the shorter trace.
+    """Compare two traces in the signals that match a pattern, up to the end of the shorter trace.
 
     Step pulses are not compared, because `pulses` contains the same information.  Raises UsageError for a pattern
     without a match.
@@ -84,7 +87,7 @@ def _compare(name: str, first: Trace, second: Trace, until_ns: int, tolerance: T
 
 
 def _first(name: str, one: Track, other: Track, until_ns: int, tolerance: Tolerance) -> Difference | None:
-    """Return the first difference of a signal in both directions: `one` against `other`, and vice versa."""
+    """Return the first difference between two traces of a signal; None if the traces are equal."""
     moments = [
         time_ns
         for this, that in ((one, other), (other, one))
@@ -101,7 +104,7 @@ def _at(track: Track, time_ns: int) -> Value:
 
 
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """Return the first time at which the value of `this` does not occur in `that` within the tolerated time.
+    """Return the first time at which a value of `this` does not occur in `that` within the time tolerance.
 
     It is sufficient to check the times at which `this` changes, and the times at which `that` changes, shifted by the
     tolerance.
@@ -124,9 +127,10 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Return an array with True for each value of `this` (at an index in `here`) that no value of `that` matches.
+    """Return True for each value of `this` that no value of `that` matches within the tolerance.
 
-    `first` and `last`: for each value, the range of indices in `that`.  `most`: largest difference that is a match.
+    `here`: the indices of the values in `this`.  `first` and `last`: for each value, the range of indices in `that`.
+    `most`: largest difference that is a match.
     """
     import numpy as np
 
@@ -135,7 +139,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    ended = np.append(others, others[-1])  # `reduceat` needs an index after the last value
+    ended = np.append(others, others[-1])  # NumPy's `reduceat` needs an index after the last value
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
     return found

@@ -27,7 +27,7 @@ class Sink(Protocol):
     """A writer of trace files."""
 
     def write(self, batch: Batch) -> None:
-        """Write changes; none may be earlier than those already written.  Raises OSError."""
+        """Write changes, which must not be earlier than the changes already written.  Raises OSError."""
 
     def flush(self) -> None:
         """Make all written changes readable for other programs.  Raises OSError."""
@@ -37,14 +37,17 @@ class Sink(Protocol):
 
 
 class TextSink:
-    """A writer of text files."""
+    """Base class of the writers of text files, e.g. CSV files."""
 
     def flush(self) -> None:
-        """Do nothing, because each line is written at once."""
+        """Do nothing, because a text file contains each line as soon as it is written."""
 
 
 class CsvSink(TextSink):
-    """Writes rows with the columns time_ns, signal and value; the first rows are the initial values."""
+    """Writes a CSV file with the columns time_ns, signal and value.
+
+    The first rows are the initial values.
+    """
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -59,14 +62,14 @@ class CsvSink(TextSink):
         output.append(("\n".join(lines) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write one row per change."""
+        """Write one CSV row for each change."""
         values = decoded(batch, batch.signals, batch.values, self._signals, _csv_value)
         names = self._names
         rows = zip(batch.times.tolist(), batch.signals.tolist(), values, strict=True)
         self._output.append("".join([f"{time_ns}{names[n]}{value}\n" for time_ns, n, value in rows]).encode())
 
     def end(self, now_ns: int) -> None:
-        """Write the end time as a comment."""
+        """Write the end time of the trace as a comment."""
         self._output.append(f"# end_ns: {now_ns}\n".encode())
 
 
@@ -92,7 +95,7 @@ class VcdSink(TextSink):
         output.append(("\n".join(head) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write each time, followed by the changes at that time."""
+        """Write each time at which signals change, followed by the changes at this time."""
         import numpy as np
 
         lines = self._changes(batch)
@@ -104,7 +107,10 @@ class VcdSink(TextSink):
             self._last_ns = int(batch.times[-1])
 
     def _changes(self, batch: Batch) -> list[str]:
-        """Return one line per change.  Lines for levels are built in advance, because most changes are levels."""
+        """Return one VCD line for each change.
+
+        Lines for levels are built in advance, because most changes are levels.
+        """
         import numpy as np
 
         values, signals = batch.values, batch.signals
@@ -118,7 +124,7 @@ class VcdSink(TextSink):
         return lines
 
     def end(self, now_ns: int) -> None:
-        """Write the end time."""
+        """Write the end time of the trace."""
         if now_ns > self._last_ns:
             self._output.append(f"#{now_ns}\n".encode())
 
@@ -131,7 +137,7 @@ class VcdSink(TextSink):
         return f"s{value} {self._ids[n]}" if kind == TEXT else f"{value}{self._ids[n]}"
 
     def _scopes(self) -> list[str]:
-        """Return the definitions of the signals in nested scopes."""
+        """Return the VCD lines that define the signals in nested scopes."""
         found: list[str] = []
         inside: list[str] = []
         for signal, identifier in zip(self._signals, self._ids, strict=True):
@@ -161,7 +167,7 @@ class SigrokSink(VcdSink):
         return super()._change(n, value)
 
     def _scopes(self) -> list[str]:
-        """Return the definitions of the signals, with their full names."""
+        """Return the VCD lines that define the signals with their full names."""
         return [
             f"$var {'real 64' if signal.kind in (COUNT, REAL) else 'wire 1'} {identifier} {signal.full} $end"
             for signal, identifier in zip(self._signals, self._ids, strict=True)
@@ -169,7 +175,7 @@ class SigrokSink(VcdSink):
 
 
 def units(signals: Iterable[Signal]) -> dict[str, str]:
-    """Return the units of the signals that have a unit, by full name."""
+    """Return the unit of each signal that has a unit, by the full name of the signal."""
     return {signal.full: signal.unit for signal in signals if signal.unit}
 
 
@@ -180,7 +186,7 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Return the values of a batch: integers as they are, floats and texts as formatted by `show`."""
+    """Return the values of a batch; `show` formats floating-point numbers and texts."""
     import numpy as np
 
     found: list[float | str] = values.tolist()
@@ -193,12 +199,12 @@ def decoded(
 
 
 def csv_field(text: str) -> str:
-    """Return a CSV field, in quotes if necessary, or if the field would be read as a comment."""
+    """Return a text as a CSV field, in quotes if the text contains special characters."""
     return f'"{text.replace(chr(34), chr(34) * 2)}"' if any(sign in text for sign in ',"#\r\n') else text
 
 
 def _vcd_value(value: Value) -> float | str:
-    """Return a text as one VCD word, without spaces."""
+    """Return a text as one VCD word, with escape sequences instead of spaces; return a number unchanged."""
     return CHARACTERS.show(value).replace(" ", r"\x20") if isinstance(value, bytes) else value
 
 
@@ -218,13 +224,13 @@ FIRST_SIGN, SIGNS = 33, 94
 
 
 def _identifier(n: int) -> str:
-    """Return the n-th VCD identifier: printable characters, the shortest identifiers first."""
+    """Return the VCD identifier of the signal number `n`: a short word of printable characters."""
     word = chr(FIRST_SIGN + n % SIGNS)
     return word if n < SIGNS else _identifier(n // SIGNS - 1) + word
 
 
 def _parquet(*arguments: object) -> Sink:
-    from axistwin.traces.parquet import ParquetSink  # lazy import: needs an extra
+    from axistwin.traces.parquet import ParquetSink  # lazy import: only Parquet files need pyarrow
 
     return ParquetSink(*arguments)  # type: ignore[arg-type]
 
@@ -234,12 +240,15 @@ SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, SIGROK: Sigrok
 
 
 def ending(path: Path) -> str:
-    """Return the ending of a file's name that selects the kind of file."""
+    """Return the ending of a file name that selects the file format, e.g. `.csv` or `.sigrok.vcd`."""
     return SIGROK if path.name.endswith(SIGROK) else path.suffix
 
 
 def sink_for(path: Path) -> MakeSink:
-    """Return the writer for files with this ending.  Raises UsageError for another ending, or MissingExtraError."""
+    """Return the class that writes trace files with the ending of `path`.
+
+    Raises UsageError for an unknown ending, and MissingExtraError if pyarrow is missing.
+    """
     if ending(path) not in SINKS:
         *others, last = SINKS
         raise UsageError(
@@ -253,6 +262,6 @@ def sink_for(path: Path) -> MakeSink:
 
 
 def supported(path: Path, signals: Iterable[Signal]) -> list[Signal]:
-    """Return the signals that a file with this ending contains."""
+    """Return those signals that a trace file with this name can contain."""
     left_out = {WAVES: (), SIGROK: (TEXT,)}.get(ending(path), (STEP,))
     return [signal for signal in signals if signal.kind not in left_out]

@@ -19,7 +19,7 @@ WIDTH_PIXELS, LANE_ROWS = 1000, 3
 
 
 def write_save_file(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int) -> None:
-    """Write the save file of a VCD file, unless GTKWave or the user has written it.  Raises OSError."""
+    """Write a GTKWave save file for a VCD file; keep a save file that the user has saved.  Raises OSError."""
     path = waves.with_suffix(".gtkw")
     if path.exists() and not path.read_bytes().startswith(HEAD.encode()):
         return
@@ -27,7 +27,7 @@ def write_save_file(waves: Path, signals: Sequence[Signal], begin_ns: int, end_n
 
 
 def _contents(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int) -> str:
-    from vcd.gtkw import GTKWSave  # lazy import: only for VCD files
+    from vcd.gtkw import GTKWSave  # lazy import: only VCD files need pyvcd
 
     text = io.StringIO()
     save = GTKWSave(text)
@@ -42,7 +42,7 @@ def _contents(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int
 
 
 def _add(save: "GTKWSave", signal: Signal) -> None:
-    """Add a signal under its full name, with its unit; numbers are analog lanes."""
+    """Add a signal to a GTKWave save file; GTKWave draws the signal of a number as a curve."""
     from vcd.gtkw import GTKWFlag
 
     name = f"{signal.full} [{signal.unit}]" if signal.unit else signal.full

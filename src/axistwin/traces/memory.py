@@ -26,7 +26,7 @@ POINTS = 1 << 17
 
 @contextmanager
 def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
-    """Record a trace of the bench in memory within this context."""
+    """Record a trace of the bench in memory within a `with` block."""
     memory = MemoryTrace(bench)
     with memory.tracer as tracer:
         yield memory
@@ -34,8 +34,9 @@ def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
 
 
 class MemoryTrace:
-    """A trace in memory.  In a long run, only the least and the greatest of each group of numbers, and the latest
-    texts, are kept.
+    """A trace in memory, with a limited number of changes for each signal.
+
+    In a long run, only the least and the greatest of each group of numbers, and the latest texts, are kept.
     """
 
     def __init__(self, bench: Bench) -> None:
@@ -54,12 +55,12 @@ class MemoryTrace:
         ]
 
     def trace(self) -> Trace:
-        """Return the trace up to now."""
+        """Return the changes recorded up to now as a trace."""
         tracks = {changes.signal.full: changes.track() for changes in self._changes}
         return Trace(Path(), tracks, provenance(self._bench), self._began_ns, self._bench.now)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Append changes, and reduce signals with too many changes."""
+        """Append changes to their signals, and reduce each signal that has too many changes."""
         for part in parts:
             self._changes[part.signal].add(part, texts)
         for servo in self._servos:
@@ -71,7 +72,7 @@ class MemoryTrace:
 
 
 class _Changes:
-    """The changes of one signal, as a list of blocks."""
+    """The changes of one signal, stored as a list of blocks."""
 
     def __init__(self, signal: Signal, now_ns: int, first: Value) -> None:
         self.signal, self.count = signal, 1
@@ -79,7 +80,7 @@ class _Changes:
         self._blocks.append(([now_ns], [first]))
 
     def add(self, part: Part, texts: Sequence[bytes]) -> None:
-        """Append the changes of a part."""
+        """Append a block of changes of the signal."""
         values: Sequence[Value] | NDArray[Any] = part.values.view(float) if self.signal.kind == REAL else part.values
         if self.signal.kind == TEXT:
             values = [texts[n] for n in part.values]
@@ -87,7 +88,7 @@ class _Changes:
         self.count += len(part.times)
 
     def joined(self) -> "Changes":
-        """Return the times and the values of all changes."""
+        """Return the times and the values of all changes of the signal."""
         import numpy as np
 
         kind = {TEXT: object, REAL: float}.get(self.signal.kind, np.int64)
@@ -95,11 +96,11 @@ class _Changes:
         return times, np.concatenate([np.asarray(block, kind) for _, block in self._blocks])
 
     def replace(self, times: "NDArray[np.int64]", values: "NDArray[Any]") -> None:
-        """Replace all changes."""
+        """Replace all stored changes of the signal."""
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:
-        """Return the changes as a track, as if read from a file."""
+        """Return the signal in the form of a signal that is read from a trace file."""
         track = Track(self.signal.full, self.signal.kind)
         times, values = self.joined()
         track.times = array(WHOLE, times.tobytes())
@@ -111,7 +112,10 @@ class _Changes:
 
 
 def _reduce(signals: Sequence[_Changes]) -> None:
-    """Reduce a signal, or position and commanded position of a servo so that the extremes of their error are kept."""
+    """Reduce the number of changes of a signal, and keep its extreme values.
+
+    For position and commanded position of a servo axis, keep the extremes of the position error.
+    """
     import numpy as np
 
     columns = [changes.joined() for changes in signals]
@@ -126,7 +130,7 @@ def _reduce(signals: Sequence[_Changes]) -> None:
 
 
 def _extremes(values: "NDArray[Any]") -> "NDArray[np.int64]":
-    """Return the indices of the least and the greatest of every four values, and index 0."""
+    """Return the indices of the smallest and the largest value in each group of four values."""
     import numpy as np
 
     whole = len(values) // 4 * 4

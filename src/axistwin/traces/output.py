@@ -29,11 +29,11 @@ class Output:
         self._size = 0
 
     def append(self, data: bytes) -> None:
-        """Append a block.  Raises OSError."""
+        """Append a block of bytes to the file.  Raises OSError."""
         self.replace_end(data, 0)
 
     def replace_end(self, data: bytes, of: int) -> None:
-        """Replace the last `of` bytes by a block.  Raises OSError; the bytes are then restored."""
+        """Replace the last `of` bytes of the file by `data`.  Raises OSError, after which the file is unchanged."""
         start = self._size - of
         if self._limit is not None and start + len(data) > self._limit:
             size = f"{self._limit / 1e6:g} MB" if self._limit >= 1000 else f"{self._limit} bytes"
@@ -62,6 +62,6 @@ def _write_at(file: int, data: bytes, place: int) -> None:
 
 
 def _write_part(file: int, data: memoryview, place: int) -> int:
-    """Write at least one byte at a place in a file; return the number of written bytes."""
+    """Write one or more bytes at a place in a file; return the number of written bytes."""
     os.lseek(file, place, os.SEEK_SET)
     return os.write(file, data)

@@ -52,7 +52,7 @@ def require_pyarrow() -> None:
 
 
 class ParquetSink:
-    """Writes rows with time, signal and value."""
+    """Writes a Parquet file with one row for each change of a signal."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -67,7 +67,7 @@ class ParquetSink:
         self._rows = self._groups = 0
         self._new = False
         self._contents: Any = None
-        # place in the file of the present group; number of bytes from this place that will be overwritten
+        # the current row group begins at `_place`; the next flush overwrites `_rewritable` bytes from there
         self._place, self._rewritable = (len(MAGIC), 0)
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
@@ -78,7 +78,7 @@ class ParquetSink:
         self.flush()
 
     def write(self, batch: Batch) -> None:
-        """Add rows to the present group; if the group is full, begin a new group."""
+        """Add changes to the current row group; write a full row group, and begin a new one."""
         table = self._table(batch)
         while self._rows + len(table) >= self._full:
             room = self._full - self._rows
@@ -93,7 +93,7 @@ class ParquetSink:
         self._new |= len(table) > 0
 
     def _close_group(self) -> None:
-        """Write the full group for the last time, and begin a new group."""
+        """Write the current row group for the last time, and begin a new row group."""
         self.flush()
         self._place += self._body
         self._rewritable -= self._body
@@ -101,7 +101,7 @@ class ParquetSink:
         self._batches, self._rows, self._groups = [], 0, self._groups + 1
 
     def flush(self) -> None:
-        """Write the present group, and a table of contents for the whole file."""
+        """Write the current row group, and the table of contents of the whole file."""
         import pyarrow as pa
 
         if not self._new:
@@ -115,7 +115,7 @@ class ParquetSink:
         self._rewritable = len(data)
 
     def end(self, now_ns: int) -> None:
-        """Write the end time as the last row."""
+        """Write the end time of the trace as the last row."""
         import numpy as np
 
         self.write(Batch(np.array([now_ns]), np.array([len(self._signals)]), np.array([0]), ()))
@@ -154,7 +154,7 @@ class ParquetSink:
         return pa.schema(list(columns.items()), metadata=self._about)
 
     def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:
-        """Return the encoded row group, and the table of contents of the file with this group."""
+        """Encode a row group; return its bytes, and the new table of contents of the file."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -178,7 +178,7 @@ class ParquetSink:
 
 
 class _Tail(io.RawIOBase):
-    """A file in memory that stores only the bytes written while `parts` is a list."""
+    """A file in memory that stores bytes only if `parts` is a list, and otherwise ignores them."""
 
     def __init__(self) -> None:
         self.parts: list[bytes] | None = None
@@ -193,7 +193,7 @@ class _Tail(io.RawIOBase):
 
 
 def _footer(contents: Any) -> bytes:
-    """Return a table of contents in the binary format in which it ends a Parquet file."""
+    """Return a table of contents as the bytes at the end of a Parquet file."""
     file = io.BytesIO()
     contents.write_metadata_file(file)
     data = file.getvalue()
@@ -209,4 +209,4 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
     return words.take(pa.array(values, mask=~wanted))
 
 
-_shown = lru_cache(1 << 14)(CHARACTERS.show)  # cached, because hosts and controllers repeat their messages
+_shown = lru_cache(1 << 14)(CHARACTERS.show)  # the cache saves time, because hosts repeat their messages

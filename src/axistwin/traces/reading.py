@@ -28,7 +28,10 @@ COLUMNS = {"time_ns": "int64", "signal": "string", "integer": "int64", "number":
 
 @dataclass
 class Track:
-    """One signal, whose value is `values[n]` from `times[n]` on.  Control characters in texts are escaped as `\\r`."""
+    """One signal of a trace, which has the value `values[n]` from `times[n]` on.
+
+    Control characters in texts are escaped as `\\r`.
+    """
 
     name: str
     kind: str
@@ -42,7 +45,7 @@ class Track:
         return len(self.times)
 
     def add(self, time_ns: int, value: str) -> None:
-        """Append a change; `value` is text as in a CSV file."""
+        """Append a change of the signal; `value` is text as in a CSV file."""
         self.times.append(time_ns)
         self.values.append(_value(self.kind, value))  # type: ignore[arg-type]
 
@@ -56,7 +59,10 @@ class Track:
 
 @dataclass
 class Trace:
-    """A trace from `begin_ns` to `end_ns`.  `tracks`: the signals by name; `about`: the provenance."""
+    """A trace that has been read from a file.
+
+    `tracks`: the signals by name; `about`: the provenance.
+    """
 
     path: Path
     tracks: dict[str, Track]
@@ -65,29 +71,29 @@ class Trace:
     end_ns: int
 
     def choose(self, patterns: tuple[str, ...]) -> dict[str, Track]:
-        """Return the signals matched by patterns.  Raises UsageError for a pattern without a match."""
+        """Return the signals that match at least one pattern.  Raises UsageError for a pattern without a match."""
         known = {SignalName(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
         names = (known[signal] for signal in choose(list(known), patterns))
         return {name: self.tracks[name] for name in names}
 
 
 def read(path: Path) -> Trace:
-    """Read a trace.  Raises UsageError for a file that cannot be read, TraceError for a file that is not a trace."""
+    """Read a trace file.  Raises UsageError if the file cannot be read, and TraceError if it is not a trace."""
     readers: Mapping[str, Callable[[Path], Trace]] = {".csv": _csv, ".vcd": _vcd, ".parquet": _parquet}
     if path.suffix not in readers:
         raise UsageError(f"{path.name!r} is not a trace: expected a name that ends in .csv, .vcd or .parquet")
     try:
         return readers[path.suffix](path)
     except OSError as error:
-        raise UsageError(f"{path} cannot be read: {error.strerror or error}") from None
+        raise UsageError(f"the trace {path} cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
-        raise TraceError(f"{path}: not a trace: not a text in UTF-8") from None
+        raise TraceError(f"{path} is not a trace: expected text in UTF-8") from None
 
 
 def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_ns: int | None) -> Trace:
     times = [track.times for track in tracks.values() if len(track)]
     if not times:
-        raise TraceError(f"{path}: not a trace: expected at least one signal")
+        raise TraceError(f"{path} is not a trace: expected at least one signal")
     for track in tracks.values():
         _check_order(path, track)
     last = max(of_one[-1] for of_one in times)
@@ -99,7 +105,7 @@ def _check_order(path: Path, track: Track) -> None:
 
     times = np.array(track.times, np.int64)
     if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
-        raise TraceError(f"{path}: not a trace: the times of {track.name} decrease or are negative")
+        raise TraceError(f"{path} is not a trace: expected ascending times, 0 or more, for the signal {track.name}")
 
 
 # CSV
@@ -113,7 +119,7 @@ def _csv(path: Path) -> Trace:
         rows, kinds = _Rows(path, file, about), dict[str, str]()
         for number, row in enumerate(rows):
             if number == 0 and row != ["time_ns", "signal", "value"]:
-                raise TraceError(f"{path}: not a trace: expected time_ns,signal,value as the first row")
+                raise TraceError(f"{path} is not a trace: expected time_ns,signal,value as the first row")
             if number == 0:
                 kinds = _kinds(about)
                 continue
@@ -132,7 +138,10 @@ def _csv(path: Path) -> Trace:
 
 
 class _Rows:
-    """The rows of a CSV file.  `line`: number of the last line of the present row."""
+    """Reads the rows of a CSV file, and counts the lines.
+
+    `line`: number of the last line of the present row.
+    """
 
     def __init__(self, path: Path, lines: Iterator[str], about: dict[str, str]) -> None:
         self.line = 0
@@ -146,11 +155,14 @@ class _Rows:
         try:
             yield from self._rows
         except csv.Error as error:
-            raise TraceError(f"{self._path}:{self.line}: not CSV: {error}") from None
+            raise TraceError(f"{self._path}:{self.line}: this line is not CSV: {error}") from None
 
 
 def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
-    """Yield the lines except comments and an incomplete last line; store the comments in `about`."""
+    """Yield the lines of a CSV file, without comments and without an incomplete last line.
+
+    The comments are stored in `about`.
+    """
     signals: list[str] = []
     for line in lines:
         if not line.endswith("\n"):
@@ -178,12 +190,12 @@ def _time_ns(path: Path, text: str, line: int = 0) -> int:
     try:
         return whole(text)
     except NumberError:
-        where = f"{path}:{line}" if line else f"{path}"
-        raise TraceError(f"{where}: invalid time {shortened(text)}: expected ns, e.g. 1000") from None
+        place = f"{path}:{line}" if line else f"{path}"
+        raise TraceError(f"{place}: invalid time {shortened(text)}: expected nanoseconds, e.g. 1000") from None
 
 
 def _guess(value: str) -> str:
-    """Return the kind of a signal without a declaration, from its first value."""
+    """Guess the kind of a signal from its first value, if the file does not declare the kind."""
     for kind in (COUNT, REAL):
         try:
             _value(kind, value)
@@ -225,7 +237,7 @@ def _vcd(path: Path) -> Trace:
 
 
 def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[str, tuple[str, str]]]:
-    """Return the provenance, and the name and kind of each signal."""
+    """Read the head of a VCD file: return the provenance, and the name and kind of each signal."""
     about: dict[str, str] = {}
     names: dict[str, tuple[str, str]] = {}
     scopes: list[str] = []
@@ -240,13 +252,13 @@ def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[st
                 step = kind == LEVEL and name.rpartition(".")[2] == STEP
                 names[identifier] = (".".join((*scopes, name)), STEP if step else kind)
             case ["$timescale", *scale, "$end"] if "".join(scale) != "1ns":
-                raise TraceError(f"{path}: not a trace: the time scale is {' '.join(scale)}, expected 1 ns")
+                raise TraceError(f"{path} is not a trace: expected a time scale of 1 ns, not {' '.join(scale)}")
             case ["$enddefinitions", *_]:
                 return about, names
             case [_, *_] if ": " in line:
                 name, _, value = line.strip().partition(": ")
                 about[name] = value.replace("%24", "$")
-    raise TraceError(f"{path}: not a trace: expected $enddefinitions")
+    raise TraceError(f"{path} is not a trace: expected a line with $enddefinitions")
 
 
 def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) -> None:
@@ -254,7 +266,7 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
     value, _, identifier = line[1:].partition(" ") if sign in "bBrRsS" else (sign, "", line[1:])
     track = tracks.get(identifier)
     if track is None:
-        raise ValueError(f"no signal {identifier!r}")
+        raise ValueError(f"no signal has the identifier {identifier!r}: expected one from a $var line")
     if sign in "bB":
         number = whole(value, 0, ALL_BITS, base=2)
         value = str(number - (1 << 64) if number >> 63 else number)
@@ -262,11 +274,11 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
 
 
 def _words(path: Path, text: str) -> str:
-    """Decode a VCD word, in which escape sequences replace blanks, to a text."""
+    """Decode a text from a VCD word, which contains escape sequences instead of blanks."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as error:
-        raise TraceError(f"{path}: invalid text {shortened(text)}: {error.message}") from None
+        raise TraceError(f"{path} contains an invalid text {shortened(text)}: {error.message}") from None
 
 
 # Parquet
@@ -302,34 +314,34 @@ def _parquet_table(path: Path) -> Any:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    with path.open("rb"):  # raises the same OSError as for a CSV or VCD file
+    with path.open("rb"):  # `open` raises the same OSError as for a CSV or VCD file
         pass
     try:
         table = pq.ParquetFile(path).read()
         table.validate(full=True)
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         reason = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
-        raise TraceError(f"{path}: not a Parquet file, or damaged: {reason}") from None
-    # the type of dictionary-encoded texts is that of their values
+        raise TraceError(f"{path} is not a Parquet file, or damaged: {reason}") from None
+    # the type of a dictionary-encoded column is the type of its values
     types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:
             found = types.get(name, "missing")
-            raise TraceError(f"{path}: not written by axistwin: column {name} is {found}, expected {wanted}")
+            raise TraceError(f"{path} is not from axistwin: column {name} is {found}, expected the type {wanted}")
     for name in ("time_ns", "signal"):
         if table[name].null_count:
-            raise TraceError(f"{path}: not a trace: column {name} has rows without a value")
+            raise TraceError(f"{path} is not a trace: expected a value in each row of the column {name}")
     return table
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
-    """Return the kind of each signal, read from the metadata of the file."""
+    """Return the kind of each signal from the metadata of a Parquet file."""
     try:
         kinds = json.loads(text or "")
     except (ValueError, RecursionError):
         kinds = None
     if not isinstance(kinds, dict) or not all(kind in KINDS for kind in kinds.values()):
-        raise TraceError(f"{path}: not written by axistwin: expected a list of signals in the metadata")
+        raise TraceError(f"{path} is not from axistwin: expected a list of signals in the metadata")
     return kinds
 
 
@@ -337,7 +349,7 @@ def _column(path: Path, track: Track, table: Any, rows: "NDArray[np.int64]") -> 
     name = {TEXT: "text", REAL: "number"}.get(track.kind, "integer")
     found = table[name].take(rows)
     if found.null_count:
-        raise TraceError(f"{path}: {track.name} has rows without a value in column {name}")
+        raise TraceError(f"{path} is damaged: expected a value of {track.name} in each row of the column {name}")
     if track.kind == TEXT:
         texts: list[str] = found.to_pylist()
         return texts

@@ -12,25 +12,31 @@ if TYPE_CHECKING:
 
 
 def written(value: int | str) -> Value:
-    """Return the value of a register in the form that traces contain."""
+    """Convert the value of a register to a value for a trace."""
     return value.encode("ascii", "replace") if isinstance(value, str) else value
 
 
 class PolledRegister:
-    """A register that is read at each event; `known`: the value at the last event."""
+    """A register that the tracer reads at each event.
+
+    `known`: the value at the last event.
+    """
 
     def __init__(self, place: int, register: Register, add: Callable[[int, int, Value], None]) -> None:
         self._place, self.read, self._add = place, register.read, add
         self.known = register.read()
 
     def record(self, now_ns: int, value: int | str) -> None:
-        """Record a changed value."""
+        """Record a new value of the register."""
         self.known = value
         self._add(now_ns, self._place, written(value))
 
 
 class ReportedRegisters:
-    """Registers of a controller that reports their changes.  `places`: index of the signal of each register."""
+    """Registers of a controller that reports each change of a register.
+
+    `places`: index of the signal of each register.
+    """
 
     def __init__(self, places: Sequence[int], registers: Mapping[str, Register]) -> None:
         self._places = places
@@ -39,7 +45,7 @@ class ReportedRegisters:
         """Changes reported by the controller: times, indices of registers, new values."""
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes before `before_ns`."""
+        """Remove the reports before the time `before_ns`, and return the changes of each register."""
         import numpy as np
 
         times, which, values = self.rows.take(before_ns)
@@ -51,7 +57,7 @@ class ReportedRegisters:
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]
 
     def _part(self, n: int, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """Return the changes of one register; equal successive values are left out."""
+        """Return the changes of one register, without repetitions of the same value."""
         import numpy as np
 
         changed = np.diff(values, prepend=self._known[n]) != 0

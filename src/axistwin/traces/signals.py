@@ -32,7 +32,10 @@ SHOWN = 12
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal that can be traced.  `scope`: name of its controller, line or axis; `also`: alternative names."""
+    """A signal that can be traced, e.g. `if1.output1`.
+
+    `scope`: name of its controller, line or axis; `also`: alternative names.
+    """
 
     scope: str
     name: str
@@ -45,12 +48,12 @@ class Signal:
 
     @property
     def full(self) -> str:
-        """The full name, e.g. `if1.output1`."""
+        """The full name of the signal, e.g. `if1.output1`."""
         return f"{self.scope}.{self.name}"
 
     @property
     def unit(self) -> str:
-        """The unit of the values, e.g. `pulses/s`; "" for levels, texts and registers."""
+        """The unit of the signal, e.g. `pulses/s`; "" for levels, texts and registers."""
         if self.register:
             return ""
         return "V" if self.kind == REAL and self.name.endswith("_volts") else UNITS.get((self.name, self.kind), "")
@@ -66,35 +69,36 @@ class Signal:
 
 
 def catalogue(bench: Bench) -> list[Signal]:
-    """Return all signals: those of each controller, then those of shared lines."""
+    """Return all signals of a bench: first those of controllers, then those of shared lines."""
     found = [signal for controller in bench.controllers.values() for signal in _of(bench, controller)]
     lines = [name for name in endpoints.names(bench) if name not in bench.controllers]
     return found + [signal for name in lines for signal in _streams(name)]
 
 
 def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
-    """Return the signals matched by any pattern, in the order of `signals`.  Raises UsageError without a match."""
+    """Return the signals that match at least one pattern.  Raises UsageError for a pattern without a match."""
     patterns = tuple(patterns)
     for pattern in patterns:
         if not any(signal.matches(pattern) for signal in signals):
-            raise UsageError(f"no signal {pattern!r} here: {_suggestion(pattern, [signal.full for signal in signals])}")
+            suggestion = _suggestion(pattern, [signal.full for signal in signals])
+            raise UsageError(f"no signal matches {pattern!r}: {suggestion}")
     return [signal for signal in signals if any(signal.matches(pattern) for pattern in patterns)]
 
 
 def split(text: str | None) -> tuple[str, ...]:
-    """Return the patterns in a list that is separated by commas; without a list, the default pattern."""
+    """Split a list of patterns at its commas; return the default pattern for an empty list."""
     return tuple(pattern.strip() for pattern in (text or DEFAULT).split(",") if pattern.strip())
 
 
 def pin_signal(pin: str) -> str:
-    """Return the name of a terminal's signal: `host_dtr` for the terminal `host.dtr`."""
+    """Return the name of the signal of a terminal, e.g. `host_dtr` for the terminal `host.dtr`."""
     return pin.replace(".", "_")
 
 
 def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     name = controller.name
     for pin_name, pin in terminals(controller).items():
-        if not pin.silent:  # a silent pin (one without change events) is a step output: signal `step` of its axis
+        if not pin.silent:  # a silent pin is a step output, and the axis has the signal `step` for this output
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)

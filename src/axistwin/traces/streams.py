@@ -11,14 +11,17 @@ LONGEST = 256
 
 
 class Dialogue:
-    """The messages of both ends of a line.  The signal of one end is cleared when the other end transmits."""
+    """The messages of the host and of the controller on a line, as two signals.
+
+    The signal of one end is cleared when the other end transmits.
+    """
 
     def __init__(self, add: Callable[[int, int, Value], None], host: int | None, controller: int | None) -> None:
         self._host = _Message(add, host)
         self._controller = _Message(add, controller)
 
     def observe(self, bench: Bench, name: str, stack: ExitStack) -> None:
-        """Observe the line until the stack is closed."""
+        """Subscribe to the data of both ends of the line until `stack` is closed."""
         clock = bench.clock
         if endpoints.at_a_bus(bench, name):
             show, bus = endpoints.codec_at(bench, name).show, bench[name].bus
@@ -41,7 +44,10 @@ class Dialogue:
 
 
 class _Message:
-    """The present message of one end.  `whole`: each message arrives at once, as on a bus."""
+    """The present message of the host or of the controller.
+
+    `whole`: True if each message arrives at once, as on a bus.
+    """
 
     def __init__(self, add: Callable[[int, int, Value], None], place: int | None) -> None:
         self._add, self._place, self._message, self._shown = add, place, b"", b""
@@ -49,16 +55,19 @@ class _Message:
 
     @property
     def complete(self) -> bool:
-        """True if further characters, other than LF, begin a new message."""
+        """True if the message is complete, so that the next character, unless LF, begins a new message."""
         return self.whole or self._message.endswith((b"\r", b"\n")) or len(self._message) >= LONGEST
 
     def extend(self, time_ns: int, data: bytes) -> None:
-        """Append characters to the message; if the message is complete, begin a new message."""
+        """Append characters to the message, or begin a new message after a complete message."""
         self._message = data if self.complete and data != b"\n" else self._message + data
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Clear the signal, because the other end transmits; `answered`: True if the stored message is deleted, too."""
+        """Clear the signal of this end of the line, because the other end transmits.
+
+        `answered`: True if the stored message is deleted, too.
+        """
         if answered:
             self._message = b""
         self._show(time_ns, b"")

@@ -43,7 +43,7 @@ _log = logging.getLogger("axistwin.trace")
 
 
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
-    """Trace a bench into `path` within this context.
+    """Trace a bench into the file `path` within a `with` block.
 
     `patterns` select the signals; `report` receives a message if the trace ends early.  `limit` is the largest size of
     the file in bytes: a trace that would become larger ends.
@@ -67,11 +67,11 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
 
     def __enter__(self) -> Self:
         if self.path.exists() and not self.path.is_file():
-            raise UsageError(f"{self.path} cannot be written: not a file")
+            raise UsageError(f"{self.path} is not a file: expected the name of a file, e.g. run.csv")
         try:
             self._output = Output(self.path, self._limit)
         except OSError as error:
-            raise UsageError(f"{self.path} cannot be written: {error.strerror}") from None
+            raise UsageError(f"the trace {self.path} cannot be written: {error.strerror}") from None
         self._stack = ExitStack()
         self._stack.callback(self._output.close)
         self._tracer = Tracer(self.bench, self._chosen)
@@ -145,10 +145,10 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []  # axes whose samples are computed ahead of the clock
+        self._computing_ahead: list[ServoAxis] = []  # the samples of servo axes are computed ahead of the clock
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
-        self._rows: list[Rows] = []  # changes that servo axes and controllers have reported
+        self._rows: list[Rows] = []  # servo axes and controllers report their changes as rows
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
@@ -174,13 +174,13 @@ class Tracer:
         self._stack.close()
 
     def catch_up(self, *, for_others: bool = True) -> None:
-        """Write the changes before now; `for_others`: also flush the file for other programs."""
+        """Write the changes before now; if `for_others` is True, also flush the file for other programs."""
         self._write(self.bench.now)
         if self.sink is not None and for_others:
             self.sink.flush()
 
     def show_present(self) -> None:
-        """Pass the changes up to and including now to the consumer.
+        """Pass all changes up to now to the function `consumer`.
 
         Further changes may follow at this time, e.g. an action of a user.  A later call passes the changes at this time
         again, so a consumer drops samples that are equal to the sample before.
@@ -193,7 +193,7 @@ class Tracer:
             self.consumer(parts, [])
 
     def finish(self) -> None:
-        """Write the changes up to and including now, and the end time.
+        """Write the last changes of the trace, and its end time.
 
         If Ctrl-C has interrupted a write, only the end time is written.
         """
@@ -307,7 +307,10 @@ class Tracer:
             self._write(self.bench.now)
 
     def _after_events(self) -> None:
-        """Poll registers, and write a piece if enough changes are collected.  Called after the events of each time."""
+        """Poll the registers, and write the collected changes if there are enough of them.
+
+        Called after the events of each time.
+        """
         self._poll_registers()
         enough = self._waiting.count >= CHUNK or self._moves >= self._most_moves
         for rows in self._rows:
@@ -320,20 +323,20 @@ class Tracer:
 
     def _poll_registers(self) -> None:
         now_ns = self.bench.clock.now
-        for register in self._registers:  # without method calls, because this loop runs at every event
+        for register in self._registers:  # this loop avoids method calls, because it runs at every event
             value = register.read()
             if value != register.known:
                 register.record(now_ns, value)
 
     def _write(self, before_ns: int) -> None:
-        """Write the changes before `before_ns` in pieces."""
+        """Write all changes before the time `before_ns`, in pieces of limited size."""
         for axis in self._computing_ahead:
-            axis.catch_up()  # reports the samples up to now
+            axis.catch_up()  # `catch_up` reports the samples of the axis up to now
         self._moves = 0
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """Write the changes before `before_ns`.  If there are too many pulses, divide the time span in two."""
+        """Write all changes before the time `before_ns`; divide a time span with too many pulses."""
         since_ns = self.written_ns
         if sum(stepper.count(since_ns, before_ns) for stepper in self._steppers) > CHUNK and before_ns - since_ns > 1:
             self._write_span((since_ns + before_ns) // 2)
@@ -355,7 +358,7 @@ class Tracer:
         self.written_ns, self._writing = before_ns, False
 
     def _write_batch(self, sink: Sink, batch: Batch) -> None:
-        """Write changes; if the file reaches its limit, write the changes that fit, and raise the error."""
+        """Write a batch of changes.  If the batch exceeds the size limit of the file, write only its beginning."""
         try:
             sink.write(batch)
         except LimitReachedError:

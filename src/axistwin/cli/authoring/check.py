@@ -43,7 +43,7 @@ FORMATS = ("text", "json", "sarif", "github")
 @click.option("--strict", is_flag=True, help="Count warnings as errors.")
 @click.option("--codes", "code", is_flag=False, flag_value="", metavar="[CODE]", help="Explain one code, or all codes.")
 def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, strict: bool, code: str | None) -> int:
-    """Check FILEs without running them: find errors that the controller would refuse, and probable mistakes.
+    """Find errors and probable mistakes in programs and scenes, without running the programs.
 
     A FILE is a conversation (.talk; the host's lines are checked), IF1/IF2 command lines as typed at a terminal (.if1),
     commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene or a sweep
@@ -81,7 +81,7 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
 
 
 def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
-    """Split the arguments into the model (None if it is not given) and the files."""
+    """Split the arguments of the command into a model and files; the model is None if it is left out."""
     first = arguments[0] if arguments else ""
     named = first.lower() in FAMILIES or not Path(first).suffix
     made = product(first) if arguments and named else None
@@ -89,21 +89,21 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
     if not files:
         raise UsageError("nothing to check: expected a program or a scene, e.g. axistwin check if1 moves.if1")
     if made is not None and made.check is None:
-        raise UsageError(f"programs for {made.model} cannot be checked")
+        raise UsageError(f"{made.model} programs cannot be checked: expected a model with a checker, e.g. if1")
     return made, files
 
 
 def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator[Checked]:
-    """Check a file and yield the result; for a scene, also check the programs that the scene names."""
+    """Check a file and yield the result; for a scene, check the programs of the scene too."""
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.sweeps.sweep_file import is_sweep_file  # lazy import: imports pydantic
+        from axistwin.sweeps.sweep_file import is_sweep_file  # this import is lazy because it loads pydantic
 
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
         return
     try:
         text = load(file)
-    except ProgramError as error:  # the file is not a text file
+    except ProgramError as error:  # `load` raises this error if the file is not a text file
         yield Checked(file, "", [as_diagnostic(error)])
         return
     target = made or product_for(kind, text)
@@ -125,7 +125,7 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    from axistwin.diagnostics.scenes import (  # lazy import: imports pydantic and all families
+    from axistwin.diagnostics.scenes import (  # this import is lazy because it loads all families
         diagnose_scene,
         is_of_program,
         named_programs,
@@ -136,7 +136,7 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
     for endpoint, file, models in named_programs(scene):
         try:
             text = load(file)
-        except ProgramError:  # the diagnostics of the scene have reported this error
+        except ProgramError:  # the check of the scene reports this error
             continue
         diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
         one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))
@@ -150,7 +150,7 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
 def _fixed(
     file: Path, diagnose_it: Callable[[str], list[Diagnostic]], quiet: bool, target: Product | None = None
 ) -> Checked:
-    """Apply the unambiguous fixes, and return the remaining diagnostics."""
+    """Apply all unambiguous fixes to a file, and return the diagnostics that remain."""
     text, encoding = check_fix.read_exactly(file)
     better, done, left = check_fix.fix_text(text, diagnose_it)
     if done:
@@ -188,7 +188,7 @@ def _summary(found: Iterable[Diagnostic]) -> str:
 
 def _explain(code: str, form: str) -> None:
     if form not in ("text", "json"):
-        raise UsageError(f"--codes has no format {form}: expected text or json")
+        raise UsageError(f"invalid --format {form} for --codes: expected text or json")
     found = codes.select(code)
     if form == "json":
         click.echo(json.dumps([codes.as_dict(rule) for rule in found], ensure_ascii=False))

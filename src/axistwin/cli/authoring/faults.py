@@ -16,7 +16,7 @@ HEADINGS = ("fault", "on", "parameters", "what happens")
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table.")
 def faults(as_json: bool) -> None:
-    """List every fault: name, place, parameters with defaults, and effect.
+    """List all faults that a bench can have, with their parameters and effects.
 
     The names are the same in scenes ([[fault]]), in conversations (! fault lose 3) and in Python
     (bench.faults.add("lose", "if1.serial", count=3)).  All faults also take name, at, when, nth, duration and seed.
@@ -34,13 +34,13 @@ def faults(as_json: bool) -> None:
 
 
 def rows() -> Iterator[tuple[str, ...]]:
-    """Yield one row for each kind of fault."""
+    """Yield the table of faults, one row for each kind of fault."""
     for kind in KINDS.values():
         yield kind.name, THINGS[kind.on], " ".join(_parameters(kind)), kind.doc
 
 
 def as_dict(kind: Kind) -> dict[str, Any]:
-    """Return a kind of fault for `--json`."""
+    """Return a kind of fault as data for `--json`."""
     parameters = [
         {"name": p.name, "unit": p.unit, "wanted": p.wanted, "default": p.default, "optional": p.optional, "doc": p.doc}
         for p in kind.parameters

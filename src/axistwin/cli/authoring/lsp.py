@@ -11,7 +11,7 @@ from axistwin.errors import require
 
 @click.command()
 def lsp() -> int:
-    """Run a language server on standard input and output, until the editor ends it.
+    """Run the language server for editors on standard input and output.
 
     In programs (.sms, .if1, .181x), conversations (.talk) and scenes (.toml) the editor then shows the diagnostics of
     `axistwin check` during typing, the meaning of a command (parameters, units, the manual's chapter), completions,
@@ -27,10 +27,10 @@ def lsp() -> int:
       args = ["lsp"]
     """
     require("pygls", "lsp")
-    from axistwin.editor.server import make  # lazy import: the extra may be missing
+    from axistwin.editor.server import make  # this import is lazy because pygls may be missing
 
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()
-        gc.freeze()  # a full collection would take 50 ms for the imported modules, in the middle of a request
-        server.start_io(heard, said)  # closes both files
+        gc.freeze()  # a garbage collection of all imported modules would delay a request by 50 ms
+        server.start_io(heard, said)  # `start_io` closes both files
     return 0 if server.asked_to_end else 1

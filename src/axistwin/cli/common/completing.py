@@ -17,7 +17,7 @@ Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def _of(names: Iterable[str], suffixes: tuple[str, ...] = ()) -> Complete:
-    """Return a function that completes these names, and files with these suffixes."""
+    """Return a function for shells that completes the given names, and names of files with the given suffixes."""
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
         found = [name for name in names if name.startswith(incomplete.lower())]
@@ -35,21 +35,21 @@ complete_talk = _of((), (".talk",))
 
 
 def complete_example(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    """Return the examples whose name begins with the typed text."""
+    """Return the names of the examples that begin with the typed text."""
     from axistwin.guide.shipped import examples
 
     return [name for name in examples() if name.startswith(incomplete)]
 
 
 def complete_page(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    """Return the pages whose name begins with the typed text."""
+    """Return the names of the documentation pages that begin with the typed text."""
     from axistwin.guide.pages import names
 
     return [name for name in names() if name.startswith(incomplete)]
 
 
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> Iterator[str]:
-    """Yield the paths of files that begin with the typed text, also in subfolders."""
+    """Yield the paths of files that begin with the typed text, including files in subfolders."""
     folder, _, begin = incomplete.rpartition("/" if "/" in incomplete else os.sep)
     above = incomplete[: len(incomplete) - len(begin)]
     seen = 0

@@ -6,8 +6,8 @@ from axistwin.errors import UsageError
 
 
 def unknown(kind: str, name: str, names: Iterable[str]) -> UsageError:
-    """Return the error for an unknown name; the message suggests the nearest valid name, or lists all valid names."""
-    from difflib import get_close_matches  # lazy import: needed only for errors
+    """Return the error for an unknown name, with a similar valid name or all valid names in its message."""
+    from difflib import get_close_matches  # this import is lazy because only errors need it
 
     listed = list(names)
     near = get_close_matches(name.lower(), listed, 1)

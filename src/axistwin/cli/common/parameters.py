@@ -18,10 +18,10 @@ TRACE_LIMIT = "1GB"
 
 
 class Number(click.FloatRange):
-    """A finite number within limits; nan and numbers with thousands of digits are refused."""
+    """Type of a command-line parameter that is a finite number within limits."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Convert the text of a parameter to a number."""
+        """Convert the text of a command-line parameter to a number."""
         try:
             number = real(value) if isinstance(value, str) else value
         except NumberError as error:
@@ -31,12 +31,12 @@ class Number(click.FloatRange):
 
 
 class Size(click.ParamType[Any]):
-    """A number of bytes such as `500MB`, `1GB` or `2e6`; `none`: None."""
+    """Type of a command-line parameter that is a size in bytes, e.g. `500MB`, `2e6` or `none`."""
 
     name = "size"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Convert the text of a parameter to a number of bytes, or to None for `none`."""
+        """Convert the text of a command-line parameter to a number of bytes, or the text `none` to None."""
         text = str(value).strip().lower()
         if text == "none":
             return None
@@ -53,7 +53,7 @@ class Size(click.ParamType[Any]):
 
 
 class Seconds(Number):
-    """A number of seconds, from 0 to `MOST_S`."""
+    """Type of a command-line parameter that is a time from 0 to `MOST_S` seconds."""
 
     def __init__(self) -> None:
         super().__init__(min=0, max=MOST_S)

@@ -9,15 +9,15 @@ from axistwin.errors import UsageError
 
 
 def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:
-    """Return the bench for a command: one controller of a model, or the controllers of a scene file."""
+    """Return the bench that the user has named: one controller of a model, or the controllers of a scene."""
     options = tuple(options)
     if not target.endswith(".toml"):
         bench = Bench()
         bench.add(target, state=state, **read_options(options))
         return bench
     if options or state:
-        raise UsageError("--option and --state are for a MODEL: set these in the scene")
-    from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
+        raise UsageError("--option and --state are only for a MODEL: set options and state in the scene file")
+    from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
 
     made: Bench = Scene.load(Path(target)).build()
     return made

@@ -10,14 +10,14 @@ from axistwin.bench import Bench
 
 
 class RunProgress:
-    """The progress of a run in one line: virtual time, percentage, speed, size of the traces."""
+    """One line of text with the progress of a run, e.g. its virtual time and its speed."""
 
     def __init__(self, what: str, bench: Bench, seconds: float | None = None, traces: Sequence[Path] = ()) -> None:
         self._what, self._bench, self._seconds, self._traces = what, bench, seconds, traces
         self._began_s = monotonic()
 
     def __rich__(self) -> str:
-        """Return the line of text at the present virtual time."""
+        """Return the line of text for the present state of the run."""
         now_s = self._bench.seconds
         parts = [f"running {self._what}: {now_s:.1f} s"]
         if self._seconds:
@@ -30,7 +30,7 @@ class RunProgress:
 
 @contextmanager
 def working(what: str | RunProgress) -> Iterator[None]:
-    """Show the text `what` with a spinner within a `with` block; only on a terminal."""
+    """Show a text with a spinner on the terminal while a `with` block is executed."""
     if not sys.stderr.isatty():
         yield
         return

@@ -41,11 +41,11 @@ NEXT = (
     help="The picture: FILE.png or FILE.svg.",
 )
 def demo(plot: Path) -> None:
-    """Show axistwin at work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes, a
-    SmartMotor runs into a limit switch and its shaft is held.
+    """Run a short demonstration of all emulated controllers.
 
-    Everything is computed in virtual time, as fast as possible.  A picture of the IF1's moves is written to the current
-    directory, or to the file given by --plot.
+    An IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes, a SmartMotor runs into a limit
+    switch and its shaft is held.  Everything is computed in virtual time, as fast as possible.  A picture of the IF1's
+    moves is written to the current directory, or to the file given by --plot.
 
     \b
     Examples:
@@ -75,7 +75,7 @@ def demo(plot: Path) -> None:
 
 
 def three_motors(if1: "_Session") -> None:
-    """Initialise an IF1, and use most of its commands."""
+    """Initialise an IF1, and move three motors with most of its commands."""
     _chapter("An IF1 is switched on, and detects the baud rate of its host")
     if1.wait(1.5)
     if1.say("(", "its first bits tell the baud rate", end="")
@@ -117,7 +117,7 @@ def three_motors(if1: "_Session") -> None:
 
 
 def power_cut() -> None:
-    """Store a sequence in an IF2, lock it, and remove its power and its host."""
+    """Store and lock a sequence in an IF2, switch the IF2 off, and run the sequence without a host."""
     bench = Bench()
     if2 = _Session(bench, bench.add("if2", wiring="3-wire"))
     _chapter("An IF2 keeps its sequence through a power cut, and then needs no host")
@@ -144,7 +144,7 @@ def power_cut() -> None:
 
 
 def two_registers() -> None:
-    """Move the motor of an 1811 through its two registers."""
+    """Send commands to an 1811 through its two bus registers, and move its motor."""
     bench = Bench()
     board = _BoardSession(bench, bench.add("1811"))
     _chapter("An 1811 has two registers on a Multibus, and is controlled by opcodes")
@@ -183,21 +183,21 @@ def motor_with_a_language() -> None:
 
 
 class _Session:
-    """Operates a controller for the demonstration, and prints each action and its result."""
+    """Operates one controller in the demonstration, and prints each action and its result."""
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
         self.bench, self.controller = bench, controller
         self.received = b""
 
     def say(self, text: str, note: str = "", end: str = "\r") -> None:
-        """Send data to the controller as the host."""
+        """Send a text from the host to the controller, and print the text."""
         data = (text + end).encode()
         self._print(">", "".join(map(word, data)), note)
         self.controller.serial.write(data)
-        self.bench.run(0.002 + 0.00115 * len(data))  # time of the transmission at 9600 baud
+        self.bench.run(0.002 + 0.00115 * len(data))  # the transmission takes this time at 9600 baud
 
     def receive(self, note: str) -> None:
-        """Wait for an answer from the controller."""
+        """Wait for an answer from the controller, and print the answer."""
         self.received = b""
         self.bench.run_until(self._answered, 2.0)
         self._print("<", "".join(map(word, self.received)), note)
@@ -207,17 +207,17 @@ class _Session:
         return self.received.endswith(b"\r")
 
     def ask(self, question: str, note: str) -> str:
-        """Send a question and return the answer."""
+        """Send a request to the controller and return its answer."""
         self.say(question)
         self.receive(note)
         return self.received.decode().strip()
 
     def wait(self, seconds: float) -> None:
-        """Advance virtual time."""
+        """Advance virtual time by a number of seconds."""
         self.bench.run(seconds)
 
     def press(self, button: str, down: bool) -> None:
-        """Press or release a button at the machine."""
+        """Press or release a button of the machine."""
         self.controller.pins[button].drive(down)
         self._print(
             "!", f"{button} {'high' if down else 'low'}", "the button is pressed" if down else "the button is released"
@@ -225,18 +225,18 @@ class _Session:
         self.bench.run(0.01)
 
     def power(self, on: bool) -> None:
-        """Switch the power."""
+        """Switch the power of the controller on or off."""
         self.controller.power(on)
         self._print("!", f"power {'on' if on else 'off'}", "")
 
     def come_to_rest(self) -> None:
-        """Wait until all axes are at rest."""
+        """Wait until all axes of the controller are at rest."""
         axes = self.controller.axes.values()
         self.bench.run_until(lambda: not any(axis.velocity for axis in axes), 60.0)
         self.bench.run(0.01)
 
     def show_positions(self, *names: str) -> None:
-        """Print the positions of axes."""
+        """Print the positions of the named axes."""
         positions = (f"{name} {self.controller.axes[name].position}" for name in names)
         self._print("=", ", ".join(positions), "")
 
@@ -251,12 +251,12 @@ class _Session:
             click.echo(said + (gap + click.style(note, dim=True)) * bool(note))
 
     def explain(self, note: str) -> None:
-        """Print a note about the last action."""
+        """Print an explanation of the last action."""
         click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
 
 
 class _MotorSession(_Session):
-    """A session for a servo motor, whose state must be polled because it has no pulses."""
+    """Operates a SmartMotor in the demonstration."""
 
     def come_to_rest(self) -> None:
         """Wait until the trajectory has ended and the shaft is at rest."""
@@ -264,16 +264,16 @@ class _MotorSession(_Session):
             self.bench.run(0.01)
 
     def jam(self) -> None:
-        """Hold the shaft so that it cannot turn."""
+        """Hold the motor's shaft, so that the shaft cannot turn."""
         self.controller.axes["shaft"].jam()
         self._print("!", "shaft.jam on", "the shaft is held")
 
 
 class _BoardSession(_Session):
-    """A session for a board on a bus, with the handshake of the board's manual."""
+    """Operates a board on a bus in the demonstration, with the handshake of the board's manual."""
 
     def say(self, text: str, note: str = "", end: str = "") -> None:
-        """Write a command string as the host, and set CB bit 4."""
+        """Write a command to the board, and set bit 4 of its control byte (CB)."""
         bus = self.controller.bus
         self._print(">", text + end, note)
         for byte in bytes.fromhex(text):
@@ -282,7 +282,7 @@ class _BoardSession(_Session):
         self.bench.run_until(lambda: bus.read(1) & 0x10, 1.0)
 
     def receive(self, note: str) -> None:
-        """Wait for SB bit 3, read a message, and set CB bit 7."""
+        """Wait for a message (bit 3 of the status byte), read the message, and set bit 7 of the control byte."""
         bus = self.controller.bus
         self.bench.run_until(lambda: bus.read(1) & 0x08, 1.0)
         self.received = bytes(bus.read(0) for _ in range(16))
@@ -290,7 +290,7 @@ class _BoardSession(_Session):
         self._print("<", self.received.hex(" ").upper(), note)
 
     def ask(self, question: str, note: str) -> str:
-        """Send a request; return its message in hex."""
+        """Send a request to the board, and return the answer in hex."""
         self.say(question)
         self.receive(note)
         return self.received.hex()

@@ -36,7 +36,7 @@ def diff(
     as_json: bool,
     plot: Path | None,
 ) -> int:
-    """Compare two traces, FIRST and SECOND, signal by signal, up to the end of the shorter one.
+    """Compare two traces, FIRST and SECOND, signal by signal, up to the end of the shorter trace.
 
     The files may be of different kinds: .csv, .vcd, .parquet.  The output is the first difference in time, then the
     signals that differ, each with the time of its first difference.  Exit code 1 if there is a difference.

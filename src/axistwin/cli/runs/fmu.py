@@ -16,7 +16,7 @@ from axistwin.errors import UsageError
     help=r"An input that performs a line of a conversation, e.g. 'start: > X3000@5000S1$\r'.",
 )  # fmt: skip
 def fmu(scene: Path, out: Path | None, commands: tuple[str, ...]) -> None:
-    """Write a scene as an FMU: a component for Simulink, Dymola, OpenModelica and other tools with FMI 3.0.
+    """Write a scene as an FMU, a component for simulation tools with FMI 3.0, e.g. Simulink or Dymola.
 
     Inputs are the torque on each shaft with the data sheet of a motor, and all open terminals.  Outputs are positions,
     velocities and terminals.  Hosts, conversations, programs, faults and the script of the scene are inside the FMU.
@@ -36,7 +36,7 @@ def fmu(scene: Path, out: Path | None, commands: tuple[str, ...]) -> None:
     for each in commands:
         name, line = _named(each)
         if name in given:
-            raise UsageError(f"--command {name} is given twice: expected different names")
+            raise UsageError(f"two --command options have the name {name}: expected different names")
         given[name] = line
     path = export(scene, out or Path(f"{scene.stem}.fmu"), given)
     click.echo(f"axistwin: {path}", err=True)
@@ -45,5 +45,5 @@ def fmu(scene: Path, out: Path | None, commands: tuple[str, ...]) -> None:
 def _named(text: str) -> tuple[str, str]:
     name, colon, line = text.partition(":")
     if not colon or not line.strip():
-        raise UsageError(rf"--command {text!r}: expected NAME:LINE, e.g. 'start: > X3000@5000S1$\r'")
+        raise UsageError(rf"invalid --command {text!r}: expected NAME:LINE, e.g. 'start: > X3000@5000S1$\r'")
     return name.strip(), line.strip()

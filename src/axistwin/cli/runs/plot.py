@@ -38,7 +38,7 @@ def plot(
     until: float | None,
     title: str | None,
 ) -> int:
-    """Draw position, velocity, following error, pins, registers and messages on one time axis.
+    """Draw a trace: positions, velocities, pins, registers and messages on one time axis.
 
     TRACE is a file written by `--trace`: .csv, .vcd or .parquet.  Results of `axistwin sweep` are drawn as histograms,
     scatter plots and heat maps; a study of `axistwin tune` (.db) as its trials and its best values.
@@ -56,24 +56,25 @@ def plot(
 
     from_ns, until_ns = _time(since), _time(until)
     if from_ns is not None and until_ns is not None and until_ns <= from_ns:
-        raise UsageError(f"--from {since:g} --to {until:g}: expected --to after --from")
+        raise UsageError(f"invalid time range --from {since:g} --to {until:g}: expected --to after --from")
     path = out if out is not None or on_screen else trace.with_suffix(".png")
     if path is not None:
         check_suffix(path)
     limited = on_screen or signals or since is not None or until is not None
     if trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace):
         if limited:
-            raise UsageError(f"{trace} holds results of a sweep: expected no option but --out and --title")
+            raise UsageError(f"{trace} contains results of a sweep: expected only the options --out and --title")
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
     if trace.suffix == ".db":
         if limited:
-            raise UsageError(f"{trace} holds a study: expected no option but --out and --title")
+            raise UsageError(f"{trace} contains a study: expected only the options --out and --title")
         return _plot_study(trace, path or trace, title)
     with working(f"reading {trace.name}"):
         found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
-        raise UsageError(f"--from {since:g}: expected a time before the trace's end at {to_seconds(found.end_ns):g} s")
+        end_s = to_seconds(found.end_ns)
+        raise UsageError(f"invalid --from {since:g}: expected a time before the end of the trace at {end_s:g} s")
     chart = of_trace(
         found,
         split(signals or EVERYTHING),

@@ -103,11 +103,11 @@ def run(
     """
     if program is None and not target.endswith(".toml"):
         raise UsageError(
-            f"the PROGRAM for {product(target).indefinite} is missing: only a scene runs without a PROGRAM"
+            f"the PROGRAM is missing: expected a file for {product(target).indefinite}, e.g. axistwin run if1 moves.if1"
         )
     loaded = running.scene_program() if program is None else running.load(program, target)
     if plot is not None:
-        from axistwin.plots.picture import check_suffix  # lazy import: only for a plot
+        from axistwin.plots.picture import check_suffix  # this import is lazy because only --plot needs it
 
         check_suffix(plot)
     if report is not None:
@@ -144,7 +144,7 @@ def _page(
     title: str, record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], chart: "Chart | None", code: int,
     program: Path | None,
 ) -> Page:  # fmt: skip
-    """Return the report of a run."""
+    """Return the contents of the HTML report of a run."""
     ended = "interrupted" if code == INTERRUPTED else "failed" if code else "completed"
     verdict = f"{ended} at {record.bench.seconds:g} s of virtual time"
     reasons = [outcome.note, str(outcome.difference or "")]
@@ -158,7 +158,7 @@ def _page(
 
 
 def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outcome, bool]:
-    """Run the program; return its outcome, and True if the user has interrupted the run."""
+    """Run the program on the bench, and return its outcome, and True if the user has interrupted the run."""
     try:
         return loaded.perform(bench, None if seconds is None else to_ns(seconds)), False
     except KeyboardInterrupt:
@@ -167,11 +167,11 @@ def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outc
 
 @contextmanager
 def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[MemoryTrace | None]":
-    """Trace the run in memory within a `with` block, if at least one of the files is requested."""
+    """Trace a run in memory within a `with` block, if the user has requested a picture or a report."""
     if not any(files):
         yield None
         return
-    from axistwin.traces.memory import tracing_in_memory  # lazy import: needed only for pictures
+    from axistwin.traces.memory import tracing_in_memory  # this import is lazy because only pictures need it
 
     with tracing_in_memory(bench) as memory:
         yield memory
@@ -188,10 +188,10 @@ def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
 
 @contextmanager
 def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: int | None) -> Iterator[None]:
-    """Trace the run to files within a `with` block."""
+    """Write the traces of a run to files within a `with` block."""
     with ExitStack() as stack:
         for file in files:
-            from axistwin.traces.signals import split  # lazy import: needed only for traces
+            from axistwin.traces.signals import split  # this import is lazy because only --trace needs it
             from axistwin.traces.trace import tracing
 
             stack.enter_context(
@@ -201,18 +201,18 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
 
 
 def _with_refusals(outcome: Outcome, refused: Sequence[Refusal], checked: str) -> Outcome:
-    """Add the number of refused lines to the note of an outcome, with the command that explains them."""
+    """Add a note to the outcome of a run: the number of refused lines, and the command that explains the lines."""
     lines = len({(each.file, each.error.line) for each in refused})
     note = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
     return replace(outcome, note="; ".join(each for each in (outcome.note, note) if each))
 
 
 def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[HostProgram]:
-    """Return the programs that the run has sent or stored: the program of the user and the programs of the scene."""
+    """Return all programs of a run: the user's program and the programs of the scene."""
     models = models_at(bench)
     named: list[tuple[str, Path]] = []
     if target.endswith(".toml"):
-        from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
+        from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
 
         named += Scene.load(Path(target)).named_programs()
     if program is not None:

@@ -19,10 +19,10 @@ OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.panel.",)
 
 
 def ending() -> asyncio.Future[int]:
-    """Return a future for the exit code: 130 after Ctrl-C, 0 after SIGTERM; it raises an internal error of axistwin.
+    """Return a future whose result is the exit code: 130 after Ctrl-C, 0 after SIGTERM.
 
-    An operating system error for one client and a defect of a module that only displays the bench are logged; the
-    program continues.  Must be called within a running event loop.
+    The future raises an internal error of axistwin.  An operating system error for one client and a defect of a module
+    that only displays the bench are logged; the program continues.  Must be called within a running event loop.
     """
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[int] = loop.create_future()
@@ -34,15 +34,15 @@ def ending() -> asyncio.Future[int]:
 
 
 def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[[], None]) -> None:
-    """Call `callback` in the event loop when the process receives this signal."""
+    """Call `callback` in the event loop when the process receives the signal with this number."""
     try:
         loop.add_signal_handler(number, callback)
-    except NotImplementedError:  # on Windows, the interpreter calls the signal handler itself
+    except NotImplementedError:  # the event loop has no signal handlers on Windows
         signal.signal(number, lambda *_: loop.is_closed() or loop.call_soon_threadsafe(callback))
 
 
 def fail(ended: asyncio.Future[int], error: BaseException) -> None:
-    """End the program with this error, unless it is already ending."""
+    """End the program with this error, unless the program is already ending."""
     if not ended.done():
         ended.set_exception(error)
 
@@ -63,12 +63,12 @@ def _handle_exception(ended: asyncio.Future[int], context: dict[str, Any]) -> No
 
 
 def _is_own(error: BaseException) -> bool:
-    """True if the error was raised by a callback or task of axistwin, but not of the panel."""
+    """True if code of axistwin, but not of the panel, caused the error."""
     began_in = next((name for name in _modules(error) if not name.startswith("asyncio")), "")
     return began_in.startswith(OWN_MODULES) and not began_in.startswith(DISPLAY_MODULES)
 
 
 def _modules(error: BaseException) -> Iterator[str]:
-    """Yield the module names in the traceback of an error, outermost first, each with a dot at its end."""
+    """Yield the names of the modules in the traceback of an error, each followed by a dot."""
     for frame, _ in walk_tb(error.__traceback__):
         yield f"{frame.f_globals.get('__name__', '')}."

@@ -12,7 +12,10 @@ ANY_ADDRESS = ("0.0.0.0", "::")  # noqa: S104  nothing is bound here
 
 
 def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
-    """Yield lines of code that connect hosts to the port `url` of a controller; `line`: the host's line format."""
+    """Yield lines of code with which host programs can connect to a controller at the port `url`.
+
+    `line`: line format of the host.
+    """
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())
     match url.scheme:
@@ -29,7 +32,7 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
 
 
 def bus(url: PortUrl) -> Iterator[str]:
-    """Yield commands and C lines that access the registers of a board at `url`."""
+    """Yield shell commands with which host programs can access the bus registers of a board at `url`."""
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())
     yield f"by hand   nc {url.host} {url.port}     then: r 1"

@@ -35,7 +35,7 @@ def ioc(
     as_json: bool,
     **given: object,
 ) -> int:
-    """Serve axes as motor records, and pins and registers as records of EPICS, until interrupted.
+    """Serve axes as EPICS motor records, and pins and registers as EPICS records, until interrupted.
 
     The virtual controllers of a SCENE run inside; at a PORT there is a real or a virtual controller.  PORT is a serial
     device, COM3, tcp://HOST:PORT, rfc2217://HOST:PORT or bus://HOST:PORT, and needs --model.
@@ -56,7 +56,7 @@ def ioc(
     if pva:
         require("p4p", "pva")
     if not NAME.fullmatch(prefix):
-        raise UsageError(f"invalid prefix {prefix!r}: expected letters, digits and : _ -, e.g. LAB:")
+        raise UsageError(f"invalid --prefix {prefix!r}: expected letters, digits, and the signs : _ -, e.g. LAB:")
     wanted = of.Wanted.read(what, model, given)
     return asyncio.run(_serve(wanted, prefix, listen or ("127.0.0.1",), port, pva=pva, as_json=as_json))
 
@@ -64,14 +64,16 @@ def ioc(
 async def _serve(
     wanted: of.Wanted, prefix: str, addresses: tuple[str, ...], port: int | None, *, pva: bool, as_json: bool
 ) -> int:
-    from axistwin.integrations.epics.ioc import LONGEST_NAME, Ioc  # lazy import: the extra may be missing
+    from axistwin.integrations.epics.ioc import LONGEST_NAME, Ioc  # this import is lazy because caproto may be missing
 
     ended = ending()
     async with await wanted.machine() as machine:
         served = Ioc(machine, prefix)
-        longest = max(served.names, key=len)
-        if len(longest) > LONGEST_NAME:
-            raise UsageError(f"{longest} is too long for EPICS: expected at most {LONGEST_NAME} characters")
+        longest_name = max(served.names, key=len)
+        if len(longest_name) > LONGEST_NAME:
+            raise UsageError(
+                f"the record name {longest_name} is too long for EPICS: expected at most {LONGEST_NAME} characters"
+            )
         try:
             async with served.serving(addresses, port, pv_access=pva) as address:
                 if as_json:
@@ -84,5 +86,5 @@ async def _serve(
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise LinkError(
-                f"cannot listen on {', '.join(addresses)}: {reason}: choose another --listen or --port"
+                f"cannot listen on {', '.join(addresses)} ({reason}): choose another --listen or --port"
             ) from None

@@ -24,7 +24,7 @@ from axistwin.terminal.state import state_file
 @click.option("--list", "listing", is_flag=True, help="List the lessons, with a mark at finished lessons.")
 @click.option("--progress", type=FILE, help="File for the finished lessons.  [default: in the user's state directory]")
 def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) -> int:
-    """Learn a MODEL in six short lessons, from the first command to a repeating sequence with inputs.
+    """Learn to use a MODEL in six short lessons in the terminal.
 
     A lesson opens a terminal to a virtual controller, as `axistwin term MODEL` does, and sets one task after another.
     Each step is checked by its effect on the controller.  `:task` repeats the task, `:show` shows a
@@ -70,13 +70,13 @@ def _bench(model: str) -> Bench:
 
 
 def _load(file: Path) -> dict[str, int]:
-    """Return the number of the last finished lesson for each model, from a file."""
+    """Read the file with the user's progress: the number of the last finished lesson by model."""
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        raise UsageError(f"{file} cannot be read: {error}: remove it to begin with lesson 1") from None
+        raise UsageError(f"cannot read the finished lessons from {file} ({error}): delete the file") from None
     return {str(model): int(number) for model, number in found.items()} if isinstance(found, dict) else {}
 
 

@@ -34,7 +34,7 @@ _OPTIONS = [
 
 
 def options(command: F) -> F:
-    """Add the options of both commands."""
+    """Add the options that `axistwin ioc` and `axistwin opcua` share to a click command."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
@@ -42,7 +42,7 @@ def options(command: F) -> F:
 
 @dataclass(frozen=True)
 class Wanted:
-    """Options that the user has given."""
+    """Options that the user has given to `axistwin ioc` or `axistwin opcua`."""
 
     what: str
     model: str | None
@@ -55,14 +55,14 @@ class Wanted:
 
     @classmethod
     def read(cls, what: str, model: str | None, given: Mapping[str, Any]) -> "Wanted":
-        """Return the checked options.  Raises UsageError."""
+        """Check the options that the user has given, and return them.  Raises UsageError."""
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
-            raise UsageError("--model and --baud are for a PORT: set the models in the scene")
+            raise UsageError("--model and --baud are only for a PORT: expected no --model or --baud for a scene")
         if not is_scene and model is None:
-            raise UsageError("a port needs its model: expected also --model, e.g. --model if1")
+            raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":
-            raise UsageError("--speed is for a scene: a controller at a port has its own time")
+            raise UsageError("--speed is only for a scene: expected no --speed for a controller at a port")
         if model is not None:
             product(model)
         return cls(
@@ -77,8 +77,8 @@ class Wanted:
         )
 
     async def machine(self) -> "Machine":
-        """Return the machine; the virtual controllers of a scene are started."""
-        from axistwin.integrations import at_port, of_scene  # lazy import: imports the drivers
+        """Return the machine whose axes are served: the controller at a port, or the controllers of a scene."""
+        from axistwin.integrations import at_port, of_scene  # this import is lazy because it loads the drivers
 
         period_s = 1 / self.rate
         if self.model is not None:
@@ -86,12 +86,12 @@ class Wanted:
                 self.what, self.model, self.options, baud=self.baud, units=self.units, registers=self.registers,
                 period_s=period_s,
             )  # fmt: skip
-        from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
+        from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
 
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():
             if not isinstance(found, dict):
-                raise UsageError(f"--option {name} needs a controller in a scene: expected e.g. if1.{name}=1")
+                raise UsageError(f"--option {name} names no controller of the scene: expected e.g. if1.{name}=1")
         return await of_scene(
             scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),
             units=self.units, registers=self.registers, period_s=period_s,

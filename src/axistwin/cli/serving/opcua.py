@@ -38,7 +38,7 @@ def opcua(
     as_json: bool,
     **given: object,
 ) -> int:
-    """Serve axes, pins and registers as an OPC UA address space, with methods for motions, until interrupted.
+    """Serve axes, pins and registers as an OPC UA address space, until interrupted.
 
     The virtual controllers of a SCENE run inside; at a PORT there is a real or a virtual controller.  PORT is a serial
     device, COM3, tcp://HOST:PORT, rfc2217://HOST:PORT or bus://HOST:PORT, and needs --model.
@@ -56,7 +56,7 @@ def opcua(
     """
     require("asyncua", "opcua")
     if listen != LOOPBACK and (users is None or certificates is None):
-        raise UsageError(f"other machines can connect to {listen}: expected also --users and --certificates")
+        raise UsageError(f"--listen {listen} admits other machines: add --users FILE and --certificates DIR")
     wanted = of.Wanted.read(what, model, given)
     return asyncio.run(_serve(wanted, listen, port, users, certificates, as_json=as_json))
 
@@ -64,7 +64,7 @@ def opcua(
 async def _serve(
     wanted: of.Wanted, address: str, port: int, users: Path | None, certificates: Path | None, *, as_json: bool
 ) -> int:
-    from axistwin.integrations.opcua.security import read_users  # lazy import: the extra may be missing
+    from axistwin.integrations.opcua.security import read_users  # this import is lazy because asyncua may be missing
     from axistwin.integrations.opcua.server import serving
 
     accounts = None if users is None else read_users(users)
@@ -76,4 +76,6 @@ async def _serve(
                 return await ended
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
-            raise LinkError(f"cannot listen on {address}:{port}: {reason}: choose another --listen or --port") from None
+            raise LinkError(
+                f"cannot listen on {address}:{port} ({reason}): choose another --listen or --port"
+            ) from None

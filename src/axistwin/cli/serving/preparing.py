@@ -33,7 +33,7 @@ product(sys.argv[1]).prepare(None, 1)
 
 @contextmanager
 def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
-    """Prepare the controllers of a bench in a thread; yield an event that is set at the end."""
+    """Prepare the controllers of a bench in a thread, and yield an event that is set when all are prepared."""
     models = Counter(controller.product.model for controller in bench.controllers.values())
     for model in models:
         if note := product(model).note():
@@ -49,7 +49,7 @@ def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
 
 
 class _Preparation:
-    """A thread that prepares all models of a bench, one after the other."""
+    """Prepares all models of a bench in a thread, one after the other."""
 
     def __init__(self, models: Counter[str], speed: float | None) -> None:
         self._models, self._speed = models, speed
@@ -58,11 +58,11 @@ class _Preparation:
         """Event that is set when all models are prepared."""
 
     def stop(self) -> None:
-        """Stop after the present step, and end the child process."""
+        """Stop the preparation after its present step, and end its child process."""
         self._stopped.set()
 
     def run(self) -> None:
-        """Prepare each model of the bench: the main function of the thread."""
+        """Main function of the thread: prepare each model of the bench."""
         if self._stopped.wait(DELAY_S):
             return
         for model, number in self._models.items():
@@ -80,7 +80,7 @@ class _Preparation:
             logging.getLogger("axistwin").warning("%s", error)
 
     def _compile(self, model: str) -> None:
-        """Compile the code of a model into the user's cache, in a child process."""
+        """Compile the code of a model in a child process, and store the code in the user's cache directory."""
         logging.getLogger("axistwin").info(
             "compiling for the %s takes some seconds, once for each version; until then it runs in plain Python", model
         )
@@ -94,7 +94,7 @@ class _Preparation:
 
 @contextmanager
 def _short_turns() -> Iterator[None]:
-    """Within a `with` block, let other threads run often, and delay garbage collection."""
+    """Let other threads run often within a `with` block, and delay garbage collection to its end."""
     before_s = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
     gc.disable()

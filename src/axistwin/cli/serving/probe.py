@@ -40,7 +40,7 @@ def probe(
     report: Path | None,
     as_json: bool,
 ) -> int:
-    """Compare the controller at PORT with a twin, in 150 to 300 cases per family.
+    """Compare the real controller at PORT with its virtual twin, in 150 to 300 test cases.
 
     PORT is a serial device, tcp://HOST:PORT, rfc2217://HOST:PORT, bus://HOST:PORT or a URL of pyserial.  The verdict
     of each case is same, differs or inconclusive; the exit code is 1 if a case differs.
@@ -57,7 +57,7 @@ def probe(
     made = product(model)
     fmt = None if made.line is None else line_format(line, made.line)[0]
     if report is not None and report.suffix not in (".html", ".json"):
-        raise click.UsageError(f"invalid report {report.name!r}: expected a name such as report.html or report.json")
+        raise click.UsageError(f"invalid file name {report.name!r}: expected a name that ends in .html or .json")
     end = open_end(port, fmt)
     try:
         settings = Settings(Motion(motion), as_new, fmt, report=_progress, memory=memory, plug=plug)

@@ -65,7 +65,7 @@ def record(
     on_for: float,
     flow: str,
 ) -> int:
-    """Relay between a host and a real controller, and record a conversation with times.
+    """Relay all data between a host and a real controller, and record their conversation with times.
 
     The controller is on a serial device, or on a URL of pyserial.  The host connects to the port that is printed.
     All data is passed on at once and recorded until interrupted.  `axistwin replay` then compares a virtual
@@ -102,13 +102,13 @@ def _format(model: str | None, line: str | None) -> UartFormat:
         return line_format(line, USUAL)[0]
     made = product(model)
     if made.line is None:
-        serial = ", ".join(name for name in FAMILIES if product(name).line is not None)
-        raise UsageError(f"{made.indefinite} is on a bus and cannot be recorded: expected one of {serial}")
+        serial_models = ", ".join(name for name in FAMILIES if product(name).line is not None)
+        raise UsageError(f"the {made.model} is on a bus and cannot be recorded: expected one of {serial_models}")
     return line_format(line, made.line)[0]
 
 
 def _headers(device: str, model: str | None, line: UartFormat, on_for: float) -> dict[str, str]:
-    """Return the headers of the recording, which are its first comments."""
+    """Return the headers of the recording: model, line format, and date."""
     now = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
     return {
         "model": model or "",
@@ -119,7 +119,7 @@ def _headers(device: str, model: str | None, line: UartFormat, on_for: float) ->
 
 
 def _record_lines(relay: Relay, name: str, recorder: Recorder) -> None:
-    """Record changes of control lines: those of the host as actions, those of the controller as states."""
+    """Record each change of a control line: of the host as an action, of the controller as a state."""
     port = relay.port
     for subject, line in (("dtr", port.dtr_line), ("rts", port.rts_line)):
         line.subscribe(partial(_record_shown, recorder, name, subject))
@@ -148,7 +148,7 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
 def _catch_up_regularly(pacer: Pacer, recorder: Recorder) -> None:
     """Write new data to the recording at regular intervals."""
     pacer.sync()
-    if recorder.silent_ns > LF_NS:  # an answer counts as complete after a pause
+    if recorder.silent_ns > LF_NS:  # an answer is complete after a pause
         recorder.catch_up()
     asyncio.get_running_loop().call_later(CATCH_UP_S, _catch_up_regularly, pacer, recorder)
 

@@ -41,7 +41,7 @@ def replay(
     brief: bool,
     as_json: bool,
 ) -> int:
-    """Compare a virtual controller (the twin) with the recording of a real one.
+    """Compare a virtual controller (the twin) with the recording of a real controller.
 
     The table shows each reply of the hardware and each change of its control lines, if the twin does the same, and both
     delays from the host's last act.  A summary follows: the number of differences in bytes, and the differences in time
@@ -55,7 +55,7 @@ def replay(
     conversation = parse(load_text(file), str(file), model=model or "")
     model = model or conversation.headers.get("model")
     if not model:
-        raise UsageError(f"{file} names no model: expected e.g. --model if1")
+        raise UsageError(f"{file} contains no model: add --model, e.g. --model if1")
     given = () if model.endswith(".toml") else running.options(conversation, model)
     bench = bench_for(model, (*given, *options))
     with working(RunProgress(file.name, bench)):
@@ -70,7 +70,7 @@ def replay(
 
 
 def table(comparison: Comparison, *, brief: bool = False) -> Iterator[str]:
-    """Yield the lines of the table; a caret marks the first character that differs."""
+    """Yield the lines of a table that compares each reply of the twin with the recorded reply."""
     acts = comparison.different if brief else comparison.acts
     if not acts:
         return
@@ -87,7 +87,7 @@ def _ms(ns: int | None) -> str:
 
 
 def _reply_text(act: Compared) -> str:
-    """Return the action of the host and the reply as text: `> E\\r  < C\\r`."""
+    """Return the host's action and the controller's reply as text, e.g. `> E\\r  < C\\r`."""
     words = act.expected if act.same else "differs"
     return "  ".join(_short(text) for text in (act.after, f"< {words}" if act.same else words) if text)
 
@@ -104,7 +104,7 @@ def _difference(act: Compared) -> Iterator[str]:
 
 
 def summary(comparison: Comparison) -> Iterator[str]:
-    """Yield the lines of the summary: number of differences, and delays of the twin."""
+    """Yield the lines of a summary: the number of replies that differ, and the delays of the twin."""
     count, different = len(comparison.acts), len(comparison.different)
     yield f"{count} {'act' if count == 1 else 'acts'} of the controller, {different or 'none'} different in bytes"
     worst = comparison.worst
@@ -114,7 +114,10 @@ def summary(comparison: Comparison) -> Iterator[str]:
 
 
 def as_dict(comparison: Comparison) -> dict[str, object]:
-    """Return the comparison for `--json`.  `later_ns`: delay of the twin; null if unknown or if the bytes differ."""
+    """Return the comparison as data for `--json`.
+
+    `later_ns`: delay of the twin; null if the delay is unknown or the bytes differ.
+    """
     worst = comparison.worst
     return {
         "acts": [

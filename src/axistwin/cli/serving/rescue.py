@@ -28,13 +28,13 @@ SHOWN = {"RSP": "sample period and firmware", "RCKS": "checksums"}
               show_default=True, help="New directory for the files.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print all values as JSON.")
 def rescue(port: str, model: str | None, line: str | None, out: Path, as_json: bool) -> int:
-    """Save everything that the controller at PORT reports, without motion, and start a twin from it.
+    """Save all data that the controller at PORT reports, and start a twin with the same data.
 
     PORT is a serial device, tcp://HOST:PORT, rfc2217://HOST:PORT, bus://HOST:PORT or a URL of pyserial.  The baud rate
     and the frame are found.  DIR receives a scene, the program and the whole exchange.  The same requests are then sent
     to a twin, a virtual controller that is started from the scene; the exit code is 1 if the twin answers differently.
 
-    A controller that is moving is refused.
+    No motor moves during a rescue, and a controller that is moving is refused.
 
     \b
     axistwin rescue /dev/ttyUSB0

@@ -132,7 +132,7 @@ def serve(
     """
     times = read_speed(speed)
     if to is not None and panel is None:
-        raise UsageError("--to needs a panel: expected also --panel, e.g. --panel 8080")
+        raise UsageError("--to needs a panel: add --panel, e.g. --panel 8080")
     served = _served(what, ports, {"state": state, "line": line}, options, with_panel=panel is not None)
     headers = _headers(what, options, line) if record and served.scene is None else None
     _log_to_stderr()
@@ -152,7 +152,8 @@ def serve(
             shown.session.each_bench(files.end_unless_of(bench))
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
-        with ExitStack() as background:  # begins when the ports are open, so that the first answers are not delayed
+        with ExitStack() as background:
+            # the controllers are prepared after the ports are open, so the first answers are not delayed
             prepare = partial(background.enter_context, preparing(bench, times))
             return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))
 
@@ -165,25 +166,25 @@ def _served(
     *,
     with_panel: bool,
 ) -> what_is.Served:
-    """Return the requested model or scene with its ports.  Raises UsageError, e.g. for an option with a scene."""
+    """Return the model or scene that the user has requested, with its ports.  Raises UsageError."""
     given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
     given += [parse(text) for text in ports["port"]]
     second = [parse_as("tcp", text) for text in ports["rs485"]]
     if not what.endswith(".toml"):
         return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
     if second or options or any(state_and_line.values()):
-        raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set these in the scene")
+        raise UsageError("--state, --line, --rs485 and --option are only for a MODEL: set them in the scene file")
     return what_is.scene(what, given, alone=with_panel)
 
 
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
-    """Return the panel, or None if the user has not requested a panel.  Raises UsageError."""
+    """Return the panel for browsers, or None if the user has not requested a panel.  Raises UsageError."""
     if panel is None:
         if token is not None:
-            raise UsageError("--panel-token needs a panel: expected also --panel, e.g. --panel 8080")
+            raise UsageError("--panel-token needs a panel: add --panel, e.g. --panel 8080")
         return None
     require("NiceGUI", "panel")
-    from axistwin.panel.web import Address, Panel  # lazy import: the extra may be missing
+    from axistwin.panel.web import Address, Panel  # this import is lazy because NiceGUI may be missing
     from axistwin.sessions.session import Session
 
     session = Session(served.build, speed, scene=served.scene, served=True)
@@ -191,14 +192,14 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
 
 
 def _headers(model: str, options: tuple[str, ...], line: str | None) -> dict[str, str]:
-    """Return the header of a recording, from which `axistwin run` builds the same bench."""
-    import shlex  # lazy import: needed only for recordings
+    """Return the header of a recording, with which `axistwin run` can build the same bench."""
+    import shlex  # this import is lazy because only --record needs it
 
     return {"model": model, "options": shlex.join(options), "line": line or ""}
 
 
 class _Files:
-    """The files that are written while controllers are served: a trace and a recording."""
+    """The trace and the recording that `axistwin serve` writes."""
 
     def __init__(self) -> None:
         self._stack = ExitStack()
@@ -211,7 +212,7 @@ class _Files:
         self.close()
 
     def close(self) -> None:
-        """Write pending data and close the files."""
+        """Write pending data to the trace and the recording, and close both files."""
         self._catch_up.clear()
         self._stack.close()
 
@@ -222,16 +223,19 @@ class _Files:
 
     @property
     def open(self) -> bool:
-        """True if there are files to write."""
+        """True if a trace or a recording is being written."""
         return bool(self._catch_up)
 
     def catch_up(self) -> None:
-        """Write all data up to now to the files."""
+        """Write pending data to the trace and the recording."""
         for catch_up in self._catch_up:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function for new benches; it closes the files when the session goes back in time."""
+        """Return a function that closes the files when the session goes back in time.
+
+        The session calls the function with each new bench.
+        """
 
         def end(another: Bench) -> None:
             if another is not bench and self.open:
@@ -246,11 +250,11 @@ class _Files:
 def _tracing(
     bench: Bench, path: str | None, signals: str | None, limit: int | None
 ) -> Iterator[Callable[[], None] | None]:
-    """Trace within a `with` block; yield a function that writes pending data, or None without a trace."""
+    """Write a trace within a `with` block, and yield a function that writes pending data, or None."""
     if path is None:
         yield None
         return
-    from axistwin.traces.signals import split  # lazy import: rarely used
+    from axistwin.traces.signals import split  # this import is lazy because --trace is rarely used
     from axistwin.traces.trace import tracing
 
     with tracing(bench, Path(path), split(signals), limit=limit) as traced:
@@ -259,24 +263,24 @@ def _tracing(
 
 @contextmanager
 def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[Callable[[], None] | None]:
-    """Record within a `with` block; yield a function that writes pending data, or None without a recording."""
+    """Record conversations within a `with` block, and yield a function that writes pending data, or None."""
     if path is None:
         yield None
         return
-    from axistwin.conversations.recorder import recording_to  # lazy import: rarely used
+    from axistwin.conversations.recorder import recording_to  # this import is lazy because --record is rarely used
 
     with recording_to(bench, Path(path), headers) as recorder:
         yield recorder.catch_up
 
 
 def _log_hints(bench: Bench) -> None:
-    """Log each new status hint of a controller, e.g. the reason why no move begins."""
+    """Log each new status hint of a controller, e.g. the reason why a move does not begin."""
     for name, controller in bench.controllers.items():
         controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
 
 
 def _log_to_stderr() -> None:
-    """Show log messages about the ports on stderr."""
+    """Print log messages, e.g. about clients of the ports, to stderr."""
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
     for handler in logging.getLogger().handlers:
         handler.addFilter(Sparing())
@@ -296,7 +300,7 @@ async def _serve(
     files: _Files,
 ) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # errors while the panel advances virtual time end the program, too
+    server.pacer.on_defect = partial(fail, ended)  # an error while virtual time advances ends the program
     try:
         for name, url in wanted:
             await server.open(name, url)
@@ -313,7 +317,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # the power-off at the end must not be recorded
+        files.close()  # the files are closed here because they must not contain the power-off
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():
@@ -321,7 +325,10 @@ async def _serve(
 
 
 async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: float | None) -> None:
-    """Start virtual time now, at the first connection (`waits`), or run to the time `to` in seconds and pause."""
+    """Start virtual time, now or at the first connection.
+
+    `waits`: start at the first connection.  `to`: run at full speed to this time in seconds, and pause.
+    """
     if shown is not None and to is not None:
         await shown.session.advance_to(to)
     elif shown is not None:
@@ -333,8 +340,8 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 
 def _freeze_objects() -> None:
-    """Exclude all present objects from garbage collection, to shorten its pauses."""
-    gc.freeze()  # without a collection, which would take as long as all else after the imports
+    """Exclude all present objects from garbage collection, so that its pauses are shorter."""
+    gc.freeze()  # a full garbage collection before `freeze` would delay the start
 
 
 def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:
@@ -347,7 +354,7 @@ def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:
 
 
 def _show_json(server: Server, show_hosts: bool, panel: str | None) -> None:
-    import json  # lazy import: needed only on request
+    import json  # this import is lazy because only --json needs it
 
     ports = [
         {"name": name, "url": str(url), "hosts": list(_host_lines(server, name, url)) if show_hosts else []}
@@ -357,7 +364,7 @@ def _show_json(server: Server, show_hosts: bool, panel: str | None) -> None:
 
 
 def _host_lines(server: Server, name: str, url: PortUrl) -> Iterator[str]:
-    from axistwin.cli.serving import host_lines  # lazy import: needed only on request
+    from axistwin.cli.serving import host_lines  # this import is lazy because only --show-hosts needs it
 
     if url.scheme == "bus":
         return host_lines.bus(url)

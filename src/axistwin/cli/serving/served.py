@@ -18,7 +18,7 @@ Ports = list[tuple[str, PortUrl]]
 
 
 class Served(NamedTuple):
-    """A model or a scene with its ports.  Each call of `build` returns a new bench."""
+    """A model or a scene to serve, with its ports.  Each call of `build` returns a new bench."""
 
     title: str
     build: Callable[[], Bench]
@@ -29,18 +29,18 @@ class Served(NamedTuple):
 
     @property
     def waits(self) -> bool:
-        """True if virtual time is to start when the first browser or host connects."""
+        """True if virtual time starts when the first browser or host connects."""
         return self.scene is not None and self.scene.waits
 
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
-    """Return a model to serve on the given ports, or on any free port."""
+    """Return a model with the ports on which the model is served; by default, any free port."""
 
     def build() -> Bench:
         bench = Bench()
         made = bench.add(name, **options)
         if second:
-            bench.port(f"{made.name}.rs485")  # creates the channel, so that it can be observed
+            bench.port(f"{made.name}.rs485")  # `port` creates the second channel of the motor
         return bench
 
     def ports(bench: Bench) -> Ports:
@@ -51,8 +51,11 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
 
 
 def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
-    """Return a scene to serve on its own or the given ports; `alone`: the scene may have no ports."""
-    from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
+    """Return a scene with the ports on which the scene is served.
+
+    `given`: ports that replace the scene's own ports.  `alone`: the scene may have no ports.
+    """
+    from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
 
     loaded = Scene.load(Path(path))
 
@@ -60,13 +63,13 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"{path} has no controller for outside hosts: add ports to a controller, or remove its host"
+                f"{path} has no controller to serve: remove the simulated host of a controller, or add ports to it"
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]
             return named or [(name, _any_port(bench, name)) for name in names]
         if len(names) != 1:
-            raise UsageError(f"{path} has several controllers: set their ports in the scene")
+            raise UsageError(f"{path} has several controllers: set the ports of each controller in the scene file")
         return [(name, url) for name in names for url in given]
 
     return Served(loaded.title or path, partial(loaded.build, served=True), ports, loaded)

@@ -9,7 +9,9 @@ OURS = "axistwin"
 
 
 class Sparing(logging.Filter):
-    """Log filter that passes the first records of each logger, later only their count at 16, 32, 64, … records.
+    """Log filter that passes the first records of each logger, and later only the number of records.
+
+    The number is reported at 16, 32, 64, … records.
 
     Limited are records with a traceback and all records of libraries, but not one-line records of axistwin.
     """
@@ -19,7 +21,7 @@ class Sparing(logging.Filter):
         self._counted: Counter[str] = Counter()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return False for a record that is only counted; shorten the record that reports the count."""
+        """Return True if the record is to be logged, or False if the record is only counted."""
         if record.name.partition(".")[0] == OURS and not record.exc_info:
             return True
         self._counted[record.name] += 1

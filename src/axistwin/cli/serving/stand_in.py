@@ -48,7 +48,9 @@ WARNING = "axistwin is not a safety controller: wire the emergency stop and the 
 @click.option("--panel", metavar="[H:]P", help="Serve a page with the state of the motors and a stop at this port.")
 @click.option("--unhomed", is_flag=True, help="Start although the last position is unknown: home the machine first.")
 def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, unhomed: bool) -> int:
-    """Replace a defective controller: its host talks to an emulated controller, which drives the real motors.
+    """Replace a defective controller by an emulated controller, which drives the real motors.
+
+    The host of the defective controller connects to the emulated controller.
 
     The scene's table [stand-in] maps axes, inputs and outputs to the pins of a board with Klipper's micro-controller
     firmware, or to LinuxCNC HAL.  All pin events happen later by a constant delay, the horizon.  While the motors are
@@ -74,7 +76,7 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
     known = last_positions(plan.journal)
     if known is None and not unhomed:
         raise UsageError(
-            f"the last position is unknown, as the last run did not end properly ({plan.journal}): "
+            f"the positions of the motors are unknown, because the last run did not end properly ({plan.journal}): "
             "start with --unhomed, then home the machine"
         )
     ports = served.scene(scene, [], alone=False).ports(bench)
@@ -83,10 +85,13 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
 
 
 class _Run:
-    """A run of a stand-in: its boards, its driver and its journal."""
+    """One run of `axistwin stand-in`, with its boards, its driver and its journal."""
 
     def __init__(self, bench: Bench, plan: reading.Plan, positions: dict[str, int] | None, panel: str | None) -> None:
-        """`positions`: positions at the end of the last run; None: unknown.  `panel`: address of the page."""
+        """Prepare a run; `positions`: positions of the motors at the end of the last run, None if unknown.
+
+        `panel`: address of the page that shows the state and has a stop button.
+        """
         self.bench, self.plan, self._at_start, self._panel = bench, plan, positions, panel
         self._senders: list[AnySender] = []
         self._positions: dict[str, int] = {}
@@ -130,14 +135,17 @@ class _Run:
             if self._proper_end:
                 journal.end(self._driver.positions)
             elif not self._driver.live and self._at_start is not None:
-                journal.end(self._at_start)  # nothing has moved
+                journal.end(self._at_start)  # the motors have not moved
             journal.close()
             for controller in self.bench.controllers.values():
                 controller.power(False)
 
     @contextmanager
     def _real_time(self) -> Iterator[None]:
-        """Run with real-time priority.  LinuxCNC's HAL has its own, and its processes must not inherit this one."""
+        """Give this process real-time priority within a `with` block, unless LinuxCNC drives the motors.
+
+        LinuxCNC's HAL has its own priority, and its processes must not inherit the priority of this process.
+        """
         if any(isinstance(sender, HalSender) for sender in self._senders):
             yield
             return
@@ -156,9 +164,9 @@ class _Run:
                 return await ended
         if self._driver.failed:
             return 1
-        import_module("numpy")  # the first import is slow, so before the motors are live
+        import_module("numpy")  # the import is slow, so it must end before the motors are live
         gc.collect()
-        gc.freeze()  # shortens the pauses of the garbage collector
+        gc.freeze()  # `freeze` shortens the pauses of the garbage collector
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()
@@ -171,7 +179,10 @@ class _Run:
         return code
 
     def _state(self) -> dict[str, Any]:
-        """Return the values of the page.  Called in any thread: reads only what other threads replace as a whole."""
+        """Return the values that the stop page shows, e.g. the positions of the motors.
+
+        Called in any thread, so this method reads only objects that other threads replace as a whole.
+        """
         stopped = frozenset().union(*(sender.stopped for sender in self._senders))
         live = [axis for axis in self._driver.axes if axis.rpartition(".")[0] not in stopped]
         if not self._driver.live:
@@ -181,7 +192,7 @@ class _Run:
         return {"state": state, "live": bool(live), "reason": reasons, "positions": self._positions}
 
     def _stop_from_page(self) -> None:
-        """Stop all motors.  Called in any thread."""
+        """Stop all motors when the user clicks the stop button of the page.  Called in any thread."""
         for sender in self._senders:
             sender.stop("stopped from the page")
 
@@ -201,7 +212,7 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait until a board has an event or the future `other` is done."""
+        """Wait until a board reports an event, or until the task `other` is done."""
         self._changed.clear()
         waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
         _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
@@ -223,7 +234,7 @@ class _Run:
         asyncio.get_running_loop().call_later(max(LEAST_COLLECT_S, self.plan.horizon_s / COLLECTS), self._collect)
 
     def _said(self, word: str) -> None:
-        """Execute a command of the user: stop or go."""
+        """Execute a command that the user has typed: `go` continues, any other text stops the motors."""
         if word == "go":
             self._driver.go_on(monotonic())
             _tell("going on")
@@ -236,7 +247,7 @@ def _tell(line: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Call `said` with each line that the user types; ignore the end of the input."""
+    """Call `said` with each line that the user types."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:
@@ -249,5 +260,5 @@ def _read_words(said: Callable[[str], None]) -> None:
     if sys.stdin is not None and not sys.stdin.closed:
         try:
             loop.add_reader(sys.stdin, read)
-        except (OSError, ValueError):  # stdin is a file, or has no file descriptor
+        except (OSError, ValueError):  # the event loop cannot read a file
             return

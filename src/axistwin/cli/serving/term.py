@@ -74,7 +74,7 @@ def term(
     options: tuple[str, ...],
     state: Path | None,
 ) -> int:
-    """Open a terminal to a controller: a virtual MODEL in this process, or a controller at a PORT.
+    """Open a terminal to a virtual MODEL in this process, or to a controller at a PORT.
 
     PORT is a URL or a device of pyserial.  A typed line is sent on Enter.  Received data are shown at once, with
     control characters by name.  `:help` lists the terminal's own commands, `:next` says what to type.  At a
@@ -99,16 +99,17 @@ def term(
       axistwin term COM3
     """
     if target.lower() not in FAMILIES and not _is_port(target):
-        raise UsageError(f"no model or port {target!r}: expected {', '.join(FAMILIES)} or e.g. socket://127.0.0.1:5001")
+        models = ", ".join(FAMILIES)
+        raise UsageError(f"no model or port {target!r}: expected {models}, or a port such as socket://127.0.0.1:5001")
     local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
     local["tutor"] = bool(tutor)
     if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
-        raise UsageError(f"--keyboard {keyboard} is for an IF1 or IF2 only")
+        raise UsageError(f"--keyboard {keyboard} is only for an IF1 or IF2: expected no --keyboard for {target}")
     if target.lower() in FAMILIES:
         made = partial(_bench, target, state=state, line=line, **read_options(options))
         return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, not no_init, tutor))
-    if wrong := [name for name, given in local.items() if given]:
-        raise UsageError(f"--{wrong[0].replace('_', '-')} is for a virtual controller, not for a port")
+    if option := next((name.replace("_", "-") for name, given in local.items() if given), None):
+        raise UsageError(f"--{option} is only for a virtual controller: expected a MODEL instead of a port")
     return asyncio.run(_port(target, line, ENDS[end], keyboard))
 
 
@@ -146,7 +147,10 @@ async def _virtual(
 
 
 async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) -> tuple[bool, int]:
-    """Open a terminal for a lesson; return True if the lesson has been finished, and the exit code."""
+    """Open a terminal in which the user works through a lesson.
+
+    Returns True if the user has finished the lesson, and the exit code.
+    """
     from axistwin.sessions.session import Session
     from axistwin.terminal.virtual import BoardEnd, SerialEnd
 
@@ -179,7 +183,7 @@ async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) 
 
 
 async def _watch(commands: LocalCommands, lines: Lines) -> None:
-    """Check the lesson at regular intervals, and end the input when the lesson is finished."""
+    """Check the user's progress in a lesson at regular intervals, and end the input after the last step."""
     while not commands.check_lesson():
         await asyncio.sleep(LOOK_S)
     lines.put_nowait(None)
@@ -205,10 +209,10 @@ async def _with_person(
     keyboard: str,
     virtual: "VirtualEnd | None" = None,
 ) -> int:
-    """Process the lines that a line editor, a plain terminal, a pipe or a file provides."""
+    """Process the lines that the user types, or the lines of a pipe or a file."""
     if not _edited():
         return await _converse(screen, commands, _typed(lines), end, keyboard)
-    from prompt_toolkit.patch_stdout import patch_stdout  # lazy import: needed only for the line editor
+    from prompt_toolkit.patch_stdout import patch_stdout  # this import is lazy because only the line editor needs it
 
     from axistwin.terminal.editor import LineEditor, history
 
@@ -226,7 +230,7 @@ async def _with_person(
 
 
 def _edited() -> bool:
-    """True if stdin and stdout are a terminal on which the line editor works."""
+    """True if stdin and stdout are a terminal on which the user can edit lines."""
     return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "") not in ("", "dumb")
 
 
@@ -242,7 +246,7 @@ def _greet(what: str) -> None:
 
 
 def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
-    """Initialise the controller before the first line; no real time passes."""
+    """Initialise a virtual IF1 or IF2 before the user types the first line, without waiting in real time."""
     ends = (
         controller.serial.subscribe_sent(screen.show_sent),
         controller.serial.subscribe_received(lambda byte, _: screen.show_received(bytes([byte]))),
@@ -256,7 +260,7 @@ def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
 
 
 async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: bytes, keyboard: str) -> int:
-    """Execute or send the lines one by one until the end of the input."""
+    """Execute the terminal's own commands and send all other lines to the controller, until the input ends."""
     screen.prompt()
     while (line := await lines.get()) is not None:
         if isinstance(line, LinkError):
@@ -284,14 +288,14 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """Return the characters that a terminal with this keyboard layout sends for a typed line."""
+    """Return the bytes that a terminal with a national keyboard layout sends for a typed line."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
 
 
 def _typed(lines: Lines | None = None) -> Lines:
-    """Return a queue that receives the lines of stdin: a terminal, a pipe or a file."""
+    """Return a queue that receives each line of stdin."""
     lines = lines or Lines()
     Thread(target=_read_lines, args=(asyncio.get_running_loop(), lines), daemon=True).start()
     return lines
@@ -307,5 +311,5 @@ def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:
         if rest:
             loop.call_soon_threadsafe(lines.put_nowait, rest)
         loop.call_soon_threadsafe(lines.put_nowait, None)
-    except RuntimeError:  # the event loop is closed, because the terminal has ended
+    except RuntimeError:  # the event loop is closed when the terminal has ended
         return

@@ -10,7 +10,9 @@ SHELLS = ("bash", "zsh", "fish", "powershell")
 @click.command()
 @click.argument("shell", type=click.Choice(SHELLS))
 def completion(shell: str) -> None:
-    """Print the script that completes commands, options, models, scenes and programs in SHELL.
+    """Print the completion script for SHELL: bash, zsh, fish or powershell.
+
+    The script completes commands, options, models, scenes and programs.
 
     Add the line for your shell to its start-up file (in PowerShell: $PROFILE).
 
@@ -21,7 +23,7 @@ def completion(shell: str) -> None:
       fish          axistwin completion fish | source
       PowerShell    axistwin completion powershell | Out-String | Invoke-Expression
     """
-    from axistwin.cli.main import axistwin  # lazy import: needed only for this command
+    from axistwin.cli.main import axistwin  # this import is lazy because `main` imports this module
 
     kind = get_completion_class(shell)
     assert kind is not None

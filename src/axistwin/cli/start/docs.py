@@ -29,7 +29,7 @@ from axistwin.version import VERSION
 def docs(
     page: str, listing: bool, as_text: bool, out: Path | None, as_json: bool, playground: bool, engine: Path | None
 ) -> None:
-    """Open a PAGE of the documentation in the browser; without PAGE its first page.
+    """Open a PAGE of the documentation in the browser, or the first page if PAGE is left out.
 
     The pages come with axistwin and need no network.  The address of the page is printed, too.
 
@@ -49,7 +49,7 @@ def docs(
         _list(names, as_json)
         return
     if as_json:
-        raise UsageError("--json is for the list of pages: expected axistwin docs --list --json")
+        raise UsageError("--json is only for the list of pages: expected axistwin docs --list --json")
     wanted = page.removesuffix(".md")
     if wanted not in names:
         raise unknown(kind="page", name=page, names=names)
@@ -59,8 +59,8 @@ def docs(
     try:
         place = pages.build(out or user_cache() / f"pages-{VERSION}") / f"{wanted}.html"
     except (OSError, RuntimeError) as error:
-        why = reason(error) if isinstance(error, OSError) else str(error)
-        raise UsageError(f"cannot write the pages: {why}: choose a directory with --out DIR") from None
+        cause = reason(error) if isinstance(error, OSError) else str(error)
+        raise UsageError(f"cannot write the pages ({cause}): choose a directory with --out DIR") from None
     address = place.resolve().as_uri()
     click.echo(address)
     if out is None and not webbrowser.open(address):
@@ -70,12 +70,12 @@ def docs(
 def _playground(out: Path | None, engine: Path | None) -> None:
     if out is None or engine is None:
         raise UsageError("--playground needs two folders: expected --engine DIR --out DIR")
-    from axistwin.playground import build  # lazy import: rarely needed
+    from axistwin.playground import build  # this import is lazy because the playground is rarely built
 
     try:
         page = build(out, engine)
     except OSError as error:
-        raise UsageError(f"cannot write the playground: {reason(error)}: choose a directory with --out DIR") from None
+        raise UsageError(f"cannot write the playground ({reason(error)}): choose a directory with --out DIR") from None
     click.echo(page)
     click.echo(
         f"axistwin: next: {Path(sys.executable).name} -m http.server --bind 127.0.0.1 --directory {out}", err=True
@@ -94,7 +94,7 @@ def _print(page: str) -> None:
     if not sys.stdout.isatty():
         click.echo(page)
         return
-    from rich.console import Console  # lazy import: needed only for a terminal
+    from rich.console import Console  # this import is lazy because only a terminal needs it
     from rich.markdown import Markdown
 
     Console().print(Markdown(page))

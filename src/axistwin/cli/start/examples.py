@@ -17,7 +17,7 @@ from axistwin.guide.shipped import examples as shipped
 @click.argument("directory", type=click.Path(file_okay=False, path_type=Path), required=False, metavar="[DIR]")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text.")
 def examples(name: str | None, directory: Path | None, as_json: bool) -> None:
-    """List the examples, or copy the example NAME into the directory DIR.
+    """List all examples, or copy the example NAME into the directory DIR.
 
     An example is a scene with its programs and a page about it.  No file is overwritten.
 
@@ -38,7 +38,7 @@ def examples(name: str | None, directory: Path | None, as_json: bool) -> None:
     if name not in found:
         raise unknown(kind="example", name=name, names=found)
     if directory is None:
-        raise UsageError(f"the directory for the copy is missing: e.g. axistwin examples {name} my-{name}")
+        raise UsageError(f"the directory for the example is missing: try axistwin examples {name} my-{name}")
     paths = found[name].copy(directory)
     if as_json:
         click.echo(json.dumps({"example": name, "files": [str(path) for path in paths]}, ensure_ascii=False))

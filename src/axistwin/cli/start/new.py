@@ -23,7 +23,7 @@ from axistwin.storage import reason
 @click.option("--yes", "-y", is_flag=True, help="Ask no questions: use the default for each missing option.")
 @click.option("--panel", metavar="[H:]P", help="Serve the new scene, with a panel for browsers at this port.")
 def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> Any:
-    """Write a new scene into the directory DIR, from the answers to five questions.
+    """Ask five questions, and write a new scene into the directory DIR.
 
     The scene has comments, and a first program for each controller.  It can be run at once.  An option replaces its
     question.
@@ -39,20 +39,20 @@ def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> A
     if scene.exists():
         raise UsageError(f"{scene} exists already: choose another directory")
     texts = new_scene.files(_answers(given, asking=not yes))
-    if there := [directory / name for name in texts if (directory / name).exists()]:
-        raise UsageError(f"{there[0]} exists already: choose another directory")
+    if existing_files := [directory / name for name in texts if (directory / name).exists()]:
+        raise UsageError(f"{existing_files[0]} exists already: choose another directory")
     try:
         directory.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             (directory / name).write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
-        raise UsageError(f"cannot write to {directory}: {reason(error)}: choose another directory") from None
+        raise UsageError(f"cannot write to {directory} ({reason(error)}): choose another directory") from None
     for name in texts:
         click.echo(directory / name)
     if panel is None:
         click.echo(f"axistwin: next: axistwin {'serve' if len(texts) == 1 else 'run'} {scene}", err=True)
         return 0
-    from axistwin.cli.serving.serve import serve  # lazy import: rarely used
+    from axistwin.cli.serving.serve import serve  # this import is lazy because --panel is rarely used
 
     return serve.main([str(scene), "--panel", panel], standalone_mode=False)
 
@@ -78,7 +78,7 @@ def _answers(given: dict[str, str | None], *, asking: bool) -> Answers:
 
 
 def _ask(question: str, default: str, read: Callable[[str], Any]) -> Any:
-    """Ask until the answer is valid.  Raises UsageError at the end of the input."""
+    """Ask the user a question until the answer is valid.  Raises UsageError at the end of the input."""
     while True:
         try:
             return read(click.prompt(question, default=default, err=True))
@@ -98,14 +98,14 @@ def _travel(text: str) -> int:
     return _whole("travel", text, new_scene.LEAST_TRAVEL, new_scene.MOST_TRAVEL, "20000")
 
 
-def _whole(what: str, text: str, low: int, high: int, example: str) -> int:
+def _whole(quantity: str, text: str, low: int, high: int, example: str) -> int:
     try:
         return whole(text, low, high)
     except NumberError:
-        raise UsageError(f"invalid {what} {text!r}: expected {low} to {high}, e.g. {example}") from None
+        raise UsageError(f"invalid {quantity} {text!r}: expected {low} to {high}, e.g. {example}") from None
 
 
 def _host(text: str) -> str:
     if text not in new_scene.HOSTS:
-        raise UsageError(f"invalid host {text!r}: expected {', '.join(new_scene.HOSTS)}")
+        raise UsageError(f"invalid host {text!r}: expected one of {', '.join(new_scene.HOSTS)}")
     return text

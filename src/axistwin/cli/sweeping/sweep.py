@@ -93,7 +93,7 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
     if target.suffix == ".parquet":
         return _summarise(target, as_text=not as_json, as_json=as_json)
     if out is None:
-        raise UsageError("the file for the results is missing: expected e.g. --out results.parquet")
+        raise UsageError("the file for the results is missing: add --out, e.g. --out results.parquet")
     made, design, seconds = _from_file(target, options) if is_sweep_file(target) else _from_options(target, options)
     run = {"seconds": seconds, "design": design, "workers": options["workers"], "limit": options["limit"]}
     run["scheduler"] = options["scheduler"]
@@ -115,7 +115,7 @@ def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design,
         for each in options[option]:
             add(*named(option, each))
     if not made.varied:
-        raise UsageError("nothing varies: add --vary PATH=VALUES, e.g. --vary seed=0..99")
+        raise UsageError("the sweep varies no value: add --vary PATH=VALUES, e.g. --vary seed=0..99")
     return (
         made,
         Design(options["design"] or "grid", options["runs"], options["seed"] or 0, options["search"]),
@@ -127,7 +127,7 @@ def path_and_values(option: str, text: str) -> tuple[str, str]:
     """Split an argument PATH=VALUES into its two parts.  Raises UsageError."""
     path, equals, values = text.partition("=")
     if not equals or not path:
-        raise UsageError(f"--{option} {text!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
+        raise UsageError(f"invalid --{option} {text!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
     return path, values
 
 
@@ -135,15 +135,15 @@ def named(option: str, text: str) -> tuple[str, str]:
     """Split an argument NAME:SENTENCE into its two parts.  Raises UsageError."""
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
-        raise UsageError(f"--{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
+        raise UsageError(f"invalid --{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
     return name.strip(), sentence.strip()
 
 
 def _from_file(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, float | None]:
     given = ("vary", "measure", "claim", "seconds", "design", "runs", "seed", "search", "program", "host")
-    names = [f"--{'for' if name == 'seconds' else name}" for name in given if options[name] not in (None, ())]
-    if names:
-        raise UsageError(f"{target} is a sweep file: set {', '.join(names)} in the file")
+    given_options = [f"--{'for' if name == 'seconds' else name}" for name in given if options[name] not in (None, ())]
+    if given_options:
+        raise UsageError(f"{target} is a sweep file: set {', '.join(given_options)} in this file")
     contents = load(target)
     return contents.sweep(target), contents.chosen(), contents.seconds
 
@@ -153,7 +153,7 @@ def _has_parts(out: Path) -> bool:
 
 
 def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
-    """Print the summary of the results as text or JSON; return the exit code."""
+    """Print a summary of the sweep's results as text or JSON, and return the exit code."""
     table = journal.read(out)
     plan = journal.plan_of(out) if out.exists() else json.loads(table.schema.metadata[journal.PLAN])
     found = summary(table, plan)
@@ -177,7 +177,7 @@ def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
 
 @contextmanager
 def _progress() -> Iterator[Progress | None]:
-    """Show a progress bar on a terminal, with the number of failing runs and the remaining time."""
+    """Show a progress bar on the terminal, with the number of failing runs and the remaining time."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -48,7 +48,7 @@ from axistwin.sweeps.workers import LIMIT_S
 )  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def tune(scene: Path, out: Path | None, plot: Path | None, trials: int, as_json: bool, **options: Any) -> int:
-    """Find the values of a scene with the best worst case, and print the lines that set these values.
+    """Find the values of a scene, e.g. gains, with which the worst of several runs is best.
 
     Each trial chooses the values of --change, and runs the scene once for each point of the --vary values.  The score
     of a trial is its worst run.  The result is compared with the scene as delivered, in the same runs.  The study is
@@ -69,7 +69,7 @@ def tune(scene: Path, out: Path | None, plot: Path | None, trials: int, as_json:
       axistwin plot gains.db -o gains.svg
     """
     if out is None:
-        raise UsageError("the file for the study is missing: expected e.g. --out gains.db")
+        raise UsageError("the file for the study is missing: add --out, e.g. --out gains.db")
     made = _made(scene, options)
     design = Design(options["design"], options["runs"], options["seed"])
     try:
@@ -91,9 +91,7 @@ def tune(scene: Path, out: Path | None, plot: Path | None, trials: int, as_json:
 def _made(scene: Path, options: dict[str, Any]) -> Tuning:
     goals = [options[name] for name in ("minimise", "maximise") if options[name]]
     if len(goals) != 1:
-        raise UsageError(
-            "expected one of --minimise and --maximise, e.g. --minimise 'max |knife.shaft.following_error|'"
-        )
+        raise UsageError("the goal is missing: expected --minimise or --maximise, e.g. --minimise 'energy knife.shaft'")
     maximise = bool(options["maximise"])
     made = Tuning(scene, goals[0], maximise=maximise, program=options["program"], host=options["host"])
     for each in options["change"]:
@@ -143,7 +141,7 @@ def _words(trial: Trial) -> str:
 
 @contextmanager
 def _progress() -> Iterator[Progress | None]:
-    """Show a progress bar on a terminal, with the best score and the remaining time."""
+    """Show a progress bar on the terminal, with the best score and the remaining time."""
     if not sys.stderr.isatty():
         yield None
         return

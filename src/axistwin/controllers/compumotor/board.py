@@ -28,7 +28,7 @@ FLOATING = ("output1", "output2", "shutdown", "direction", "remote_acknowledge")
 
 
 class Board(State):
-    """An 1810 or 1811 with its power on; a reset replaces this object by a new one."""
+    """An 1810 or 1811 whose power is on.  A reset creates a new `Board`."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
@@ -68,7 +68,7 @@ class Board(State):
         return len(self._queue.items)
 
     def fail(self) -> None:
-        """Raise the board monitor alarm: LED on, outputs in high impedance; only a reset clears the alarm."""
+        """Raise the board monitor alarm: the LED lights, and the outputs are in high impedance until a reset."""
         self._die()
         for name in FLOATING:
             self.pins[name].set(self.options.high_impedance)
@@ -111,7 +111,7 @@ class Board(State):
             self.handshake.ready()
             data = yield from self.handshake.next_command(drain_ns)
             yield self._queue.put(data)
-            yield self.clock.timeout(0)  # lets a command that takes no time end before the IDB is ready again
+            yield self.clock.timeout(0)  # a command that takes no time ends before the IDB is ready again
 
     def _obey_all(self) -> Procedure:
         while self.alive:
@@ -132,7 +132,7 @@ class Board(State):
             yield from self.carry_out(command, values, self.host)
 
     def accepts(self, command: Opcode) -> bool:
-        """True if the attributes of a host's command allow the board to perform it now."""
+        """True if the board may perform a command of the host now, according to the attributes of the command."""
         needed = _needed(self.in_streaming_mode, self.sequencer.running, self.stream.performing)
         return needed in command.accepted and not self.excludes(command)
 
@@ -172,7 +172,7 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that a host's command needs in this state."""
+    """Return the attributes that a command of the host needs, so that the board performs the command in this state."""
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:
         needed |= Accept.DURING_SEQUENCE

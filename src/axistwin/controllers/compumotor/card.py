@@ -59,7 +59,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            self.pins[name].restless = True  # not observed, because its level changes at each command
+            self.pins[name].restless = True  # observers ignore this pin, because its level changes at each command
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
             "cw_step": lambda: not self._steps(+1),
@@ -71,7 +71,7 @@ class Card:
             driven["encoder_step"] = lambda: self._board is not None and axis.encoder_counted(ENCODER_STEP_NS)
             driven["encoder_direction"] = self._encoder_direction
         self.pins |= {name: CalculatedPin(clock, name, read) for name, read in driven.items()}
-        self.pins["home_enable"] = self.pins["home"]  # "This input is shared with the HOME LIMIT input"
+        self.pins["home_enable"] = self.pins["home"]  # HOME ENABLE and HOME LIMIT are the same input
         if options.test_switch:
             self.pins["test_switch"].subscribe(self._press)
         self.abilities = Abilities(
@@ -80,15 +80,21 @@ class Card:
         )  # fmt: skip
 
     def _steps(self, side: int) -> bool:
-        """True while the board has power and CW STEP (+1) or CCW STEP (-1) outputs a pulse, which is a low level."""
+        """True while the board outputs a pulse at CW STEP (+1) or CCW STEP (-1).
+
+        A pulse is a low level.  Without power there are no pulses.
+        """
         return self._board is not None and self._board.steps(side)
 
     def _encoder_direction(self) -> bool:
-        """Return the level of DIRECTION OUT: high in the encoder's positive direction; JU17 inverts it."""
+        """Return the level of DIRECTION OUT, which is high in the + direction of the encoder.
+
+        Jumper JU17 inverts the level.
+        """
         return self._board is not None and (self._axis.encoder_direction > 0) is not self._options.invert_encoder
 
     def _busy(self) -> bool:
-        """True while the board moves, performs a sequence or stream, or has commands in the queue."""
+        """True while the motor moves, a sequence or stream is performed, or commands wait in the queue."""
         board = self._board
         return board is not None and (
             board.moving or board.stream.performing or board.sequencer.running or bool(board.queued)
@@ -118,7 +124,7 @@ class Card:
         return {} if self._board is None else _listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
-        """Return the registers: status byte, data buffers (hex), answer to 88h, mode, phase, queued commands.
+        """Return the registers that a user can read, e.g. the status byte, the data buffers and the mode.
 
         `sequence` and `command` are the numbers, from 1, of the sequence and the command being performed; 0: none.
         Without power the numbers are 0 and the texts empty.
@@ -144,7 +150,7 @@ class Card:
         }
 
     def _restart(self) -> None:
-        """Restart the board: a reset by CB bit 5 or by the bus has the effect of power off and on."""
+        """Restart the board after a reset by the host or the bus, as if its power had been switched off and on."""
         self.power(False)
         self.power(True)
 
@@ -154,7 +160,7 @@ class Card:
 
 
 def _listings(commands: CommandSet, board: Board) -> Mapping[str, Listing]:
-    """Return each defined sequence, 1 to 15, and the sequence being defined."""
+    """Return the stored sequences (1 to 15) as text, including a sequence that is being defined."""
     performed = board.sequencer.number if board.sequencer.running else 0
     found = {}
     for number in board.sequences:
@@ -181,20 +187,20 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 
 def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
-    """Return the diagnostics of what a host sends."""
-    from axistwin.controllers.compumotor.checker.program import check  # lazy import: no run needs it
+    """Check the commands that a host sends, and return the diagnostics."""
+    from axistwin.controllers.compumotor.checker.program import check  # lazy import: a run does not need this module
 
     return check(commands, sessions)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.compumotor.rules import RULES  # lazy import: no run needs it
+    from axistwin.controllers.compumotor.rules import RULES  # lazy import: a run does not need this module
 
     return RULES
 
 
 def _front(encoder: bool) -> "tuple[Group, ...]":
-    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: needed only for displays
+    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: only displays need this module
 
     return FRONT_1811 if encoder else FRONT
 

@@ -36,7 +36,7 @@ from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.compumotor.parts.pulses import Phase
 
-# One letter for each attribute of a command, in the order of `Accept`: SINGULAR, INDEXER, STREAMING and so on
+# The command table uses one letter for each attribute in `Accept`, e.g. S for SINGULAR
 S, I, V, Q, C, W, D, E = Accept  # noqa: E741
 ANY = I | V | Q | C | W
 ASK = I | V | C | W
@@ -216,7 +216,7 @@ COMMANDS_1810 = COMMANDS_1811.without(*(c.code for c in COMMANDS_1811 if Accept.
 
 
 def installed(commands: CommandSet, options: Options) -> CommandSet:
-    """Return the commands of a board with the options `encoder_commands` (1810 only) and `interrupt_command`."""
+    """Return the commands of a board, depending on the options `encoder_commands` and `interrupt_command`."""
     if commands is COMMANDS_1810:
         if options.encoder_commands == "performed":
             commands = COMMANDS_1811.without(DEADBAND)

@@ -14,7 +14,7 @@ from axistwin.sim.signal import Signal
 
 
 class Host:
-    """Sends commands and receives messages through the registers of a board, until closed."""
+    """Host that sends commands to a board and receives messages, through the registers of the board."""
 
     def __init__(self, port: RegisterPort) -> None:
         self.port = port
@@ -30,7 +30,7 @@ class Host:
         return len(self._commands)
 
     def write(self, command: bytes) -> None:
-        """Send a command when the board is ready for it."""
+        """Send a command to the board as soon as the board is ready."""
         self._commands.append(command)
         self._changed()
 
@@ -39,7 +39,7 @@ class Host:
         return self._received.subscribe(callback)
 
     def close(self) -> None:
-        """Stop reading and writing the registers."""
+        """Stop sending commands and receiving messages."""
         self._unsubscribe()
         self._commands.clear()
         self._received = Signal()
@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            self.port.clock.call_later(0, self._serve)  # runs after the present step of the board
+            self.port.clock.call_later(0, self._serve)  # `_serve` runs after the present step of the board
 
     def _serve(self) -> None:
         self._due = False

@@ -21,13 +21,13 @@ LONGEST = 16
 class Accept(Flag):
     """The attributes of a command (chapter Command attributes), which decide when a command is performed."""
 
-    SINGULAR = auto()  # a command that takes time; only one such command runs at a time
-    INDEXER = auto()  # valid in indexer mode
-    STREAMING = auto()  # valid in the streaming modes
-    SEQUENCE = auto()  # may be placed in a sequence buffer
+    SINGULAR = auto()  # the command takes time, and only one such command runs at a time
+    INDEXER = auto()  # the command is valid in indexer mode
+    STREAMING = auto()  # the command is valid in the streaming modes
+    SEQUENCE = auto()  # the command may be placed in a sequence buffer
     DURING_SEQUENCE = auto()  # the host may send this command while the board performs a sequence
     DURING_STREAMING = auto()  # the host may send this command while the board performs the streaming buffer
-    DEFINING = auto()  # performed even between D9h and D8h, while a sequence is defined
+    DEFINING = auto()  # the command is performed even while a sequence is being defined
     ENCODER = auto()  # 1811 only
 
 
@@ -50,15 +50,15 @@ class Number(Field):
 
 @dataclass(frozen=True)
 class Ranges(Number):
-    """Parameter type: one byte, with the velocity range in the upper nibble, the acceleration range in the lower."""
+    """Parameter type: one byte with velocity range (upper nibble) and acceleration range (lower nibble)."""
 
     def decode(self, data: bytes) -> tuple[int, int] | None:
-        """Convert the byte to both ranges; None if one of the ranges does not exist."""
+        """Convert the byte to velocity range and acceleration range; None if one of these ranges does not exist."""
         velocity, acceleration = divmod(data[0], 0x10)
         return (velocity, acceleration) if velocity <= 5 and acceleration <= 2 else None
 
     def encode(self, value: tuple[int, int]) -> bytes:
-        """Convert both ranges to one byte."""
+        """Convert a velocity range and an acceleration range to one byte."""
         return bytes([value[0] << 4 | value[1]])
 
 
@@ -86,13 +86,13 @@ class OneOf(Number):
     choices: tuple[int, ...] = ()
 
     def allows(self, value: int) -> bool:
-        """True if the value is one of the choices."""
+        """True if the value is one of the valid values of this parameter."""
         return value in self.choices
 
 
 @dataclass(frozen=True)
 class DontCare(Number):
-    """Parameter bytes that are required but have no meaning."""
+    """Parameter type: bytes that are required but have no meaning."""
 
 
 def _number(
@@ -108,7 +108,7 @@ i16, i32 = (partial(_number, size, True) for size in (2, 4))
 
 @dataclass(frozen=True)
 class Opcode(Command):
-    """A command of the table; its code is a number from 00h to FFh."""
+    """A command of the command table, whose code is a number from 00h to FFh."""
 
     @property
     def opcode(self) -> int:
@@ -117,7 +117,7 @@ class Opcode(Command):
 
     @cached_property
     def fields(self) -> tuple[Number, ...]:
-        """The parameters with their sizes in bytes."""
+        """Parameters of the command, each with its size in bytes."""
         return tuple(field for field in self.parameters if isinstance(field, Number))
 
     @cached_property
@@ -127,13 +127,16 @@ class Opcode(Command):
 
     @cached_property
     def _places(self) -> tuple[tuple[Number, int, int], ...]:
-        """The parameters, each with the positions of its first byte and after its last byte."""
+        """Parameters of the command, each with the index of its first byte and the index after its last byte."""
         ends = tuple(accumulate(field.size for field in self.fields))
         return tuple(zip(self.fields, (0, *ends), ends, strict=False))
 
     @property
     def syntax(self) -> str:
-        """The opcode in hex, then the parameters, each with its size if that is not one byte."""
+        """Syntax line: the opcode in hex, and the parameters.
+
+        The size of a parameter is given if it is not one byte.
+        """
         parts = (f.form if f.size == 1 else f"{f.form}[{f.size}]" for f in self.fields)
         return " ".join((f"{self.opcode:02X}", *parts))
 
@@ -151,7 +154,7 @@ class Opcode(Command):
         return tuple(values)
 
     def string(self, parameters: bytes) -> bytes:
-        """Return the command string; additional parameter bytes are left out."""
+        """Return the command string: the opcode and the required parameter bytes."""
         return bytes([self.opcode]) + parameters[: self.size]
 
 

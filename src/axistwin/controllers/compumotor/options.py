@@ -10,7 +10,7 @@ Interrupt = Literal["message_ready", "input_ready", "failed"]
 
 @dataclass(frozen=True)
 class Options:
-    """Keywords of `bench.add("1811", ...)`."""
+    """Options of an 1810 or 1811, which are keyword arguments of `bench.add("1811", ...)`."""
 
     interrupts: tuple[Interrupt, ...] = ("message_ready",)
     """Conditions that interrupt the host, by jumpers: JU18 message_ready, JU20 input_ready, JU19 failed."""
@@ -73,16 +73,16 @@ class Options:
     """Answer to FDh: 94-, six digits, -, two digits, one or two letters."""
 
     def __post_init__(self) -> None:
-        for name in self.interrupts:
-            if name not in get_args(Interrupt):
-                raise UsageError(f"interrupts: no {name!r}: expected one of {', '.join(get_args(Interrupt))}")
-        for choice in ("interrupt_command", "encoder_commands", "stop_after_stream"):
-            known = get_args(get_type_hints(Options)[choice])
-            if getattr(self, choice) not in known:
-                raise UsageError(f"{choice}={getattr(self, choice)!r}: expected one of {', '.join(known)}")
-        for flag in ("test_switch", "invert_z", "invert_encoder", "high_impedance"):
-            if not isinstance(getattr(self, flag), bool):
-                raise UsageError(f"{flag}={getattr(self, flag)!r}: expected true or false")
+        for interrupt in self.interrupts:
+            if interrupt not in get_args(Interrupt):
+                raise UsageError(f"interrupts={interrupt!r}: expected one of {', '.join(get_args(Interrupt))}")
+        for option in ("interrupt_command", "encoder_commands", "stop_after_stream"):
+            choices = get_args(get_type_hints(Options)[option])
+            if getattr(self, option) not in choices:
+                raise UsageError(f"{option}={getattr(self, option)!r}: expected one of {', '.join(choices)}")
+        for option in ("test_switch", "invert_z", "invert_encoder", "high_impedance"):
+            if not isinstance(getattr(self, option), bool):
+                raise UsageError(f"{option}={getattr(self, option)!r}: expected true or false")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type in (float, "float"):
@@ -96,6 +96,6 @@ class Options:
             raise UsageError(f"part_number={self.part_number!r}: expected 13 or 14 characters, e.g. 94-003657-01A")
 
 
-def _check_number(name: str, value: object, low: int, high: int, types: tuple[type, ...]) -> None:
+def _check_number(option: str, value: object, low: int, high: int, types: tuple[type, ...]) -> None:
     if isinstance(value, bool) or not isinstance(value, types) or not low <= value <= high:  # type: ignore[operator]
-        raise UsageError(f"{name}={value!r}: expected a number from {low} to {high}")
+        raise UsageError(f"{option}={value!r}: expected a number from {low} to {high}")

@@ -28,7 +28,7 @@ class Control:
 
 
 class Status:
-    """Bits of the status byte; bits 0 to 2 are the user's."""
+    """Bits of the status byte, of which bits 0 to 2 are the user status bits."""
 
     USER = 0x07
     MESSAGE_READY = 0x08
@@ -43,7 +43,7 @@ JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Sta
 
 
 class Handshake:
-    """The board's side of the bus registers, while the power is on."""
+    """The board's side of the handshake through the bus registers, while the power is on."""
 
     def __init__(self, clock: Clock, port: RegisterPort, pins: Mapping[str, Pin], options: Options) -> None:
         self.clock, self.port = clock, port
@@ -86,11 +86,11 @@ class Handshake:
         return bool(self._status & Status.FAILED)
 
     def fail(self) -> None:
-        """Set the fail bit, as the watchdog does; only a reset clears it."""
+        """Set the fail bit of the status byte, which only a reset clears."""
         self._change(Status.FAILED, Status.FAILED)
 
     def ready(self) -> None:
-        """Set status bit 4: the IDB is ready for a command."""
+        """Set status bit 4, which reports that the IDB is ready for a command."""
         self._change(Status.INPUT_READY, Status.INPUT_READY)
 
     def _change(self, mask: int, bits: int) -> None:
@@ -100,7 +100,7 @@ class Handshake:
             self._show()
 
     def _show(self) -> None:
-        """Update the status byte and the interrupt lines; all conditions share one interrupt line."""
+        """Update the status byte, the common interrupt line, and the separate interrupt lines of the jumpers."""
         status = self._status
         active = bool(status & self._jumpers) and not status & Status.MASKED
         self.port.status = status | Status.INTERRUPT if active else status
@@ -122,7 +122,7 @@ class Handshake:
             reported.succeed()
 
     def next_command(self, drain_ns: int) -> Procedure:
-        """Wait until the host sets CB bit 4 and the board has read the IDB.  Return the bytes."""
+        """Wait until the host sets CB bit 4 (command ready), then read the IDB.  Return the bytes of the command."""
         yield self._command_event
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()
@@ -139,7 +139,7 @@ class Handshake:
         return self._leaves
 
     def send(self, message: bytes) -> None:
-        """Queue a message, padded with zeros to sixteen bytes; it is lost if the queue is full."""
+        """Queue a message, padded with zeros to sixteen bytes.  If the queue is full, the message is lost."""
         if self.full:
             return
         self._messages.append(message.ljust(LONGEST, b"\0"))

@@ -38,7 +38,7 @@ IN_DEADBAND = 0x80
 
 
 class State(ABC):
-    """The state of an 1810 or 1811 with power; it consists of parts such as the pulse generator."""
+    """State of an 1810 or 1811 whose power is on.  The state consists of parts such as the pulse generator."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
@@ -64,7 +64,7 @@ class State(ABC):
         self.stream = Stream(clock, options.buffer_bytes, self.send, self.refresh)
         self.host, self.sequence = Owner(clock), Owner(clock)
         """The two sources of commands, each with a SINGULAR command of its own in progress."""
-        # Parts for inputs and outputs
+        # Components for inputs and outputs
         self.events = Events(self.send)
         self.triggers = Triggers(
             clock,
@@ -103,23 +103,26 @@ class State(ABC):
         """Raise the board monitor alarm."""
 
     def occupy(self, duration_ns: int) -> Event:
-        """Keep the processor busy for this time, in which it performs no commands; return the event at the end."""
+        """Keep the processor busy for `duration_ns`, and return the event at the end of this time."""
         self.busy_until_ns = max(self.busy_until_ns, self.clock.now + duration_ns)
         return self.clock.timeout(duration_ns)
 
     def send(self, opcode: int, data: bytes) -> None:
-        """Send a message to the host: the opcode of the command that caused it, then `data`."""
+        """Send a message to the host: an opcode, followed by `data`."""
         self.handshake.send(bytes([opcode]) + data)
 
     def excludes(self, command: Opcode) -> bool:
-        """True for a SINGULAR command of indexer mode while a SINGULAR command of the host is in progress.
+        """True for a SINGULAR command of indexer mode while another SINGULAR command of the host is in progress.
 
         Such commands are moves, searches and the joystick.
         """
         return self.host.busy and _SINGULAR_IN_INDEXER_MODE in command.accepted
 
     def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
-        """Perform a command; a command that takes time continues as the owner's SINGULAR command."""
+        """Perform a command.  A command that takes time continues as a process of its own.
+
+        `owner`: the host or the sequence.
+        """
         assert command.handler is not None
         result = command.handler(self, *values)
         if isinstance(result, bytes):
@@ -130,23 +133,26 @@ class State(ABC):
             self.refresh()
 
     def begin_move(self, move: Move, speed: Speed, end: int | None) -> None:
-        """Record the start of a move.  `end`: end of a preset move, in the pulse generator's count."""
+        """Record the start of a move.
+
+        `end`: end position of a preset move, in the pulse generator's count.
+        """
         sign = -1 if end is not None and end < self.pulses.position else +1
         self.motion = Motion(move, speed, end, self.motion.begun + 1, sign)
         self.events.happened(Happening.START, self.motion.begun)
 
     def blocked(self, sign: int) -> bool:
-        """True if motion in the + or - direction is blocked: the limit is active, or the motor is shut down."""
+        """True if motion in the + or - direction is inhibited, by an active limit input or by shutdown of the motor."""
         return self.shutdown.on or self.limits.blocks(sign)
 
     @property
     def mode(self) -> int:
-        """Code of the present mode: the opcode that enters it."""
+        """Code of the present mode, which is the opcode of the command that enters the mode."""
         return self.stream.setting.mode if self.stream.setting else INDEXER
 
     @property
     def in_streaming_mode(self) -> bool:
-        """True in modes 51h, 52h, 53h."""
+        """True in the streaming modes 51h, 52h and 53h."""
         return self.stream.setting is not None
 
     @property
@@ -161,7 +167,10 @@ class State(ABC):
 
     @property
     def step_level(self) -> bool:
-        """Level of the STEP output: that of STEP IN while the joystick is enabled; high impedance after a failure."""
+        """Level of the STEP output.  While the joystick is enabled, the output follows the input STEP IN.
+
+        After a failure the output is in high impedance.
+        """
         if self.handshake.failed:
             return self.options.high_impedance
         return self.pins["step_in"].level if self.joystick.enabled else self.pulses.step_level
@@ -177,5 +186,5 @@ class State(ABC):
 
 
 def ns(amount: float, unit_ns: int = MS) -> int:
-    """Convert the time of an option to nanoseconds."""
+    """Convert the value of a time option, e.g. in milliseconds, to nanoseconds."""
     return round(amount * unit_ns)

@@ -16,7 +16,17 @@ from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.state import Hardware, Stage
-from axistwin.controllers.product import Abilities, ControlLines, Handshake, Listing, Order, Product, Register, Store
+from axistwin.controllers.product import (
+    Abilities,
+    Awaited,
+    ControlLines,
+    Handshake,
+    Listing,
+    Order,
+    Product,
+    Register,
+    Store,
+)
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
@@ -44,11 +54,11 @@ class NoBattery:
     """Memory of an IF1, which has no battery."""
 
     def load(self) -> bytes | None:
-        """Return None: nothing is stored."""
+        """Return None, because an IF1 keeps no data without power."""
         return None
 
     def save(self, contents: bytes) -> None:
-        """Store nothing."""
+        """Discard the contents, because an IF1 keeps no data without power."""
 
 
 class Card:
@@ -74,7 +84,7 @@ class Card:
         self.abilities = Abilities(
             uart=self.uart, handshake=Handshake(self._plug, inside), alarms=self.alarms, registers=self.registers,
             programs=self.programs, subscribe_lines=self._progress.subscribe, hint=self.hint,
-            subscribe_hint=self.subscribe_hint, busy=self._busy, procedures=self._procedures,
+            awaited=self.awaited, subscribe_hint=self.subscribe_hint, busy=self._busy, procedures=self._procedures,
         )  # fmt: skip
 
     def _clock_output(self, axis: str) -> Pin:
@@ -108,16 +118,22 @@ class Card:
             self._hardware.outputs.reset()
 
     def hint(self) -> str:
-        """Return the reason why no move begins: unknown baud rate or data format, or a step that waits for an input."""
+        """Return the reason why no move begins, e.g. an unknown baud rate or a step that waits for an input."""
+        if found := self.awaited():
+            work, pin, level = found
+            return f"{work} waits for {pin} {level}: ! {pin} {level} in a program, :drive {pin} {level} in a terminal"
+        return "" if self._interface is None else self._interface.hint
+
+    def awaited(self) -> Awaited | None:
+        """Return the input for which a step waits, or None if no step waits for an input."""
         interface = self._interface
         if interface is None or interface.hint or interface.waiting is None:
-            return "" if interface is None else interface.hint
-        name, level = awaited(self.pins, interface.waiting)
-        step = f"step {interface.step} of the sequence" if interface.step else "the move"
-        return f"{step} waits for {name} {level}: ! {name} {level} in a program, :drive {name} {level} in a terminal"
+            return None
+        work = f"step {interface.step} of the sequence" if interface.step else "the move"
+        return Awaited(work, *awaited(self.pins, interface.waiting))
 
     def subscribe_hint(self, callback: Callable[[str], None]) -> Callable[[], None]:
-        """Call `callback(hint)` for each new hint.  Return an unsubscribe function."""
+        """Call `callback(hint)` whenever the status hint changes.  Return an unsubscribe function."""
         return self._hints.subscribe(callback)
 
     def programs(self) -> Mapping[str, Listing]:
@@ -130,11 +146,11 @@ class Card:
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running, ended_by=ended_by)}
 
     def registers(self) -> Mapping[str, Register]:
-        """Return the status registers, named after the commands that report them.  K is without the motion bits, Q
-        includes them.
+        """Return the status registers, each named after the command that reports it.
 
-        E is empty until the data format is set, because the interface answers no command before that.
-        `step` is the step in progress, or 0 if no sequence runs; O keeps the number of the last step.
+        K is without the motion bits, Q includes them.  E is empty until the data format is set, because the interface
+        answers no command before that.  `step` is the step in progress, or 0 if no sequence runs; O keeps the number of
+        the last step.
         """
 
         def figure(read: Callable[[Interface], int], *, restless: bool = False) -> Register:
@@ -157,11 +173,12 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Return the interface's control lines; the cable determines the sources of DSR and CTS."""
+    """Return the control lines inside the interface.  The cable determines the sources of DSR and CTS."""
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return DSR or CTS, connected to the host or to an output of the interface; without a connection the line is
-        off.
+        """Return the pin of DSR or CTS, which the cable connects to the host or to an output of the interface.
+
+        Without a connection the pin is off.
         """
         if source == "host":
             return pin
@@ -181,20 +198,20 @@ ORDERS = (
 
 
 def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]":
-    """Return the diagnostics of what a host sends."""
-    from axistwin.controllers.digiplan.checker.program import check  # lazy import: no run needs it
+    """Check the characters that a host sends to an IF1 or IF2, and return the diagnostics."""
+    from axistwin.controllers.digiplan.checker.program import check  # lazy import: a run does not need this module
 
     return check(sessions, battery=battery)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.digiplan.rules import RULES  # lazy import: no run needs it
+    from axistwin.controllers.digiplan.rules import RULES  # lazy import: a run does not need this module
 
     return RULES
 
 
 def _front() -> "tuple[Group, ...]":
-    from axistwin.controllers.digiplan.front import FRONT  # lazy import: needed only for displays
+    from axistwin.controllers.digiplan.front import FRONT  # lazy import: only displays need this module
 
     return FRONT
 

@@ -22,7 +22,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # number of characters of the longest message, enough for 63 steps of the greatest length
+MOST_CHARACTERS = 2048  # maximum number of characters in a message; a sequence of the greatest length is shorter
 INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
@@ -32,7 +32,7 @@ LINE_FAULTS = {Fault.DATA: LineFault.DATA, Fault.RANGE: LineFault.RANGE}
 
 @lru_cache(maxsize=512)
 def read(text: str) -> Message:
-    """Return a parsed message of the host; results are cached."""
+    """Parse a message of the host.  Results are cached."""
     return parse(text, COMMANDS)
 
 
@@ -52,14 +52,14 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._told = False  # `INITIALISED` has been reported
+        self._told = False  # True after the user has received the hint `INITIALISED`
         self._eighth: list[bool] = []  # bit 8 of each character of the present message
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
         self._live_process = self.clock.process(self._live())
 
     def power_off(self) -> None:
-        """Stop all procedures and axes at once; a locked IF2 stores its memory."""
+        """Stop all procedures and axes at once.  A locked IF2 saves its memory."""
         kill(self._live_process)
         self.work.stop()
         self.transmitter.stop()
@@ -90,7 +90,7 @@ class Interface(State):
         self.stage, self.hint = Stage.READY, ""
         self._break_in.enable(self.locked)
         self.faults.show()
-        self._begin_sequence()  # runs the sequence that a locked IF2 has kept
+        self._begin_sequence()  # a stored sequence runs automatically after initialisation
 
     def _obey_until_broken_in(self) -> Procedure:
         """Obey messages until a `(` begins the initialisation again."""
@@ -104,14 +104,14 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # the work ends before the next character is read
+                yield self.clock.timeout(0)  # the cancelled work ends before the next character is read
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
 
     @property
     def procedures(self) -> list[Process]:
-        """The procedures that are running."""
+        """Processes that are running in the interface."""
         return [process for process in (self._live_process, self.work.process, self.transmitter.urgent) if process]
 
     def _recall(self) -> None:
@@ -122,12 +122,15 @@ class Interface(State):
             self.transmitter.delay = self.parameters.character_delay
 
     def save(self) -> None:
-        """Store the memory if the interface is locked; during initialisation, leave the stored memory unchanged."""
+        """Save parameters and sequence in the battery-backed memory if the interface is locked.
+
+        During initialisation, nothing is saved.
+        """
         if self.locked and self.stage is Stage.READY:
             Retained(True, self.baudrate, self.frame, self.parameters, self.sequence, self.lock).save(self.store)
 
     def set_locked(self, locked: bool) -> None:
-        """Lock or unlock communication, and update the stored memory (commands [ and ])."""
+        """Lock or unlock the communication (commands [ and ]), and update the battery-backed memory."""
         self.locked, self.lock = locked, self.message_format if locked else None
         self._break_in.enable(locked)
         if locked:
@@ -136,7 +139,7 @@ class Interface(State):
             Retained().save(self.store)
 
     def erase(self) -> None:
-        """Command * during initialisation: erase parameters, sequence and lock."""
+        """Command * during initialisation: erase the parameters, the stored sequence and the lock."""
         self.locked, self.lock, self.parameters, self.sequence = False, None, Parameters(), ""
         self.transmitter.delay = 0
         Retained().save(self.store)
@@ -173,15 +176,13 @@ class Interface(State):
         return None
 
     def _report_full(self, full: bool) -> None:
-        """Stop the host when the buffer is 80 % full, and let the host continue at 20 %: by DTR, or X-off and X-on."""
+        """Stop the host by DTR or X-off when the buffer is 80 % full, and let the host continue at 20 %."""
         self.lines.dtr.set(not full)
         if self.stage is Stage.READY and self.frame.x_on_x_off:
             self.transmitter.send_flow_control(stop=full)
 
     def _cancel_at_once(self) -> None:
-        """Perform a received `# <CR>`, even while a message is held (waits for the end of the work) or an answer cannot
-        be sent.
-        """
+        """Perform a received `# <CR>` at once, even while a message waits or an answer cannot be sent."""
         if self.work.turn is not None:
             self.buffer.drop_before_cancel()
             self.work.drop_held()
@@ -202,7 +203,7 @@ class Interface(State):
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
         if command is not None and Accept.REQUEST in command.accepted:
-            return self._answer(command)  # a request is answered even while a message is held
+            return self._answer(command)  # a status request is answered even while another message waits
         return self._carry_out_later(message) if self.work.held is not None else self._carry_out(message)
 
     def _answer(self, command: Command) -> Procedure | None:
@@ -223,7 +224,7 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Carry out a message after the held message has begun; a `#` drops both messages.
+        """Carry out a message that must wait for an earlier message to begin.  A `#` drops both messages.
 
         Before that, answer the status requests that arrive after the message.
         """
@@ -244,7 +245,10 @@ class Interface(State):
                 yield from self._process(character) or ()
 
     def _in_range(self, step: Step, *, moving: bool = False) -> bool:
-        """Return True if the settings, and the move if `moving`, are valid; otherwise set the range bit of F."""
+        """Return True if the parameters are valid; otherwise set the out-of-range bit of command F.
+
+        `moving`: True if the constraints of a move are checked, too.
+        """
         parameters = self.parameters.after(step)
         speed_is_wrong = "speed" in step.settings and too_fast(parameters)
         if speed_is_wrong or (moving and out_of_range(parameters, step)):
@@ -271,7 +275,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        if self.work.control is not None:  # a host in control may send moves, but no sequence
+        if self.work.control is not None:  # a host in control of a sequence may send moves, but no other sequence
             self.faults.raise_line(LineFault.DATA)
             return
         if any(not self._in_range(step) for step in message.steps):
@@ -294,5 +298,5 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event that occurs when the work has begun, so that the next status request reports busy."""
+        """Return an event that occurs when the move, run or sequence has begun and is reported as busy."""
         return self.clock.timeout(0)

@@ -25,19 +25,19 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 class Accept(Flag):
     """Kinds of messages and states of the interface in which a command is allowed."""
 
-    DIRECT = auto()  # Allowed in a message that is executed at once.
-    STEP = auto()  # Allowed in a step of a sequence.
-    ALONE = auto()  # Allowed as a message of its own.
-    LOCKED = auto()  # Obeyed even while the interface is locked.
-    REQUEST = auto()  # A status request: answered even while a message is held.
-    SETUP = auto()  # Allowed during initialisation only.
-    WRITTEN = auto()  # Part of another command, e.g. the sign of a distance.
+    DIRECT = auto()  # the command is allowed in a message that is executed at once
+    STEP = auto()  # the command is allowed in a step of a sequence
+    ALONE = auto()  # the command is allowed as a message of its own
+    LOCKED = auto()  # the command is obeyed even while the interface is locked
+    REQUEST = auto()  # the command is a status request, which is answered even while a message waits
+    SETUP = auto()  # the command is allowed during initialisation only
+    WRITTEN = auto()  # the command character is part of another command, e.g. the sign of a distance
 
 
 class Order(IntEnum):
     """Order of commands in a message or step (chapter Combining inputs and outputs with move instructions)."""
 
-    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # only MOVE may be repeated
+    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # a message may contain several MOVE commands
 
 
 @dataclass(frozen=True)
@@ -56,24 +56,27 @@ class Instruction(Command):
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
-        """Regular expression of the parameters that follow the character."""
+        """Regular expression that matches the parameters after the command character."""
         return re.compile("".join(part.pattern for part in self.parameters if isinstance(part, Written)))
 
 
 @dataclass(frozen=True)
 class Written(Field):
-    """Base class of parameters in the text of a message; `pattern` is a regular expression with one group."""
+    """Base class of the parameters of a command.
+
+    `pattern`: a regular expression with one group.
+    """
 
     pattern: str = r"(\d+)"
 
     @property
     def form(self) -> str:
-        """Syntax of the parameter, with the comma before it if there is one."""
+        """Syntax of the parameter in help texts, including a comma before the parameter."""
         text = f"{',' if ',' in self.pattern else ''}{self.name}"
         return f"[{text}]" if self.optional else text
 
     def read(self, text: str | None) -> tuple[Any, bool]:
-        """Return the value, and True if the value is within the range."""
+        """Read the value of a parameter.  Return the value, and True if the value is within the range."""
         if not text:
             return None, True
         try:
@@ -95,7 +98,7 @@ class Direction(Written):
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """Return +1 or -1; always in range."""
+        """Return +1 or -1 for the sign, and True, because a sign is always in range."""
         return (-1 if text == "-" else +1), True
 
 
@@ -104,14 +107,14 @@ class Lines(Written):
     """Parameter type: the numbers of one or more inputs or outputs, one digit each."""
 
     def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
-        """Return the numbers of the lines, and True if all are within the range."""
+        """Return the numbers of the inputs or outputs, and True if all numbers are within the range."""
         digits = tuple(int(digit) for digit in text or "")
         return digits, all(self.allows(digit) for digit in digits)
 
 
 @dataclass
 class Message:
-    """A parsed message: a single command, a direct step, or the steps of a sequence."""
+    """A parsed message: a single command, a direct message, or a sequence with its steps."""
 
     text: str
     problems: list[Problem] = field(default_factory=list)
@@ -135,7 +138,7 @@ class _Reader:
         self.text = text.replace(" ", "")
         self.places = [place for place, character in enumerate(text) if character != " "] + [len(text)]
         self.at = 0
-        self.begins: list[int] = []  # index of each step in the text without spaces
+        self.begins: list[int] = []  # index of the first character of each step in `text`
 
     def read(self) -> Message:
         self.at = self.text.rfind(CANCEL) if CANCEL in self.text else 0
@@ -154,8 +157,9 @@ class _Reader:
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
-        """Add a problem of the text from index `at` (default: that of the next character) up to, but not including,
-        `end`.
+        """Report a problem in the text from index `at` up to, but not including, index `end`.
+
+        `at` None: the index of the next character.
         """
         begin = min(self.at if at is None else at, len(self.places) - 1)
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
@@ -217,7 +221,10 @@ class _Reader:
             self._check_step(step)
 
     def _read_unknown(self, begin: int, end: int) -> None:
-        """Report a number without a command, or unknown characters; skip the number after the characters."""
+        """Report a number without a command, or characters that are not commands.
+
+        The number after unknown characters is skipped.
+        """
         if self.text[begin] in NUMBER:
             self._skip_number(end)
             self._wrong(rules.LOST_NUMBER, self._lost_number(begin), begin, self.at)
@@ -239,7 +246,7 @@ class _Reader:
         return f"{message}: {before.code} ({before.name}) takes {takes}"
 
     def _skip_number(self, end: int) -> None:
-        """Skip the number after a wrong command, so that only one problem is reported."""
+        """Skip the number after a wrong command, so that the checker reports only one problem."""
         while self.at < end and self.text[self.at] in NUMBER | SIGNS:
             self.at += 1
 
@@ -294,7 +301,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # the number is too long or has another form; its first wrong character causes an error later
+            return  # a number that is too long or has another form causes an error at its first wrong character
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)

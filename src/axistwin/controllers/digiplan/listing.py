@@ -14,7 +14,10 @@ RAMP = {"speed_range": ">", "start_stop": "<", "acceleration": "^", "character_d
 
 @lru_cache(maxsize=64)
 def listed(sequence: str) -> tuple[str, ...]:
-    """Return the steps of a sequence, each without the colons around it; empty if no sequence is stored."""
+    """Return the steps of a sequence as texts, without the colons between them.
+
+    The result is empty if no sequence is stored.
+    """
     return tuple(typed(step) for step in parse(sequence, COMMANDS).steps)
 
 
@@ -43,7 +46,10 @@ def _lines(command: str, numbers: Iterable[int]) -> str:
 
 
 def _move(step: Step) -> str:
-    """Return the text of a move: axes, distance, minor axes after `/`, speed, `G` or `B`."""
+    """Return the axes, distances, speed and mode (`G` or `B`) of a step as text.
+
+    Minor axes follow after `/`.
+    """
     settings = step.settings
     minor = f"/{_axes(step.minor, settings.get('minor_distance'))}" if step.interpolated else ""
     speed = f"@{settings['speed']}" if "speed" in settings else ""

@@ -19,7 +19,7 @@ CHOICES = {
 
 @dataclass(frozen=True)
 class Options:
-    """Keywords of `bench.add("if1", ...)`."""
+    """Options of an IF1 or IF2, which are keyword arguments of `bench.add("if1", ...)`."""
 
     wiring: Wiring = "5-wire"
     """5-wire: the host's DTR on DSR, its RTS on CTS.  3-wire: DSR and CTS linked to the interface's own RTS.
@@ -43,15 +43,15 @@ class Options:
     """True if characters within 5 ms after the data format message are lost."""
 
     def __post_init__(self) -> None:
-        for name, choices in CHOICES.items():
-            if getattr(self, name) not in choices:
-                raise UsageError(f"{name}={getattr(self, name)!r}: expected one of {', '.join(map(repr, choices))}")
-        for name in ("self_test_s", "recalculation_s", "strobe_ms"):
-            value = getattr(self, name)
+        for option, choices in CHOICES.items():
+            if getattr(self, option) not in choices:
+                raise UsageError(f"{option}={getattr(self, option)!r}: expected one of {', '.join(map(repr, choices))}")
+        for option in ("self_test_s", "recalculation_s", "strobe_ms"):
+            value = getattr(self, option)
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 60:
-                raise UsageError(f"{name}={value!r}: expected a number from 0 to 60")
+                raise UsageError(f"{option}={value!r}: expected a number from 0 to 60")
         if self.strobe_ms == 0:
-            raise UsageError("strobe_ms=0: expected a number above 0")
-        for name in ("fault_output", "strict_format"):
-            if not isinstance(getattr(self, name), bool):
-                raise UsageError(f"{name}={getattr(self, name)!r}: expected true or false")
+            raise UsageError("strobe_ms=0: expected a number above 0, e.g. 1")
+        for option in ("fault_output", "strict_format"):
+            if not isinstance(getattr(self, option), bool):
+                raise UsageError(f"{option}={getattr(self, option)!r}: expected true or false")

@@ -23,7 +23,10 @@ from axistwin.units import to_ns
 
 
 class Stage(Enum):
-    """Stage of the initialisation: RESET --1 s--> WAIT --"("--> FORMAT --"U61<CR>"--> READY."""
+    """Stages of the initialisation: self-test, waiting for `(`, waiting for the data format, ready.
+
+    RESET --1 s--> WAIT --"("--> FORMAT --"U61<CR>"--> READY.
+    """
 
     RESET = "self-test"
     WAIT = "waiting for ("
@@ -32,7 +35,7 @@ class Stage(Enum):
 
 
 class Hardware(NamedTuple):
-    """The parts of a card that exist even without power."""
+    """Components of an interface card that exist even while the power is off."""
 
     clock: Clock
     uart: Uart
@@ -85,14 +88,14 @@ class State(ABC):
 
     @abstractmethod
     def set_locked(self, locked: bool) -> None:
-        """Lock or unlock communication, and update the stored memory."""
+        """Lock or unlock the communication with the host, and update the battery-backed memory."""
 
     @abstractmethod
     def erase(self) -> None:
         """Erase parameters, sequence and lock."""
 
     def drop(self, hint: str) -> None:
-        """Report the reason for dropping characters of the host, unless the last report gave the same reason."""
+        """Report why characters of the host are dropped, unless the last report gave the same reason."""
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)
@@ -103,7 +106,7 @@ class State(ABC):
 
     @property
     def message_format(self) -> MessageFormat:
-        """Format of the message in progress."""
+        """Format in which the present message is received: baud rate, data bits, parity and bit 8."""
         bytesize, parity, _ = self.frame.uart
         return MessageFormat(self.baudrate, bytesize, parity, (any(self.eighth[:-1]), *self.eighth[-1:]))
 
@@ -112,7 +115,10 @@ class State(ABC):
             self.pins["led"].set(on)
 
     def set_parameters(self, step: Step) -> None:
-        """Store the parameters of a direct message; new ramp data take effect when no work is in progress."""
+        """Store the parameters of a direct message.
+
+        New ramp data take effect when no move, run or sequence is in progress.
+        """
         before, self.parameters = self.parameters, self.parameters.after(step)
         self.transmitter.delay = self.parameters.character_delay
         if RAMP_SETTINGS & step.settings.keys():
@@ -123,14 +129,14 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Parameters of a move that begins now; new ramp data apply only once the ramp has been calculated."""
+        """Parameters for a move that begins now.  New ramp data apply only after the ramp has been calculated."""
         before = self._ramp_before
         if before is None:
             return self.parameters
         return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def calculate_ramp(self) -> None:
-        """Calculate a ramp; for up to a second, characters stay in the buffer without being processed or echoed."""
+        """Calculate a new ramp.  For up to a second, the interface processes no characters."""
         self._ramp_before = None
         self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 

@@ -19,7 +19,7 @@ class Fault(Enum):
 
 
 class Problem(NamedTuple):
-    """A problem of a message: its place (index into the text), a description, and the manual's chapter."""
+    """A problem in a message: the index of the wrong text, a description, and the chapter of the manual."""
 
     rule: Rule
     fault: Fault
@@ -34,7 +34,7 @@ class Problem(NamedTuple):
 
 @dataclass
 class Step:
-    """One direct message, or one step of a sequence; its fields are in the order of execution.
+    """One direct message, or one step of a sequence, with fields in the order of execution.
 
     Directions are +1 and -1.  A field that was not stated is None, False or empty.
     """
@@ -75,26 +75,26 @@ RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
 
 @dataclass(frozen=True)
 class Parameters:
-    """Values that are kept until they are overwritten (chapter Default values)."""
+    """Parameters that keep their values until they are overwritten (chapter Default values)."""
 
     speed_range: int = 1
     speed: int = 400  # Speed in steps/s.
     start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
-    distance: int = 0  # Length of an index in steps; in linear interpolation, of the major axis.
+    distance: int = 0  # Length of an index in steps; in linear interpolation, the length of the major axis.
     minor_distance: int = 0
     backlash: int = 0  # Backlash distance in steps, with its sign.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
-        """Return these parameters with the settings of the step."""
+        """Return these parameters with the new values that a step sets."""
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return these parameters with an index length of zero, as a run sets it."""
+        """Return these parameters with an index length of zero, because a run resets the length."""
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return the parameters that are in force after the step has begun; a run sets the index length to zero."""
+        """Return the parameters that apply after this step.  If the step is a run, the index length is zero."""
         return self.after(step).without_index() if step.run else self.after(step)

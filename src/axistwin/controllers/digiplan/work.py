@@ -9,7 +9,7 @@ from axistwin.sim.clock import Clock, Event, Interrupt, Procedure, Process, inte
 
 
 class Work:
-    """Carries out one move, run or sequence at a time; a sequence can give control to the host."""
+    """Carries out one move, run or sequence at a time.  A sequence can give control to the host."""
 
     def __init__(self, clock: Clock, motion: RampGenerator, on_free: Callable[[], None]) -> None:
         self.clock, self.motion, self._on_free = clock, motion, on_free
@@ -23,12 +23,12 @@ class Work:
 
     @property
     def occupied(self) -> bool:
-        """True while a procedure is in progress and the host does not have control."""
+        """True while a move, run or sequence is in progress and the host does not have control."""
         return self.process is not None and self.control is None
 
     @property
     def busy(self) -> bool:
-        """True while occupied, or while a message is held."""
+        """True while a move, run or sequence occupies the interface, or while a message waits."""
         return self.occupied or self.held is not None
 
     def begin(self, procedure: Procedure) -> None:
@@ -55,37 +55,44 @@ class Work:
             freed.succeed()
 
     def cancel(self) -> None:
-        """Stop motion with deceleration, end the procedure in progress, and drop the held message."""
+        """Stop the motion with deceleration, end the procedure in progress, and drop the waiting message."""
         self.drop_held()
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # the step itself has switched an output that is wired to a fault input
+            # a step can cancel itself, by switching an output that is wired to a fault input
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
                 interrupt(self.process)
 
     def stop(self) -> None:
-        """End the work and the held message at once, because the power is off."""
+        """End the move, run or sequence in progress and the waiting message at once, because the power is off."""
         for process in (self.held, self.process):
             if process is not None:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Give control to the host.  The returned event gets the host's next step, or None to continue the sequence."""
+        """Give control of a sequence to the host.  Return an event whose value is the host's next step.
+
+        The value None means that the sequence continues.
+        """
         self.control = self.clock.event()
         self._free()
         return self.control
 
     def take_control(self) -> Event | None:
-        """End the host's control; return the event that continues the sequence, or None without such control."""
+        """End the control of a sequence by the host.
+
+        Return the event that continues the sequence, or None without such control.
+        """
         control, self.control = self.control, None
         return control
 
     def when_free(self, begin: Procedure) -> Procedure | None:
-        """Return `begin` if no work is in progress; otherwise store `begin` until the work has finished, and return
-        None.
+        """Return `begin` if no work is in progress; otherwise start `begin` when the work ends.
+
+        In the second case, return None.
         """
         if not self.occupied:
             return begin
@@ -100,7 +107,7 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Drop the held message and the message that waits after it."""
+        """Drop the message that waits for the end of a move, run or sequence, and the message after it."""
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)

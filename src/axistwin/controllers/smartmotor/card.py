@@ -45,7 +45,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # the processor before power-off; the shaft may still turn
+        self._before: Motor | None = None  # After power-off, the processor whose shaft may still turn
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
@@ -118,13 +118,13 @@ class SmartMotor:
 
 def _check(sessions: "Sequence[Session]") -> "list[Diagnostic]":
     """Return the diagnostics of stored programs and of the characters that a host sends."""
-    from axistwin.controllers.smartmotor.checker.program import check  # lazy import: no run needs it
+    from axistwin.controllers.smartmotor.checker.program import check  # lazy import: needed only by the checker
 
     return check(sessions)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.smartmotor.rules import RULES  # lazy import: no run needs it
+    from axistwin.controllers.smartmotor.rules import RULES  # lazy import: needed only by the checker
 
     return RULES
 

@@ -28,7 +28,7 @@ from axistwin.controllers.smartmotor.serial import program_store, serial_data
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# Chapters: those with a number are of the 4.76 manual, all others of the guide to the base language
+# Titles with a number are chapters of the 4.76 manual; all others are of the guide to the base language.
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"
@@ -41,7 +41,7 @@ BRAKE, DYNAMIC, IO, DIGITAL, ANALOG = (
 )  # fmt: skip
 F_WORD, ARRAYS, CAM, ON_THE_FLY = "7.0 F=", "8.2 Arrays", "9.1 Mode cam", "9.5 On-the-fly changes"
 
-# Parameters
+# Parameters of the commands
 LABEL, CONSTANT = Field("label", "", 0, 999), Field("constant", "", LOWEST, HIGHEST)
 ADDRESS, RATE, PID_RATE = Field("address", "", 0, 120), Field("rate", "bit/s", 2400, 38400), Field("samples", "", 1, 8)
 SAMPLES, CONDITION = Field("samples", "", LOWEST, HIGHEST), Field("condition")
@@ -73,7 +73,7 @@ DEVICE, CHANNEL = Field("device A…H"), Field("channel", "", 0, 63)
 
 
 def kept(slot: int, field: Field) -> partial[None]:
-    """Return a handler that stores a parameter in a slot, within the range of its field."""
+    """Return a handler that stores a parameter if its value is within the range of `field`."""
     assert field.low is not None and field.high is not None
     return partial(modes.parameter, slot=slot, low=field.low, high=field.high)
 
@@ -83,7 +83,7 @@ N, L, X, P, C = Form.NUMBER, Form.LET, Form.AFTER, Form.ITEMS, Form.CALL
 
 # fmt: off
 COMMANDS = CommandSet(
-    # Communications (section 2)
+    # Commands for communication (section 2)
     I("SADDRn",    "set address",                        SERIAL,   (ADDRESS,),      BOTH,   serial_data.address,                                   N),
     I("ECHO",      "echo on, channel 0",                 SERIAL,   (),              BOTH,   serial_data.echo),
     I("ECHO_OFF",  "echo off, channel 0",                SERIAL,   (),              BOTH,   serial_data.echo_off),
@@ -103,7 +103,7 @@ COMMANDS = CommandSet(
     I("RS4",       "channel 0 is RS-485, with pin G",    SERIAL,   (),              BOTH,   serial_data.rs4),
     I("RS2",       "channel 0 is RS-232",                SERIAL,   (),              BOTH,   serial_data.rs2),
 
-    # Motion parameters and motion commands (section 4)
+    # Commands for motion and motion parameters (section 4)
     I("A=",        "acceleration",                       MOTION,   (GAIN,),         BOTH,   kept(state.A, GAIN),                                   L),
     I("V=",        "velocity",                           MOTION,   (SPEED,),        BOTH,   kept(state.V, SPEED),                                  L),
     I("P=",        "absolute position",                  MOTION,   (COUNTS,),       BOTH,   modes.position,                                        L),
@@ -120,7 +120,7 @@ COMMANDS = CommandSet(
     I("THD=",      "time allowed too hot",               MOTION,   (HOT_TIME,),     BOTH,   kept(state.THD, HOT_TIME),                             L),
     I("CLK=",      "sample counter",                     MOTION,   (TICKS,),        BOTH,   modes.clock,                                           L),
 
-    # Modes of operation (section 5) and mode cam (chapter 9)
+    # Commands for the modes of operation, including mode cam (section 5, chapter 9)
     I("MP",        "mode position",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_POSITION)),
     I("MV",        "mode velocity",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_VELOCITY)),
     I("MT",        "mode torque",                        MODES,    (),              BOTH,   modes.torque),
@@ -147,7 +147,7 @@ COMMANDS = CommandSet(
     I("ENC0",      "servo from the internal encoder",    MODES,    (),              BOTH,   modes.internal_encoder),
     I("ENC1",      "servo from the external encoder",    MODES,    (),              BOTH,   modes.external_encoder),
 
-    # Limits (chapter 3)
+    # Commands for limits (chapter 3)
     I("UCP",       "pin C is the positive limit",        HARD,     (),              BOTH,   limits.limit_pin_c),
     I("UDM",       "pin D is the negative limit",        HARD,     (),              BOTH,   limits.limit_pin_d),
     I("LIMD",      "limits are directional, as always",  HARD,     (),              BOTH,   limits.directional),
@@ -156,7 +156,7 @@ COMMANDS = CommandSet(
     I("SLN=",      "negative software limit",            SOFT,     (COUNTS,),       BOTH,   limits.soft_negative,                                  L),
     I("SLP=",      "positive software limit",            SOFT,     (COUNTS,),       BOTH,   limits.soft_positive,                                  L),
 
-    # Variables (section 6) and arrays (chapter 8)
+    # Assignments to variables (section 6) and arrays (chapter 8)
     I("a…zzz=",    "variable a…z, aa…zz, aaa…zzz",       EQUAL,    (ANY,),          BOTH,   variables.assign,                                      Form.VARIABLE, "a=exp"),
     I("ab[]=",     "bytes 0…203",                        ARRAYS,   (INDEX, ANY),    BOTH,   variables.assign_elements,                             Form.ARRAY, "ab[exp]=exp"),
     I("aw[]=",     "words 0…101",                        ARRAYS,   (INDEX, ANY),    BOTH,   variables.assign_elements,                             Form.ARRAY, "aw[exp]=exp"),
@@ -165,7 +165,7 @@ COMMANDS = CommandSet(
     I("VST()",     "store variables in the EEPROM",      EEPROM,   (FIRST, MANY),   BOTH,   eeprom.store_variables,                                C, "VST(variable,number)"),
     I("VLD()",     "load variables from the EEPROM",     EEPROM,   (FIRST, MANY),   BOTH,   eeprom.load_variables,                                 C, "VLD(variable,number)"),
 
-    # Program flow (section 8)
+    # Commands for program flow (section 8)
     I("Cn",        "label",                              FLOW,     (LABEL,),        BLOCK,  flow.part_of_block,                                    N),
     I("GOTOn",     "go on at label",                     FLOW,     (LABEL,),        BOTH,   flow.goto,                                             N),
     I("GOSUBn",    "call subroutine",                    FLOW,     (LABEL,),        BOTH,   flow.gosub,                                            N),
@@ -192,7 +192,7 @@ COMMANDS = CommandSet(
     I("!",         "pause until a character arrives",    FLOW,     (),              INSIDE, flow.pause),
     I("Z",         "total reset",                        FLOW,     (),              BOTH,   flow.reset),
 
-    # Fault handling (chapter 4) and the F= functions (chapter 7)
+    # Commands for fault handling (chapter 4), and the command F= (chapter 7)
     I("ZS",        "clear all flags",                    CLEARING, (),              BOTH,   faults.clear_all),
     I("Zr",        "clear Br, positive limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BR)),
     I("Zl",        "clear Bl, negative limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BL)),
@@ -208,7 +208,7 @@ COMMANDS = CommandSet(
     I("Zf",        "clear Bf, framing error",            STATUS,   (),              BOTH,   partial(faults.clear, slot=state.BF)),
     I("F=",        "functions",                          F_WORD,   (SWITCHES,),     BOTH,   functions.functions,                                   L),
 
-    # Inputs and outputs (chapter 6) and brakes (chapter 5)
+    # Commands for inputs and outputs (chapter 6) and brakes (chapter 5)
     *(I(f"U{pin}I", f"pin {pin} is an input",            PINS,     (),              BOTH,   partial(io.direction_in, pin=pin)) for pin in state.USER_PINS),
     *(I(f"U{pin}O", f"pin {pin} is an output",           PINS,     (),              BOTH,   partial(io.direction_out, pin=pin)) for pin in state.USER_PINS),
     *(I(f"U{pin}=", f"output latch of pin {pin}",        PINS,     (LEVEL,),        BOTH,   partial(io.latch, pin=pin),                            L) for pin in state.USER_PINS),
@@ -223,7 +223,7 @@ COMMANDS = CommandSet(
     I("BRKC",      "brake signal on pin C too",          BRAKE,    (),              BOTH,   brakes.pin_c),
     I("BRKG",      "brake signal on pin G too",          BRAKE,    (),              BOTH,   brakes.pin_g),
 
-    # The PID filter (section 13)
+    # Commands for the PID filter (section 13)
     I("KP=",       "proportional coefficient",           TUNING,   (TUNED,),        BOTH,   kept(state.KP, TUNED),                                 L),
     I("KI=",       "integral coefficient",               TUNING,   (TUNED,),        BOTH,   kept(state.KI, TUNED),                                 L),
     I("KD=",       "derivative coefficient",             TUNING,   (TUNED,),        BOTH,   kept(state.KD, TUNED),                                 L),
@@ -235,14 +235,14 @@ COMMANDS = CommandSet(
     I("F",         "use the new coefficients",           TUNING,   (),              BOTH,   modes.tune),
     I("PIDn",      "servo law every n samples",          TUNING,   (PID_RATE,),     BOTH,   modes.pid,                                             N),
 
-    # Program storage (section 15)
+    # Commands for program storage (section 15)
     I("LOAD",      "download a program",                 STORAGE,  (),              HOST,   program_store.load),
     I("UPLOAD",    "upload the program's text",          STORAGE,  (),              HOST,   program_store.upload),
     I("UP",        "upload the compiled program",        STORAGE,  (),              HOST,   program_store.upload_image),
     I("LOCKP",     "prevent upload",                     STORAGE,  (),              BOTH,   program_store.lock),
     I("RCKS",      "report checksums",                   STORAGE,  (),              BOTH,   program_store.checksum_report),
 
-    # Reports (section 9), also of inputs and outputs (chapter 6)
+    # Report commands (section 9, and chapter 6 for inputs and outputs)
     I("RP",        "report position",                    REPORTS,  (),              BOTH,   partial(reports.variable, name="@P")),
     I("RPE",       "report position error",              REPORTS,  (),              BOTH,   partial(reports.variable, name="@PE")),
     I("RV",        "report velocity now",                REPORTS,  (),              BOTH,   partial(reports.variable, name="@V")),

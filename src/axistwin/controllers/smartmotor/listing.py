@@ -30,7 +30,7 @@ def lines_of(text: str) -> tuple[str, ...]:
 
 
 class Rows(NamedTuple):
-    """The lines of a program, the line index of each statement, and the lines that take no time."""
+    """The lines of a program, the line of each statement, and the lines without an executable statement."""
 
     lines: tuple[str, ...]
     of: tuple[int, ...]
@@ -38,7 +38,10 @@ class Rows(NamedTuple):
 
     @classmethod
     def of_program(cls, program: Program) -> "Rows":
-        """Return the lines as stored; for a program with one line, the statements as lines."""
+        """Return the lines of a program.
+
+        For a program with only one line, each statement is a line.
+        """
         lines = lines_of(program.text)
         of = tuple(place.line - 1 for place in program.places)
         if len(lines) == 1:
@@ -47,7 +50,10 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the statements that must be announced to report the start of these lines; None means all lines."""
+        """Return the statements that the program must report to Python so that the start of each given line is known.
+
+        None means all lines.
+        """
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
         if rows is None or any(len(numbers) > 1 for numbers in found):
@@ -55,12 +61,12 @@ class Rows(NamedTuple):
         return frozenset(number for numbers in found for number in numbers)
 
     def row(self, number: int) -> int | None:
-        """Return the line of a statement; None: the end of the program."""
+        """Return the line of a statement, or None for the end of the program."""
         return self.of[number] if number < len(self.of) else None
 
 
 class Lines:
-    """The lines of the stored program, and the subscribers to the running line."""
+    """Reports the lines of the stored program, and the line that is running."""
 
     def __init__(self) -> None:
         self.progress = Progress(self._attend)
@@ -76,7 +82,7 @@ class Lines:
             self._attend()
 
     def listings(self) -> Mapping[str, Listing]:
-        """The listing of the stored program, which exists with and without power."""
+        """Return the listing of the stored program, also while the power is off."""
         motor = self._motor
         assert motor is not None, "it has been switched on once"
         if motor.nonvolatile.broken:
@@ -86,11 +92,11 @@ class Lines:
         return {PROGRAM_NAME: Listing(f"stored program{locked}", rows.lines, self._running(), rows.silent)}
 
     def rows(self) -> Rows:
-        """Lines of the program that is now in the memory."""
+        """Return the lines of the program in the memory."""
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
-        """Return a function that converts statement numbers to line numbers, from 1, and calls `follower` with them."""
+        """Return a function that replaces statement numbers by line numbers, and then calls `follower`."""
         if LINE not in names:
             return follower
         place = names.index(LINE)
@@ -102,7 +108,10 @@ class Lines:
         return convert
 
     def line(self, statement: int) -> int:
-        """Return the line number of a statement number, both from 1; 0 for no statement."""
+        """Return the number of the line that contains a statement, or 0 while no program runs.
+
+        `statement`: number of the statement, from 1; 0 while no program runs.
+        """
         row = self.rows().row(statement - 1) if statement else None
         return 0 if row is None else row + 1
 
@@ -132,7 +141,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return the same program with the requested announcements."""
+        """Return an equivalent program that reports the statements of the observed lines to Python."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -141,7 +150,10 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the program, even while running, by a program that differs only in its announcements."""
+    """Replace the motor's program by an equivalent program that reports other statements to Python.
+
+    A running program continues.
+    """
     if after is motor.program:
         return
     motor.catch_up()
@@ -154,7 +166,10 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return the place in a new code for each place in the old code; the codes differ only in announcements."""
+    """Return a table that maps each place in the code of a program to its place in the new code.
+
+    The codes differ only in the statements that are reported to Python.
+    """
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):
         moved[old + before.announcement(old)] = new + after.announcement(new)

@@ -54,7 +54,7 @@ RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
 
 @dataclass(frozen=True)
 class Fittings:
-    """The parts connected to the processor; these also exist without power."""
+    """The parts that are connected to the processor, such as pins and serial ports, with or without power."""
 
     axis: ServoAxis
     index: IndexLine
@@ -67,7 +67,7 @@ class Fittings:
 
 
 class Motor(Processor):
-    """The dispatcher: executes commands and statements, and handles the events of the kernel."""
+    """Executes commands and statements, and handles the events of the kernel."""
 
     def __init__(self, fittings: Fittings, options: Options, restart: Callable[[], None]) -> None:
         super().__init__(fittings.axis, fittings.user_pins, fittings.brake, fittings.uarts, fittings.store, options)
@@ -104,7 +104,7 @@ class Motor(Processor):
         self.update_outputs()
 
     def report_host_mode(self, channel: Channel) -> None:
-        """Send the status of host mode, the answer to the byte 0xF9."""
+        """Answer the byte 0xF9 with the status of host mode."""
         self.catch_up()
         channel.send(host_mode.status(self))
 
@@ -131,7 +131,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # the compilation is already complete, or the program has been replaced
+            return  # The compilation is already complete, or another compilation has replaced it.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -163,10 +163,10 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # from now on, no flag can be set
+            i[slot] = slot in LATCHED  # A flag that is already set cannot report a fault.
 
     def leave(self) -> None:
-        """Store the present state of the machine for the next power-up."""
+        """Store the state of shaft, load and windings for the next power-up."""
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]
@@ -183,11 +183,11 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Use the motor and the load of the axis; the position is 0 at the present place of the shaft."""
+        """Use the motor and the load of the axis, and define the present position of the shaft as 0."""
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # the machine keeps the state of its earlier use
+        if axis.f:  # The machine keeps its state while the power is off.
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value
@@ -224,7 +224,7 @@ class Motor(Processor):
             self.send(answer.encode("ascii") + b"\r")
 
     def _fetch(self, number: int) -> None:
-        """Fetch the external values of a statement, or announce the statement (a negative number)."""
+        """Fetch the external values of a statement, or report the start of the statement if `number` is negative."""
         if number >= 0:
             self.program.statements[number].fetch(self)
             return
@@ -236,7 +236,7 @@ class Motor(Processor):
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
-                flow.end(self)  # the stack has no room for the call, but a motor protection fault ends the program
+                flow.end(self)  # Be and Bh end the program if C1 cannot be called
         elif pending & s.CALL_INPUT:
             flow.call(self, INPUT_2, s.CALL_INPUT)
 
@@ -248,7 +248,7 @@ class Motor(Processor):
         if not i[s.F] & CALL_C2 or INPUT_2 not in self.program.labels or flow.within(self, s.CALL_INPUT):
             return
         i[s.PENDING] |= s.CALL_INPUT
-        i[s.WAIT_UNTIL] = 0  # WAIT is "the only motor instruction that will be truncated"
+        i[s.WAIT_UNTIL] = 0  # A pending call of C2 ends a WAIT early.
 
     def _trajectory(self) -> None:
         if self.i[s.BT]:

@@ -34,22 +34,26 @@ class Nonvolatile:
             "locked": self.locked,
             "eeprom": self.eeprom.hex(),
         }
-        import json  # lazy import: needed only for a memory with contents
+        import json  # lazy import: needed only to save or load a memory
 
         store.save(json.dumps(contents, indent=1).encode())
 
     @classmethod
     def load(cls, store: Store) -> "Nonvolatile":
-        """Return the stored memory, or that of a new motor.  Raises UsageError for an invalid file."""
+        """Return the stored memory, or the memory of a new motor.
+
+        Raises UsageError for an invalid file.
+        """
         contents = store.load()
         if contents is None:
             return cls()
-        import json  # lazy import: needed only for a memory with contents
+        import json  # lazy import: needed only to save or load a memory
 
         try:
             return cls._from(json.loads(contents))
         except (ValueError, TypeError, KeyError, RecursionError) as error:
-            raise UsageError(f"{store} is not the memory of a SmartMotor ({excerpt(error)}): delete it") from None
+            memory_file, reason = store, excerpt(error)
+            raise UsageError(f"{memory_file} is not the memory of a SmartMotor ({reason}): delete it") from None
 
     @classmethod
     def _from(cls, kept: Any) -> "Nonvolatile":
@@ -75,6 +79,6 @@ class Nonvolatile:
         return True
 
 
-def _require(holds: bool, name: str) -> None:
-    if not holds:
-        raise ValueError(f"invalid {name}")
+def _require(valid: bool, key: str) -> None:
+    if not valid:
+        raise ValueError(f"the value of {key!r} is invalid")

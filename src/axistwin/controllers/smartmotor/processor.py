@@ -53,18 +53,18 @@ class StoredProgram(Protocol):
 
     @property
     def labels(self) -> Mapping[int, int]:
-        """Places of the labels in the code, by label."""
+        """The index in the code at which each label begins, by label number."""
 
     @property
     def statements(self) -> Sequence[object]:
-        """The statements in the order of the text."""
+        """The statements of the program, in the order of its text."""
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement at a place of the code."""
+        """Return the number of the statement at a place in the code."""
 
 
 class Processor(Dispatcher, ABC):
-    """The state of a processor that is switched on, and the operations of all chapters on it."""
+    """The state of a processor that is switched on, with the operations that command handlers use."""
 
     def __init__(
         self,
@@ -113,7 +113,10 @@ class Processor(Dispatcher, ABC):
         """Handle the events at which the kernel has stopped."""
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state to the last sample at or before now.  `changing`: the caller will change it."""
+        """Advance the motor's state to the last sample at or before the present time.
+
+        `changing`: True if the caller changes the state afterwards.
+        """
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
@@ -121,13 +124,17 @@ class Processor(Dispatcher, ABC):
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self) -> None:
-        """Set the flag Bs for invalid text or an impossible command, and the error that RCHN reports for the host's
-        channel.
+        """Set the flag Bs because of invalid text or an impossible command.
+
+        The error is also stored for the report RCHN of the host's channel.
         """
         self._flag(s.BS, ChannelError.SCAN)
 
     def overflow(self) -> None:
-        """Set the flag Bc for data that does not fit, and the error that RCHN reports for the host's channel."""
+        """Set the flag Bc because received data does not fit.
+
+        The error is also stored for the report RCHN of the host's channel.
+        """
         self._flag(s.BC, ChannelError.OVERFLOW)
 
     def _flag(self, slot: int, error: ChannelError) -> None:
@@ -136,8 +143,9 @@ class Processor(Dispatcher, ABC):
             self.host.flag(error)
 
     def send(self, data: bytes, channel: int | None = None) -> None:
-        """Send the output of the statement in progress, to the host that has sent the command or to the program's
-        channel.  A program is blocked while too much output is waiting.
+        """Send output to the host whose command is executed, or to the channel of the program.
+
+        A program is blocked while too much output is waiting.
         """
         if self.host is not None and channel is None:
             self.host.send(data)

@@ -26,7 +26,10 @@ COSTLY = (*WHILE_RESTING, LINE)
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Return the operation and the place of each register.  Reading `I` here does not clear Bi."""
+    """Return the kind and the index of each register's value in the motor's processor.
+
+    A read of the register RI does not clear Bi.
+    """
     found = {
         _called(variable.name): (variable.operation, variable.place)
         for variable in TABLE
@@ -43,8 +46,9 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that receives the changes of all these registers, and forwards those that the follower
-        wants.
+        """Return a function that passes on only the changes of this follower's registers.
+
+        `names`: all followed registers, in the order in which changes are reported.
         """
         place = {names.index(name): k for k, name in enumerate(self.names)}
 
@@ -65,7 +69,7 @@ class Registers:
         self._followings: list[_Following] = []
 
     def connect(self, motor: Motor | None) -> None:
-        """Connect the processor that has just been switched on; None: the power is off."""
+        """Connect the registers to a processor that has been switched on; None disconnects the registers."""
         self._motor = motor
         if motor is not None and self._followings:
             self._follow()
@@ -74,11 +78,14 @@ class Registers:
                 one.follower([self.clock.now] * count, range(count), [self._read(name) for name in one.names])
 
     def table(self) -> dict[str, Register]:
-        """Return all registers by name; a register whose name in expressions differs has both names."""
+        """Return all registers by name.
+
+        A register whose name in expressions differs has both names.
+        """
         return {name: Register(partial(self._value, name), _also(name), costly=name in COSTLY) for name in numbers()}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Report each change of these registers to `follower`.  Several followers may follow different registers."""
+        """Call `follower` with each change of the named registers; return a function that unsubscribes."""
         one = _Following(tuple(names), self._lines.in_lines(names, follower))
         self._followings.append(one)
         self._follow()
@@ -100,7 +107,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all followed registers, and a function that reports a change to all followers."""
+        """Return the names of all followed registers, and a function that passes each change to all followers."""
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower
         names = tuple(dict.fromkeys(name for one in self._followings for name in one.names))

@@ -8,7 +8,7 @@ from axistwin.controllers.diagnostics import Rule, Severity
 
 E, W = Severity.ERROR, Severity.WARNING
 
-# Chapters: those with a number are of the 4.76 manual, all others of the guide to the base language
+# Titles with a number are chapters of the 4.76 manual; all others are of the guide to the base language.
 LEXICAL, EXPRESSIONS, FLOW, F_WORD = "Lexical rules", "Variables and mathematics", "Program flow", "7.0 F="
 EQUAL, ARRAYS, CAM, ON_THE_FLY = "8.1 Forced equal sign", "8.2 Arrays", "9.1 Mode cam", "9.5 On-the-fly changes"
 LIMITATIONS, HARD, BRAKE, HOST = (

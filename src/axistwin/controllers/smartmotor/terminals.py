@@ -43,7 +43,7 @@ class EncoderPin(UserPin):
 
     @property
     def level(self) -> bool:
-        """The level at the terminal."""
+        """The level at the pin, True for high."""
         return self._level_at(self._master.count) if self.shows_encoder else super().level
 
     def _level_at(self, count: int) -> bool:
@@ -51,7 +51,7 @@ class EncoderPin(UserPin):
 
     @property
     def volts(self) -> float:
-        """The voltage at the terminal: 5 V or 0 V from an encoder."""
+        """The voltage at the pin, which is 5 V or 0 V if the external encoder sets the level."""
         return PULLED_UP_VOLTS * self.level if self.shows_encoder else super().volts
 
     def unplug(self) -> None:
@@ -65,7 +65,7 @@ class EncoderPin(UserPin):
         self.refresh()
 
     def subscribe_edges(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of level, also by the encoder.  Return an unsubscribe function."""
+        """Call `callback(pin)` at every change of the pin's level; return an unsubscribe function."""
         unsubscribe = self._edges.subscribe(callback)
         end_changes = self._master.on_change.subscribe(self.refresh)
         self._last = self.level
@@ -79,7 +79,7 @@ class EncoderPin(UserPin):
         return end
 
     def refresh(self) -> None:
-        """Report a change of level to the subscribers of edges, and arm the next edge."""
+        """Report a changed level to the subscribers, and schedule the encoder's next edge."""
         if self._edges:
             level = self.level
             changed, self._last = level is not self._last, level
@@ -98,15 +98,13 @@ class EncoderPin(UserPin):
                 self._arm_axis()
 
     def _next_count(self, way: int) -> int | None:
-        """Return the next count in this direction (+1 or -1) at which the level changes; None if the level does not
-        change.
-        """
+        """Return the next encoder count in the direction `way` at which the pin's level changes, or None."""
         count = self._master.count
         level = self._level_at(count)
         return next((count + way * n for n in (1, 2) if self._level_at(count + way * n) is not level), None)
 
     def _arm_run(self) -> None:
-        """Schedule the next edge of a run at constant speed."""
+        """Schedule the next edge while the external encoder turns at constant speed."""
         run, clock = self._master.run, self.clock
         count = self._next_count(1 if run.counts > 0 else -1)
         if count is None or abs(count - run.base) > abs(run.counts) or clock.now >= run.end_ns:
@@ -128,7 +126,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to the nearest axis position on each side at which the level changes."""
+        """Subscribe to the nearest axis positions on both sides of the shaft at which the pin's level changes."""
         master = self._master
         axis, ratio = master.followed, master.ratio
         up, down = self._next_count(1), self._next_count(-1)
@@ -151,7 +149,7 @@ class IndexLine(Pin):
         self._motor: Processor | None = None
 
     def connect(self, motor: Processor | None) -> None:
-        """Connect the processor that has just been switched on; None: the power is off."""
+        """Connect the index line to a processor that has been switched on; None disconnects the line."""
         self._motor = motor
         if self._changes:
             self._report_changes()
@@ -172,7 +170,7 @@ class IndexLine(Pin):
         return bool(motor.i[s.BX])
 
     def drive(self, level: bool) -> None:
-        """Force the line with a test lead; a rising edge captures the position, as the mark does."""
+        """Force the index line to a level; a rising edge captures the position as an index mark does."""
         before = self.level
         super().drive(level)
         self._force(bool(level), rising=bool(level) and not before)
@@ -194,11 +192,11 @@ class IndexLine(Pin):
             i[s.INDEX], i[s.INDEX_ARMED], i[s.BI] = actual_position(i), 0, 1
 
     def subscribe(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change.  Return an unsubscribe function."""
+        """Call `callback(pin)` at every change of the index line; return an unsubscribe function."""
         self._report_changes()
         return super().subscribe(callback)
 
     def show(self) -> None:
-        """Update the line after the shaft has reached or left the mark."""
+        """Update the index line after the shaft has reached or left the index mark."""
         if not self.driven:
             self._announce()

@@ -35,16 +35,22 @@ Put = Callable[[Any], Awaitable[None]]
 
 
 class Channel(ChannelData):
-    """A channel whose writes by clients are processed by a record.  `put` is None if it can only be read."""
+    """A channel of Channel Access; a record processes the writes of clients.
+
+    `put` is None for a channel that can only be read.
+    """
 
     put: Put | None = None
 
     def check_access(self, hostname: str, username: str) -> AccessRights:  # noqa: ARG002
-        """Return the rights of a client."""
+        """Return the access rights of a client."""
         return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
 
     async def write(self, value: Any, *, verify_value: bool = True, **metadata: Any) -> None:
-        """Process a write of a client, or (without `verify_value`) store and publish a value of the record."""
+        """Process a write of a client, or publish a new value of the record.
+
+        Without `verify_value`, the value is one of the record.
+        """
         if not verify_value:
             await super().write(value, verify_value=False, update_fields=False, **metadata)
         elif self.put is not None:
@@ -52,23 +58,23 @@ class Channel(ChannelData):
 
 
 class _Double(Channel, ChannelDouble):
-    """A floating-point channel."""
+    """A channel with a floating-point value."""
 
 
 class _Long(Channel, ChannelInteger):
-    """A channel of a whole number."""
+    """A channel with an integer value."""
 
 
 class _Menu(Channel, ChannelEnum):
-    """A channel of a choice."""
+    """A channel with one of several choices as its value."""
 
 
 class _String(Channel, ChannelString):
-    """A channel of a short string."""
+    """A channel with a short string as its value."""
 
 
 class _Text(Channel, ChannelChar):
-    """A channel of a long string."""
+    """A channel with a long string as its value."""
 
 
 def _make(field: Field, value: Any, put: Put | None, alarm: ChannelAlarm, kind: str) -> Channel:
@@ -90,7 +96,7 @@ def _make(field: Field, value: Any, put: Put | None, alarm: ChannelAlarm, kind: 
 
 
 class _Motor:
-    """The channels of a motor record."""
+    """The channels for all fields of a motor record."""
 
     def __init__(self, record: MotorRecord) -> None:
         self._record = record
@@ -106,7 +112,7 @@ class _Motor:
         return _make(field, self._record.values[name], allowed, self._alarm, "motor")
 
     async def post(self, name: str, value: Any) -> None:
-        """Publish a field; "": the alarm and the metadata."""
+        """Publish a field of the record; an empty name stands for the alarm and the metadata."""
         if not name:
             await self.describe()
             return
@@ -114,7 +120,7 @@ class _Motor:
         await channel.write(menu[value] if menu else value, verify_value=False)
 
     async def describe(self) -> None:
-        """Publish the alarm, the unit, the precision and the limits."""
+        """Publish the alarm, the unit, the precision and the limits of the record."""
         record, values = self._record, self._record.values
         status, severity = AlarmStatus[record.alarm.status], MOTOR["SEVR"].menu.index(record.alarm.severity)
         if (self._alarm.status, self._alarm.severity) != (status, severity):
@@ -128,17 +134,17 @@ class _Motor:
 
 
 class _Circuit(VirtualCircuit):
-    """A client's connection.  Updates are sent at once, and before the answer to a write that caused them."""
+    """A client's connection, which sends each update before the answer to the write that caused the update."""
 
     async def send(self, *commands: Any) -> None:
-        """Send commands to the client."""
+        """Send messages of Channel Access to the client."""
         if any(isinstance(command, WriteNotifyResponse) for command in commands):
             await self.context.subscription_queue.join()
             await self.subscription_queue.join()
         await super().send(*commands)
 
     async def subscription_queue_loop(self) -> None:
-        """Send all queued updates together, for ever."""
+        """Send updates to the client for ever; updates in the queue are sent together."""
         self.events_on.set()
         queue: asyncio.Queue[Callable[[], EventAddResponse | None]] = self.subscription_queue
         while True:
@@ -160,12 +166,12 @@ class _Circuit(VirtualCircuit):
 
 
 class _Context(Context):
-    """The server of caproto with our circuits."""
+    """The server of the library caproto, with connections of the class `_Circuit`."""
 
     CircuitClass = _Circuit
 
     async def subscription_queue_loop(self) -> None:
-        """Distribute updates to the circuits, for ever."""
+        """Distribute updates to the connections of the clients, for ever."""
         while True:
             update = await self.subscription_queue.get()
             try:
@@ -175,19 +181,22 @@ class _Context(Context):
 
 
 class ChannelAccess:
-    """A server of Channel Access.  `port`: for UDP and TCP; another TCP port if it is taken."""
+    """A server for Channel Access.
+
+    `port`: for UDP and TCP; if it is taken, the system chooses another TCP port.
+    """
 
     def __init__(self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None) -> None:
         self._channels: dict[str, Channel] = {}
         self._motors: list[_Motor] = []
         self._addresses, self._port = list(addresses), port
         self._started = asyncio.Event()
-        if all(address == LOOPBACK for address in addresses):  # no beacons to other machines
+        if all(address == LOOPBACK for address in addresses):  # a local server sends no beacons
             os.environ.setdefault("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
             os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
 
     def add_motor(self, record: MotorRecord) -> None:
-        """Serve a motor record."""
+        """Serve the fields of a motor record as channels."""
         motor = _Motor(record)
         self._motors.append(motor)
         self._channels[record.name] = motor.channels["VAL"]
@@ -195,7 +204,7 @@ class ChannelAccess:
             self._channels[called(record.name, name)] = channel
 
     def add_point(self, name: str, point: Point) -> None:
-        """Serve a pin as a binary record, a register as a long one."""
+        """Serve a pin as a binary record, or a register as an integer record."""
         field = Field(Kind.MENU, point.value or 0, NO_YES) if point.bit else Field(Kind.LONG, point.value or 0)
         alarm = ChannelAlarm(status=AlarmStatus.UDF, severity=AlarmSeverity.INVALID_ALARM)
 

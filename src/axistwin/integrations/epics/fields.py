@@ -9,7 +9,7 @@ from axistwin.drivers.errors import RefusedError
 
 
 class Kind(Enum):
-    """Type of a field."""
+    """Data type of a field."""
 
     DOUBLE = "double"
     LONG = "long"
@@ -21,7 +21,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a record."""
+    """A field of an EPICS record."""
 
     kind: Kind
     value: Any
@@ -81,33 +81,36 @@ OWN = ("FAULT", "CLEAR")
 
 
 def called(record: str, field: str) -> str:
-    """Return the name under which a field is served."""
+    """Return the name of the channel of a field, e.g. `LAB:if1:X.VAL`."""
     return f"{record}:{field}" if field in OWN else f"{record}.{field}"
 
 
 def decimals(per: Fraction) -> int:
-    """Return the decimals that one count needs, at most 6."""
+    """Return the number of decimals of a position with a resolution of one count, at most 6."""
     return next((n for n in range(MOST_DECIMALS) if (10**n / per).denominator == 1), MOST_DECIMALS)
 
 
 def checked(field: str, value: Any) -> Any:
-    """Return a value with the type of the field; a choice of a menu as its number.  Raises RefusedError."""
+    """Convert a written value to the type of its field.  Raises RefusedError for an invalid value.
+
+    A choice of a menu is converted to its number.
+    """
     found = MOTOR[field]
     try:
         match found.kind:
             case Kind.DOUBLE:
                 value = float(value)
                 if not abs(value) < 1e15:
-                    raise RefusedError(f"{field}: {value} is not a number below 1e15")
+                    raise RefusedError(f"{field} cannot be {value}: expected a number below 1e15")
             case Kind.LONG:
                 value = int(value)
             case Kind.MENU:
                 value = found.menu.index(value) if isinstance(value, str) else int(value)
                 if not 0 <= value < len(found.menu):
-                    raise RefusedError(f"{field}: {value} is no choice: expected {', '.join(found.menu)}")
+                    raise RefusedError(f"{field} has no choice {value}: expected one of {', '.join(found.menu)}")
             case _:
                 value = str(value)[:39]
     except (ValueError, TypeError):
         expected = ", ".join(found.menu) or f"a {found.kind.value}"
-        raise RefusedError(f"{field}: {value!r} is invalid: expected {expected}") from None
+        raise RefusedError(f"invalid value {value!r} for {field}: expected {expected}") from None
     return value

@@ -18,7 +18,7 @@ LONGEST_NAME = 60
 
 
 class Ioc:
-    """Records of a machine, by name.  Use within a running event loop, after the machine has been opened."""
+    """The EPICS records of a machine.  Use within a running event loop, after the machine has been opened."""
 
     def __init__(self, machine: Machine, prefix: str) -> None:
         self.machine = machine
@@ -33,20 +33,20 @@ class Ioc:
 
     @property
     def names(self) -> list[str]:
-        """Names of all records."""
+        """Names of all motor records, pins and registers."""
         return [*(motor.name for motor in self.motors), *self.points]
 
     @asynccontextmanager
     async def serving(
         self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None, *, pv_access: bool = False
     ) -> AsyncIterator[str]:
-        """Serve the records and poll the machine; yields the address of Channel Access."""
-        logging.getLogger("caproto").setLevel(logging.CRITICAL)  # a refused write is the client's affair
+        """Serve the records and poll the machine; yields the address of the Channel Access server."""
+        logging.getLogger("caproto").setLevel(logging.CRITICAL)  # caproto must not log refused writes of clients
         server = ChannelAccess(addresses, port)
         self._add_to(server)
         other = None
         if pv_access:
-            from axistwin.integrations.epics.pv_access import PvAccess  # lazy import: an extra of its own
+            from axistwin.integrations.epics.pv_access import PvAccess  # lazy import: only PV Access needs p4p
 
             shared = PvAccess(addresses, None if port is None else port + 11)
             self._add_to(shared)

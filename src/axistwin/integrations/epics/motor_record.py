@@ -26,7 +26,10 @@ Put = Callable[["MotorRecord", Any], Awaitable[None]]
 
 
 class MotorRecord:
-    """Fields of an axis.  `observers` are called with each changed field; "" stands for the alarm and the metadata."""
+    """The fields of an EPICS motor record for one axis.
+
+    `observers` are called with each changed field; "" stands for the alarm and the metadata.
+    """
 
     def __init__(self, axis: DrivenAxis, name: str, description: str) -> None:
         self.axis, self.name = axis, name
@@ -87,9 +90,12 @@ class MotorRecord:
         return field in PUTS
 
     async def put(self, field: str, value: Any) -> None:
-        """Process a write; for a motion, return at rest.  Raises DriverError."""
+        """Process a write to a field; if the write starts a motion, return when the axis is at rest.
+
+        Raises DriverError.
+        """
         if field not in PUTS:
-            raise RefusedError(f"{field} can only be read")
+            raise RefusedError(f"{field} cannot be written: expected a writable field, e.g. VAL")
         await PUTS[field](self, checked(field, value))
 
     async def _post(self, field: str, value: Any) -> None:
@@ -97,14 +103,14 @@ class MotorRecord:
             await observer(field, value)
 
     async def _set(self, **changed: Any) -> None:
-        """Change fields and publish those with a new value."""
+        """Change fields of the record, and publish each field that has a new value."""
         for field, value in changed.items():
             if self.values[field] != value:
                 self.values[field] = value
                 await self._post(field, value)
 
     async def _move(self, user: float) -> None:
-        """Move to a user position, or in SET mode define the position."""
+        """Move to a user position; in SET mode, define the present position instead."""
         dial = self._dial_of(user)
         if self.values["SET"]:
             await self._define(user, dial)
@@ -112,7 +118,8 @@ class MotorRecord:
         self._allowed()
         if self._outside(dial):
             await self._set(LVIO=1)
-            raise RefusedError(f"{user:g} is outside the limits {self.values['LLM']:g} to {self.values['HLM']:g}")
+            low, high = self.values["LLM"], self.values["HLM"]
+            raise RefusedError(f"position {user:g} is outside the limits: expected {low:g} to {high:g}")
         self.axis.status.known_position()
         await self._set(LVIO=0, VAL=user, DVAL=dial, RVAL=float(self._counts(dial)), MISS=0)
         self._apply_profile(self.values["VELO"], self.values["ACCL"])
@@ -120,7 +127,7 @@ class MotorRecord:
 
     def _allowed(self) -> None:
         if self.values["SPMG"] == STOP:
-            raise RefusedError("SPMG is Stop: write Go to it first")
+            raise RefusedError("the field SPMG is Stop: write Go to SPMG before a motion")
 
     async def _define(self, user: float, dial: float) -> None:
         if self.values["FOFF"] or self.axis.status.lost:
@@ -130,7 +137,7 @@ class MotorRecord:
         await self._follow_readback()
 
     async def _offset(self, offset: float) -> None:
-        """Change OFF; the dial positions stay."""
+        """Change the offset OFF; the dial positions stay the same."""
         await self._set(OFF=offset)
         await self._refresh_limits()
         await self._follow_readback()
@@ -142,7 +149,7 @@ class MotorRecord:
         await self._post("", None)
 
     async def _follow_readback(self) -> None:
-        """Set VAL to the position at rest."""
+        """Set the target fields VAL, DVAL and RVAL to the present position."""
         position = self.axis.status.position
         dial = self._dial(position)
         await self._set(VAL=self._user(dial), DVAL=dial, RVAL=float(round(position)))
@@ -161,7 +168,7 @@ class MotorRecord:
         sign = 1 if field == "JOGF" else -1
         if self._runs_out(sign * self._sign):
             await self._set(LVIO=1)
-            raise RefusedError(f"{field}: the position is already at or beyond the limit")
+            raise RefusedError(f"{field} would move beyond the position limit: move in the other direction")
         self._apply_profile(self.values["JVEL"], self.values["ACCL"])
         self._jogging = field
         await self._set(LVIO=0, **{field: 1})
@@ -172,7 +179,7 @@ class MotorRecord:
             await self._set(**{field: 0})
 
     def _runs_out(self, direction: int) -> bool:
-        """True if a run in this dial direction has to stop before the limit."""
+        """True if the stopping distance of a run in this direction reaches the position limit."""
         low, high = self.values["DLLM"], self.values["DHLM"]
         distance = self.values["JVEL"] * self.values["ACCL"] / 2
         dial = self._dial(self.axis.status.position)
@@ -188,7 +195,8 @@ class MotorRecord:
         try:
             await self.axis.home(direction)
             if self.axis.status.faults or self.axis.stopped:
-                raise RefusedError("; ".join(map(str, self.axis.status.faults)) or "the search for home was stopped")
+                reason = "; ".join(map(str, self.axis.status.faults)) or "it was stopped"
+                raise RefusedError(f"the search for home failed: {reason}")
             self._homed = True
         finally:
             await self._set(**{field: 0})
@@ -215,7 +223,7 @@ class MotorRecord:
     async def _velocity(self, field: str, value: float) -> None:
         most = self.values["VMAX"] if field != "VMAX" else self.axis.core.max_velocity / float(abs(self._per))
         if not 0 < value <= most:
-            raise RefusedError(f"{field}: {value:g} is not above 0 and at most {most:g}")
+            raise RefusedError(f"{field}={value:g} is out of range: expected above 0, and at most {most:g}")
         await self._set(**{field: value})
         if field in ("VELO", "VMAX"):
             unit = self.values["UREV"]
@@ -223,7 +231,7 @@ class MotorRecord:
 
     async def _positive(self, field: str, value: float) -> None:
         if not value > 0:
-            raise RefusedError(f"{field}: {value:g} is not above 0")
+            raise RefusedError(f"{field}={value:g} is out of range: expected a value above 0")
         await self._set(**{field: value})
 
     async def _user_limit(self, field: str, value: float) -> None:
@@ -240,11 +248,11 @@ class MotorRecord:
         await self._offset(self.values["OFF"])
 
     async def _resolution(self, value: float) -> None:
-        """Change the resolution; velocities and limits keep their counts."""
+        """Change the resolution MRES; velocities and limits stay the same in counts."""
         self._at_rest("MRES")
         found = Fraction(value).limit_denominator(FINEST)
         if not found:
-            raise RefusedError("MRES: expected a number that is not 0")
+            raise RefusedError("MRES cannot be 0: expected another number, e.g. 0.01")
         before, self._per = self._per, 1 / found
         ratio = float(abs(before / self._per))
         scaled = {name: self.values[name] * ratio for name in SCALED}
@@ -260,19 +268,19 @@ class MotorRecord:
 
     def _at_rest(self, field: str) -> None:
         if self.axis.busy:
-            raise RefusedError(f"{field} can be changed at rest only")
+            raise RefusedError(f"{field} cannot be changed during a motion: stop the axis first")
 
     async def _keep(self, field: str, value: Any) -> None:
-        """Change a field without further effect."""
+        """Change a field that has no effect on the axis."""
         await self._set(**{field: value})
 
     async def _shown(self, field: str, value: Any) -> None:
-        """Change the unit or the precision."""
+        """Change the unit (field EGU) or the number of decimals (field PREC)."""
         await self._set(**{field: value})
         await self._post("", None)
 
     async def _poll(self, on: int) -> None:
-        """Read the state of the axis at once."""
+        """Poll the axis at once, and wait for the end of the poll."""
         if on:
             self.axis.station.wake()
             await self.axis.station.polled()
@@ -288,7 +296,7 @@ class MotorRecord:
     # Polls
 
     async def _update(self) -> None:
-        """Publish the state of the axis: the readback first, DMOV last."""
+        """Publish the state of the axis: first the readback position, last DMOV."""
         axis, status = self.axis, self.axis.status
         moving = status.moving
         await self._set_alarm(status)
@@ -324,7 +332,7 @@ class MotorRecord:
             await self._set(DIFF=self.values["VAL"] - user, RDIF=self.values["RVAL"] - raw)
 
     async def _ended(self) -> None:
-        """Complete a motion: after anything but a finished move, VAL is the position."""
+        """Complete a motion; unless a move has reached its target, set VAL to the position."""
         goal = self.axis.ended
         if goal is None or goal.target is None or goal.failure:
             await self._follow_readback()

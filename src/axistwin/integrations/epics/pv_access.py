@@ -22,7 +22,7 @@ Put = Callable[[Any], Awaitable[None]]
 
 
 class _Channel:
-    """A channel.  Without `put` it refuses writes."""
+    """A channel of PV Access; a channel without `put` refuses writes."""
 
     def __init__(self, field: Field, value: Any, put: Put | None) -> None:
         self._menu, self._put = field.menu, put
@@ -31,7 +31,7 @@ class _Channel:
         self.pv = SharedPV(nt=self._nt, initial=self._nt.wrap(initial), handler=self)
 
     async def put(self, pv: SharedPV, operation: ServerOperation) -> None:  # noqa: ARG002
-        """Process a write of a client."""
+        """Process a client's write to the channel."""
         if self._put is None:
             operation.done(error="this field can only be read")
             return
@@ -44,7 +44,7 @@ class _Channel:
             operation.done()
 
     def post(self, value: Any, alarm: Alarm, extra: dict[str, Any]) -> None:
-        """Publish a value."""
+        """Publish a value of the channel with its alarm and the present time."""
         changed = self.pv.current().raw
         changed.unmark()
         if self._menu:
@@ -62,7 +62,7 @@ class _Channel:
 
 
 class _Motor:
-    """The channels of a motor record."""
+    """The channels for all fields of a motor record."""
 
     def __init__(self, record: MotorRecord) -> None:
         self._record = record
@@ -76,7 +76,7 @@ class _Motor:
         return _Channel(field, self._record.values[name], put if self._record.writable(name) else None)
 
     async def post(self, name: str, value: Any) -> None:
-        """Publish a field; "": the alarm and the metadata."""
+        """Publish a field of the record; an empty name stands for the alarm and the metadata."""
         record = self._record
         if name:
             self.channels[name].post(value, record.alarm, {})
@@ -88,7 +88,10 @@ class _Motor:
 
 
 class PvAccess:
-    """A server of PV Access.  Use within a running event loop: `with server.open():`."""
+    """A server for PV Access.
+
+    Use within a running event loop: `with server.open():`.
+    """
 
     def __init__(self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None) -> None:
         self._addresses, self._port = list(addresses), port
@@ -96,7 +99,7 @@ class PvAccess:
         self._channels: dict[str, SharedPV] = {}
 
     def add_motor(self, record: MotorRecord) -> None:
-        """Serve a motor record."""
+        """Serve the fields of a motor record as channels."""
         motor = _Motor(record)
         self._motors.append(motor)
         self._channels[record.name] = motor.channels["VAL"].pv
@@ -104,7 +107,7 @@ class PvAccess:
             self._channels[called(record.name, name)] = channel.pv
 
     def add_point(self, name: str, point: Point) -> None:
-        """Serve a pin or a register."""
+        """Serve a pin or a register as a channel."""
         field = Field(Kind.MENU, 0, NO_YES) if point.bit else Field(Kind.LONG, 0)
 
         async def put(value: Any) -> None:
@@ -124,7 +127,7 @@ class PvAccess:
             await motor.post("", None)
         here = all(address == LOOPBACK for address in self._addresses)
         given = {"EPICS_PVAS_INTF_ADDR_LIST": " ".join(self._addresses)}
-        if here:  # no beacons to other machines
+        if here:  # a local server sends no beacons
             given |= {"EPICS_PVAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_PVAS_BEACON_ADDR_LIST": LOOPBACK}
         if self._port is not None:
             given |= {"EPICS_PVAS_SERVER_PORT": str(self._port), "EPICS_PVAS_BROADCAST_PORT": str(self._port + 1)}

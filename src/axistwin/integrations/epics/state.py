@@ -12,14 +12,17 @@ DIRECTION, DONE, PLUS, HOME_SWITCH, AT_HOME, PROBLEM, MOVING, SILENT, MINUS, HOM
 
 @dataclass(frozen=True)
 class Alarm:
-    """Alarm of a record: status and severity with the names of EPICS."""
+    """The alarm of an EPICS record: its status and its severity."""
 
     status: str = "NO_ALARM"
     severity: str = "NO_ALARM"
 
 
 def alarm_of(status: Status, error: str) -> tuple[Alarm, str]:
-    """Return the alarm and its reason; `error`: why the controller does not answer."""
+    """Return the alarm of an axis, and the reason of this alarm.
+
+    `error`: the reason why the controller does not answer.
+    """
     if error:
         return Alarm("COMM", "INVALID"), error
     if status.lost:
@@ -30,7 +33,7 @@ def alarm_of(status: Status, error: str) -> tuple[Alarm, str]:
 
 
 def status_bits(status: Status, *, busy: bool, forward: int, homed: bool) -> int:
-    """Return MSTA."""
+    """Return the status bits of a motor record, the value of its field MSTA."""
     bits = {
         DIRECTION: forward,
         DONE: not busy,

@@ -34,14 +34,14 @@ Write = Callable[[Any], Awaitable[None]]
 
 
 class AddressSpace:
-    """The nodes of all stations."""
+    """The OPC UA nodes of all controllers."""
 
     def __init__(self, server: Server) -> None:
         self.server = server
         self._writes: dict[ua.NodeId, Write] = {}
 
     async def build(self, stations: list[Station]) -> None:
-        """Create all nodes."""
+        """Create the nodes of all controllers."""
         self._index = await self.server.register_namespace(NAMESPACE)
         machinery = await self.server.register_namespace(MACHINERY)
         machines = await self.server.nodes.objects.add_folder(
@@ -52,7 +52,7 @@ class AddressSpace:
         self.server.subscribe_server_callback(CallbackType.PreWrite, self._process_writes)
 
     async def _process_writes(self, event: ServerItemCallback, _: object) -> None:
-        """Send values that a client writes to the controller.  Raises UaStatusCodeError."""
+        """Pass each value that a client writes to its axis, pin or register.  Raises UaStatusCodeError."""
         if not event.is_external:
             return
         for each in event.request_params.NodesToWrite:
@@ -61,7 +61,8 @@ class AddressSpace:
                 try:
                     await write(each.Value.Value.Value)
                 except (DriverError, TypeError, ValueError) as error:
-                    raise UaStatusCodeError(_code(error)) from None
+                    status_code = _code(error)
+                    raise UaStatusCodeError(status_code) from None
 
     def _id(self, *names: str) -> tuple[ua.NodeId, ua.QualifiedName]:
         return ua.NodeId(".".join(names), self._index), ua.QualifiedName(names[-1], self._index)
@@ -91,7 +92,7 @@ class AddressSpace:
     async def add_variable(
         self, parent: Node, names: tuple[str, ...], kind: ua.VariantType, value: Any, write: Write | None = None
     ) -> Node:
-        """Create a variable.  With `write` clients can write it."""
+        """Create a variable; clients can write the variable if `write` is given."""
         found = await parent.add_variable(*self._id(*names), ua.Variant(value, kind, is_array=isinstance(value, list)))
         if write is not None:
             await found.set_writable()
@@ -99,14 +100,14 @@ class AddressSpace:
         return found
 
     async def publish(self, node: Node, kind: ua.VariantType, value: Any, code: int = GOOD) -> None:
-        """Publish the value of a variable."""
+        """Publish a value and a status code of a variable."""
         variant = ua.Variant(value, kind, is_array=isinstance(value, list))
         await self.server.write_attribute_value(node.nodeid, ua.DataValue(variant, ua.StatusCode(code)))
 
     async def add_method(
         self, parent: Node, names: tuple[str, ...], act: Callable[..., Awaitable[None]], *arguments: str
     ) -> None:
-        """Create a method; its arguments are numbers."""
+        """Create a method whose arguments are numbers."""
 
         async def call(_: ua.NodeId, *given: ua.Variant) -> ua.StatusCode:
             try:
@@ -151,7 +152,7 @@ class AxisNodes:
         self._last: Goal | None = None
 
     async def build(self, axes: Node, station: str, name: str) -> None:
-        """Create the nodes."""
+        """Create the nodes of the axis."""
         space, names = self._space, (station, "Axes", name)
         parent = await axes.add_object(ua.NodeId(f"{station}.{name}", space._index), f"{space._index}:{name}")
         core, per = self._axis.core, abs(self._scale.counts_per_unit)
@@ -184,7 +185,7 @@ class AxisNodes:
     # Values
 
     def _values(self) -> dict[str, tuple[Any, int]]:
-        """Return the values and status codes of the variables."""
+        """Return the value and the status code of each variable of the axis."""
         axis = self._axis
         status = self._scale.status(axis.status)
         code = NO_ANSWER if axis.error else LOST if status.lost else ESTIMATED if status.estimated else GOOD
@@ -218,7 +219,7 @@ class AxisNodes:
     # Methods
 
     async def _begin(self, goal: Goal) -> None:
-        """Begin a motion; return when it has begun, or waits for another axis of the controller."""
+        """Request a motion; return when the motion has begun, or waits for another axis."""
         self._error = ""
         self._axis.status.known_position() if goal.target is not None else None
         await self._axis.begin(goal)
@@ -230,12 +231,13 @@ class AxisNodes:
         if goal.failure:
             self._error = goal.failure
             await self._publish()
-            raise RefusedError(goal.failure)
+            raise RefusedError(f"the motion failed: {goal.failure}")
 
     async def _move_to(self, position: float) -> None:
         target = self._scale.counts(position)
-        if abs(target) > self._axis.core.max_position:
-            raise ValueError("target")
+        limit = self._axis.core.max_position
+        if abs(target) > limit:
+            raise ValueError(f"target {target} is out of range: expected a position of at most {limit} counts")
         await self._begin(Goal(lambda: self._axis.core.move_to(target), target))
 
     async def _move_by(self, distance: float) -> None:
@@ -247,7 +249,7 @@ class AxisNodes:
 
     async def _home(self, direction: float) -> None:
         if direction not in (1, -1):
-            raise ValueError("direction")
+            raise ValueError(f"invalid direction {direction}: expected 1 or -1")
         sign = int(direction) if self._scale.counts_per_unit > 0 else -int(direction)
         await self._begin(Goal(lambda: self._axis.core.home(sign)))
 
@@ -257,13 +259,13 @@ class AxisNodes:
     async def _set_speed(self, value: float) -> None:
         rate = self._scale.rate(float(value))
         if not 0 < rate <= self._axis.core.max_velocity:
-            raise ValueError("speed")
+            raise ValueError(f"speed {value} is out of range: expected above 0, and at most the maximum of the axis")
         self._axis.core.velocity = rate
 
     async def _set_acceleration(self, value: float) -> None:
         rate = self._scale.rate(float(value))
         if not 0 < rate < 2**31:
-            raise ValueError("acceleration")
+            raise ValueError(f"acceleration {value} is out of range: expected a value above 0")
         self._axis.core.acceleration = rate
 
 
@@ -272,7 +274,7 @@ def _kind(value: Any) -> ua.VariantType:
 
 
 def _code(error: Exception) -> int:
-    """Return the status code of an error."""
+    """Return the OPC UA status code for an error."""
     match error:
         case PositionLostError():
             return int(LOST)

@@ -26,33 +26,34 @@ COMMANDS = (
 
 @dataclass(frozen=True)
 class Account:
-    """A user."""
+    """The password and the role of a user."""
 
     password: str
     role: str
 
 
 def read_users(path: Path) -> dict[str, Account]:
-    """Read a file with a line `NAME PASSWORD operator|viewer` per user.  Raises UsageError."""
+    """Read a file of users, with a line `NAME PASSWORD operator|viewer` for each user.  Raises UsageError."""
     found = {}
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path} cannot be read: {error}") from None
+        raise UsageError(f"the file of users {path} cannot be read: {error}") from None
     for number, line in enumerate(lines, 1):
         words = line.split()
         if not words or words[0].startswith("#"):
             continue
         if len(words) != 3 or words[2] not in ROLES:
-            raise UsageError(f"{path}:{number}: expected NAME PASSWORD operator|viewer, e.g. anna k7Rw2p operator")
+            form = "NAME PASSWORD operator|viewer, e.g. anna k7Rw2p operator"
+            raise UsageError(f"{path}:{number}: invalid user: expected {form}")
         found[words[0]] = Account(words[1], words[2])
     if not found:
-        raise UsageError(f"{path} has no users: expected lines such as: anna k7Rw2p operator")
+        raise UsageError(f"{path} has no users: expected a line such as anna k7Rw2p operator")
     return found
 
 
 class Users:
-    """Checks names and passwords for asyncua."""
+    """Checks the names and passwords of users for the OPC UA server."""
 
     def __init__(self, accounts: Mapping[str, Account]) -> None:
         self._accounts = accounts
@@ -64,7 +65,7 @@ class Users:
         password: str | None = None,
         certificate: Any = None,  # noqa: ARG002
     ) -> User | None:
-        """Return the user; None if name or password are wrong."""
+        """Return the user with this name and password; None if the name or the password is wrong."""
         account = self._accounts.get(username or "")
         if account is None or not hmac.compare_digest(account.password.encode(), (password or "").encode()):
             return None
@@ -72,7 +73,7 @@ class Users:
 
 
 class Rules(SimpleRoleRuleset):
-    """An operator can do everything but change the address space; a viewer can read."""
+    """Access rules: an operator may write values and call methods, but a viewer may only read."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -81,7 +82,7 @@ class Rules(SimpleRoleRuleset):
 
 
 async def secure(server: Server, users: bool, folder: Path | None, host: str) -> None:
-    """Set the policies of a server.
+    """Set the user policy and the security policy of an OPC UA server.
 
     With a folder, messages are signed and encrypted with `key.pem` and `certificate.der` in the folder; missing files
     are made.  If the folder has a subfolder `trusted`, only clients with certificates in it can connect.

@@ -22,8 +22,11 @@ async def serving(
     users: Mapping[str, Account] | None = None,
     certificates: Path | None = None,
 ) -> AsyncIterator[str]:
-    """Serve an opened machine, and poll it; yields the URL of the server."""
-    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # a refused request is the client's affair
+    """Serve a machine by OPC UA, and poll its controllers; yields the URL of the server.
+
+    The machine must have been opened.
+    """
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # asyncua must not log refused requests of clients
     server = Server(user_manager=None if users is None else Users(users))
     await server.init()
     url = f"opc.tcp://{address}:{port}/axistwin"

@@ -13,14 +13,17 @@ T = TypeVar("T")
 
 
 class Port(Protocol):
-    """A port with output that is sent after the bench has been advanced."""
+    """Interface of a port whose output is sent after each advance of the bench."""
 
     def flush(self) -> None:
-        """Send pending output."""
+        """Send the pending output of the port."""
 
 
 class Advancer(ABC):
-    """Advances the clock of one bench.  `plan` counts events that start or stop virtual time, or change its speed."""
+    """Advances the clock of one bench, and then sends the output of the ports.
+
+    `plan` counts events that start or stop virtual time, or change its speed.
+    """
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -39,29 +42,30 @@ class Advancer(ABC):
         """At full speed virtual time reaches at least this value, even if no event is due."""
 
     def request_flush(self, port: Port) -> None:
-        """Flush this port after the bench has been advanced."""
+        """Send the output of a port after the bench has been advanced."""
         self._to_flush.append(port)
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` after each advance of the bench.  Return an unsubscribe function."""
+        """Call `callback()` after each advance of the bench; return an unsubscribe function."""
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """Advance the bench by one slice of real time with `advance(over)`, outside the pacer's own advances; flush the
-        ports.
+        """Advance the bench for one slice of real time, then send the output of the ports.
+
+        `advance(over)` advances the bench, outside the pacer's own advances.
 
         `advance` must return at the end of a nanosecond, soon after `over()` has become True.  Return the result of
         `advance`.
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # a failed action ends the first advance, so the bench is advanced again
+        while not found:  # a failed action ends an advance early, so the advance is repeated
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Advance the bench; then call `follow_plan` if an event has changed `plan`."""
+        """Advance the bench, then apply a start, a stop or a new speed of virtual time that an event has requested."""
         plan, self.advancing = self.plan, True
         self.passes += 1
         try:
@@ -80,7 +84,7 @@ class Advancer(ABC):
             self.follow_plan()
 
     def _succeeds(self, advance: Callable[[], None]) -> bool:
-        """Advance the bench; return False after a failed action."""
+        """Call `advance` to advance the bench; return False if a planned action has failed."""
         try:
             advance()
         except AxistwinError as error:
@@ -91,15 +95,15 @@ class Advancer(ABC):
         return True
 
     def finish(self) -> None:
-        """Execute all events due by now."""
+        """Execute all events that are due at the present virtual time."""
         self.clock.run_to(self.clock.now)
 
     @abstractmethod
     def follow_plan(self) -> None:
-        """Apply a start, a stop or a new speed that an event has requested."""
+        """Apply a start, a stop or a new speed of virtual time that an event has requested."""
 
     def flush(self) -> None:
-        """Send pending output, then report the advance."""
+        """Send the pending output of all ports, then notify the subscribers of the advance."""
         while self._to_flush:
             ports, self._to_flush = self._to_flush, []
             for port in ports:

@@ -5,7 +5,7 @@ LATE_S = 0.025
 
 
 class Delays:
-    """Number of paced advances with a due event (blocks), and number of late advances (overruns)."""
+    """Counts how often, and by how much, the bench is late against the wall clock."""
 
     def __init__(self) -> None:
         self.blocks = 0
@@ -14,14 +14,14 @@ class Delays:
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:
-        """Count a paced advance whose first event is late by `late_s` seconds."""
+        """Count an advance of the bench whose first event is late by `late_s` seconds."""
         self.blocks += 1
         if late_s > LATE_S:
             self.overruns += 1
             self.most_late_s = max(self.most_late_s, late_s)
 
     def report(self) -> str | None:
-        """Return one line about the overruns; None if there were none."""
+        """Return a line of text about the delays; None if the bench was never late."""
         if not self.overruns:
             return None
         times = "once" if self.overruns == 1 else f"{self.overruns} times"

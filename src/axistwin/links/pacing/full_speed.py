@@ -7,7 +7,10 @@ from axistwin.links.pacing.slices import Slice
 
 
 class FullSpeed:
-    """Advances a bench while events are due, in slices.  After `cancel` the object cannot be used again."""
+    """Advances a bench as fast as possible while events are due.
+
+    The bench runs in slices of real time.  After `cancel` the object cannot be used again.
+    """
 
     behind_s = 0.0
     """Delay against the wall clock in seconds, which is 0 at full speed."""
@@ -21,23 +24,23 @@ class FullSpeed:
         """Do nothing, because virtual time is always up to date at full speed."""
 
     def work(self) -> None:
-        """Run a slice, unless the next slice is already planned."""
+        """Advance the bench for a short time, unless the next advance is already planned."""
         if self._next is None:
             self._slice()
 
     def resume(self) -> None:
-        """Plan a slice for the next pass of the event loop."""
+        """Plan an advance of the bench for the next pass of the event loop."""
         self._next = self._next or self._loop.call_soon(self._slice)
 
     def cancel(self) -> None:
-        """End all slices."""
+        """Stop advancing the bench."""
         self._ended = True
         if self._next is not None:
             self._next.cancel()
 
     @property
     def _idle(self) -> bool:
-        """True if all events are executed, except endless background events after the last planned action."""
+        """True if no events are left, except endless background events after the last planned action."""
         clock = self._clock
         if clock.quiet and clock.now >= self._bench.agenda_ns:
             return True

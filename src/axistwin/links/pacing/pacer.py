@@ -22,19 +22,20 @@ T = TypeVar("T")
 
 
 class Pacer(Advancer):
-    """Advances the clock of one bench at `speed` times real time; None: as fast as possible."""
+    """Advances the clock of one bench at `speed` times real time, or as fast as possible if `speed` is None."""
 
     def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
         super().__init__(clock)
         self.delays = Delays()
         self._speed = speed
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._drive: RealTime | FullSpeed | None = None  # the pacing in progress; None while virtual time is stopped
+        self._drive: RealTime | FullSpeed | None = None  # `_drive` is None while virtual time is stopped
 
     @property
     def speed(self) -> float | None:
-        """Speed of virtual time, as a multiple of real time; None: as fast as possible.  Raises UsageError if
-        invalid.
+        """Speed of virtual time as a multiple of real time, or None for as fast as possible.
+
+        Raises UsageError if invalid.
         """
         return self._speed
 
@@ -54,21 +55,30 @@ class Pacer(Advancer):
         return self._drive is not None
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Start virtual time, paced by the clock of `loop`; None: of the running event loop."""
+        """Start virtual time, paced by the clock of an event loop.
+
+        `loop`: the event loop; None: the running event loop.
+        """
         self.clock.patient = False
         self._loop = loop or asyncio.get_running_loop()
         self._restart()
         self.work()
 
     def stop(self) -> None:
-        """Stop virtual time; during an advance of the bench, it stops after all events of the present nanosecond."""
+        """Stop virtual time.
+
+        During an advance of the bench, virtual time stops after all events of the present nanosecond.
+        """
         was_running = self.running
         self._cancel()
         if was_running and not self.advancing:
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Pace another clock from now on; not allowed while the bench is being advanced."""
+        """Replace the clock that this pacer advances.
+
+        This is not allowed while the bench is being advanced.
+        """
         clock.patient = self.clock.patient
         self.clock = clock
         if self.running:
@@ -76,7 +86,10 @@ class Pacer(Advancer):
             self.follow_plan()
 
     def sync(self) -> None:
-        """Advance virtual time to now, and execute all due events; must be called before each input."""
+        """Bring virtual time up to date, and execute all due events.
+
+        Must be called before each input.
+        """
         if self.advancing:
             return
         if self._drive is not None:
@@ -85,7 +98,10 @@ class Pacer(Advancer):
             self.run(self.finish)
 
     def work(self) -> None:
-        """Execute all events that are due now; must be called after each input."""
+        """Execute all events that are due now.
+
+        Must be called after each input.
+        """
         if self.advancing:
             return
         if self._drive is not None:
@@ -95,7 +111,9 @@ class Pacer(Advancer):
             self.flush()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Advance virtual time to now, call `read`, and plan the next advance.  Return the result of `read`.
+        """Bring virtual time up to date, call `read`, and plan the next advance.
+
+        Returns the result of `read`.
 
         The pacer sleeps while no event is due, even while a motor moves.  A SmartMotor computes a block of samples
         ahead.  Reading the motor's state makes it plan this block again, and an event may become due earlier.
@@ -107,7 +125,7 @@ class Pacer(Advancer):
             self.work()
 
     def follow_plan(self) -> None:
-        """Apply the change that an event has requested: a new speed, or a stop."""
+        """Continue pacing after an event has started virtual time or changed its speed."""
         if self._drive is not None:
             self._drive.resume()
 
@@ -117,11 +135,11 @@ class Pacer(Advancer):
         return 0.0 if self._drive is None else self._drive.behind_s
 
     def report(self) -> str | None:
-        """Return one line about delays against the wall clock; None if there were none."""
+        """Return a line of text about delays against the wall clock; None if the bench was never late."""
         return self.delays.report()
 
     def _restart(self) -> None:
-        """Start pacing again from the present virtual time, by the wall clock or at full speed."""
+        """Restart pacing from the present virtual time, with the present speed."""
         assert self._loop is not None
         self._cancel()
         if self._speed is None:

@@ -14,8 +14,9 @@ MAX_LAG_S = 1.0
 
 
 class RealTime:
-    """Advances a bench at `speed` times real time, from its present time.  After `cancel` the object cannot be used
-    again.
+    """Advances a bench at `speed` times real time.
+
+    The advance begins at the present time of the bench.  After `cancel` the object cannot be used again.
     """
 
     def __init__(self, bench: Advancer, loop: asyncio.AbstractEventLoop, speed: float, delays: Delays) -> None:
@@ -33,7 +34,7 @@ class RealTime:
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:
-        """Advance virtual time to now, but for at most one slice of real time."""
+        """Advance virtual time to the wall clock's time, but compute for at most one slice of real time."""
         self._last_s = self._loop.time()
         target_ns, due_ns = self._target_ns(self._last_s), self._clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:
@@ -42,23 +43,23 @@ class RealTime:
             self._bench.run(lambda: self._advance(target_ns))
 
     def work(self) -> None:
-        """Advance virtual time to now, and plan the next advance."""
+        """Advance virtual time to the wall clock's time, send output, and plan the next advance."""
         self.sync()
         self._bench.flush()
         self._plan_next()
 
     def resume(self) -> None:
-        """Plan an advance for the next pass of the event loop."""
+        """Plan an advance of the bench for the next pass of the event loop."""
         self._next = self._next or self._loop.call_soon(self._tick)
 
     def cancel(self) -> None:
-        """End all advances."""
+        """Stop advancing the bench."""
         self._ended = True
         if self._next is not None:
             self._next.cancel()
 
     def _target_ns(self, wall_s: float) -> int:
-        """Return the virtual time that corresponds to this time of the wall clock."""
+        """Return the virtual time that corresponds to a time of the wall clock."""
         return min(self._virtual_ns + int((wall_s - self._wall_s) * self._speed * S), MOST_NS - 1)
 
     def _real_s(self, duration_ns: int) -> float:
@@ -69,7 +70,8 @@ class RealTime:
         due_ns = clock.next_event_ns()
         while due_ns is not None and due_ns <= target_ns:
             if limit.over():
-                if self._real_s(target_ns - clock.now) > MAX_LAG_S:  # the computer is too slow, or was suspended
+                # the delay is large if the computer is too slow or was suspended
+                if self._real_s(target_ns - clock.now) > MAX_LAG_S:
                     self._wall_s, self._virtual_ns = self._last_s, clock.now
                 return
             clock.step()
@@ -80,7 +82,7 @@ class RealTime:
             clock.run_to(target_ns)
 
     def _plan_next(self) -> None:
-        """Plan the next advance for the time of the next event, but not earlier than `BLOCK_S` after the last."""
+        """Plan the next advance for the time of the next event, at least `BLOCK_S` after the last advance."""
         due_ns = self._clock.next_event_ns()
         if self._ended or due_ns is None:
             return

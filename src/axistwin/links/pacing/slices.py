@@ -7,11 +7,11 @@ SLICE_S = 0.002
 
 
 class Slice:
-    """A slice of real time that begins when the object is created."""
+    """A short interval of real time that begins when the object is created."""
 
     def __init__(self) -> None:
         self._end_s = perf_counter() + SLICE_S
 
     def over(self) -> bool:
-        """True if the slice has ended, so that sockets must be served."""
+        """True if the interval has ended, so that sockets must be served."""
         return perf_counter() >= self._end_s

@@ -19,10 +19,11 @@ def read_speed(text: str) -> float | None:
 
 
 def checked_speed(speed: float | None, text: str = "") -> float | None:
-    """Return the speed.  Raises UsageError if it is out of range; `text`: the speed as the user has written it."""
+    """Return `speed`, or raise UsageError if the speed is out of range.
+
+    `text`: the speed as the user has written it.
+    """
     if speed is None or 0 < speed <= MAX_SPEED:
         return speed
-    raise UsageError(
-        f"invalid speed {shortened(text or f'{speed:g}')}: "
-        "expected a number up to 1000000, e.g. 1 (real time) or 0.5, or max"
-    )
+    shown = shortened(text or f"{speed:g}")
+    raise UsageError(f"invalid speed {shown}: expected a number up to 1000000, e.g. 1 for real time, or max")

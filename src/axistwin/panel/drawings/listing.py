@@ -10,7 +10,10 @@ from axistwin.controllers.product import Listing
 
 
 class Lines(Element, component="listing.js"):
-    """The listing of a stored program.  `toggle(index)` is called when the user clicks a line number."""
+    """Page element that shows the listing of a stored program.
+
+    `toggle(index)` is called when the user clicks a line number.
+    """
 
     def __init__(self, toggle: Callable[[int], None]) -> None:
         super().__init__()
@@ -25,7 +28,10 @@ class Lines(Element, component="listing.js"):
         self.on("ready", self._begin_again, [])
 
     def show(self, listing: Listing, *, follow: bool) -> None:
-        """Show a listing, and mark its running line; `follow`: scroll to the running line."""
+        """Show the listing of a program, and mark the line that runs at present.
+
+        `follow`: scroll to the running line.
+        """
         if listing.lines is not self.lines and listing.lines != self.lines:
             self._props["lines"], self._props["silent"] = list(listing.lines), sorted(listing.silent)
             self._props["label"] = listing.title
@@ -36,7 +42,7 @@ class Lines(Element, component="listing.js"):
             self.run_method("run", self.running, follow)
 
     def set_breaks(self, on: Collection[int], off: Collection[int]) -> None:
-        """Mark the lines that have an enabled breakpoint (indices `on`) or a disabled breakpoint (indices `off`)."""
+        """Mark the lines that have an enabled breakpoint (`on`) or a disabled breakpoint (`off`)."""
         wanted = tuple(sorted(on)), tuple(sorted(off))
         if wanted != (self.on_breaks, self.off_breaks):
             self.on_breaks, self.off_breaks = wanted

@@ -11,7 +11,7 @@ from axistwin.panel.outbound import execute
 
 
 class Picture(Element, component="picture.js"):
-    """The element that shows a drawing."""
+    """Page element that shows a drawing of a machine."""
 
     def __init__(self, drawing: Drawing) -> None:
         super().__init__()
@@ -35,7 +35,7 @@ class Picture(Element, component="picture.js"):
             self.drawing.click(event.args)
 
     def _begin_again(self) -> None:
-        """Send all values, because the browser has just added the drawing to the page."""
+        """Send all values of the drawing, because the browser has just added the drawing to the page."""
         self._show(self.drawing.everything())
 
     def _displayed_contents(self, *, only_visible: bool) -> list[Any]:

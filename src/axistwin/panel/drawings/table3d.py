@@ -25,7 +25,7 @@ STEEL, PAINT, BRASS, BED, DARK = "#9aa6b5", "#2457c5", "#e9c46a", "#56616f", "#1
 
 
 class Table3D:
-    """The drawing of a plate, a bridge above the plate, and a head with a tool."""
+    """Three-dimensional drawing of an X-Y table: a plate, a bridge above the plate, and a head with a tool."""
 
     def __init__(self, controller: Controller, names: tuple[str, str]) -> None:
         self.names = names
@@ -45,7 +45,7 @@ class Table3D:
         self.turn(0.0)
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Show the position and state of the tool, and the holes that the tool has made."""
+        """Draw the tool at its present position, and the holes that the tool has made."""
         x, y = (self._place(which, controller.axes[name].position) for which, name in enumerate(self.names))
         z = -LIFT if tool and controller.pins[tool].level else 0.0
         if (x, y, z) != self._at:
@@ -56,14 +56,14 @@ class Table3D:
         self._drill(trail, tool)
 
     def turn(self, degrees: float) -> None:
-        """Turn the camera around the vertical axis."""
+        """Turn the camera around the vertical axis by an angle in degrees."""
         self._angle += degrees
         round_it = radians(self._angle)
         x, y = DISTANCE * sin(round_it), -DISTANCE * cos(round_it)
         self.scene.move_camera(x=x, y=y, z=0.6 * DISTANCE, look_at_x=0, look_at_y=0, look_at_z=0.3, duration=0.3)
 
     def _drill(self, trail: Trail, tool: str) -> None:
-        """Draw new holes, and remove holes that no longer exist, e.g. after the bench was replaced."""
+        """Draw the holes that the tool has made, and remove holes that no longer exist."""
         places = trail.places.get(tool, {})
         if trail is not self._trail or len(self._holes) > MOST_PLACES or not self._holes.issubset(places):
             self._trail = trail

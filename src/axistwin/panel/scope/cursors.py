@@ -11,7 +11,10 @@ from axistwin.units import MS, US, S
 
 @dataclass(frozen=True)
 class Reading:
-    """Values of a signal at two cursors and between them; NaN: unknown."""
+    """Values of a signal at the cursors A and B, and its least, greatest and mean value between A and B.
+
+    NaN stands for an unknown value.
+    """
 
     a: float
     b: float
@@ -26,7 +29,10 @@ class Reading:
 
 
 def value_at(track: Track, time_ns: int) -> float:
-    """Return the value of a signal at a time, after all changes at this time; NaN within a merged interval."""
+    """Return the value of a signal at a time, after all changes at this time.
+
+    Returns NaN if the exact value is unknown, within a merged interval.
+    """
     rows = track.rows(time_ns, time_ns + 1)
     place = int(rows.begin.searchsorted(time_ns, "right")) - 1
     if place < 0 or rows.end[place] > time_ns:
@@ -64,7 +70,10 @@ def _mean(track: Track, from_ns: int, to_ns: int) -> float:
 
 
 def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int | None:
-    """Return the time of the signal change nearest to `time_ns`; None if all are more than `within_ns` away."""
+    """Return the time of the signal change that is nearest to `time_ns`.
+
+    Returns None if all changes are more than `within_ns` away.
+    """
     found: list[int] = []
     for track in tracks:
         begins = track.rows(time_ns - within_ns - 1, time_ns + within_ns + 1).begin
@@ -77,7 +86,10 @@ def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int |
 
 
 def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None:
-    """Search from `time_ns` to `upto_ns`, forward or backward; return the time of the first change found."""
+    """Return the time of the first signal change after `time_ns` in the direction of `upto_ns`.
+
+    Returns None if no signal changes between the two times.
+    """
     found: list[int] = []
     for track in tracks:
         begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns) + 1).begin
@@ -96,5 +108,5 @@ def duration(time_ns: float) -> str:
 
 
 def rate(time_ns: int) -> str:
-    """Format the inverse of a duration in hertz."""
+    """Format the frequency that corresponds to a period, e.g. `50 Hz`."""
     return f"{S / abs(time_ns):.6g} Hz" if time_ns else "–"

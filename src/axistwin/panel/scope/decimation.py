@@ -21,7 +21,10 @@ FEW = 4
 
 @dataclass(frozen=True)
 class Window:
-    """Values of a signal for each pixel; pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN: unknown."""
+    """Least and greatest value of a signal in each pixel of a plot, and the line through these values.
+
+    Pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN stands for an unknown value.
+    """
 
     edges: Times
     low: Numbers
@@ -34,7 +37,7 @@ class Window:
 
 
 class Line(NamedTuple):
-    """Points of a stepped line: each value is valid until the next point."""
+    """Points of a stepped line, whose value is constant from each point to the next."""
 
     times: Times
     values: Numbers
@@ -52,9 +55,13 @@ class _Pixels:
 
 
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
-    """Return the part of a track from `from_ns` to `to_ns` by pixels; values after `now_ns` are unknown."""
+    """Return the least and the greatest value of a signal in each pixel from `from_ns` to `to_ns`.
+
+    Values after `now_ns` are unknown.
+    """
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)  # the additional row has the value before the window
+    # one earlier row is read, because this row has the value at the start of the window
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
     seen.low[past] = seen.high[past] = np.nan
@@ -63,7 +70,10 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 
 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
-    """Return the line of a track from `from_ns` to `to_ns`; many changes are reduced to the extremes of each pixel."""
+    """Return the points of the line that draws a signal from `from_ns` to `to_ns`.
+
+    Many changes are reduced to the least and the greatest value of each pixel.
+    """
     until_ns = min(to_ns, now_ns)
     rows = track.rows(from_ns, until_ns + 1)
     single = rows.begin is rows.end or np.array_equal(rows.begin, rows.end)
@@ -85,7 +95,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
     begun = np.searchsorted(rows.begin, edges)
     begins, ends, counts = begun[:-1], begun[1:], np.diff(begun)
     held = np.full(len(begins), np.nan)
-    known = begins.searchsorted(0, "right")  # the first pixel after the first row
+    known = begins.searchsorted(0, "right")  # pixels from the index `known` on have a known value at their start
     held[known:] = rows.last[begins[known:] - 1]
     low, high = held.copy(), held.copy()
     some, single, busy = counts > 0, counts == 1, counts > 1
@@ -98,7 +108,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Apply the extremes of each merged interval to all its pixels, because the exact times are unknown."""
+    """Apply the least and the greatest value of each merged interval to all pixels of this interval."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return
@@ -120,7 +130,8 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    low_first = seen.held - seen.low <= seen.high - seen.held  # first the extreme that is nearer to the previous value
+    # the line first goes to the extreme that is nearer to the previous value
+    low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
     values[:, 1] = np.where(busy, np.where(low_first, seen.high, seen.low), np.nan)
@@ -135,7 +146,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Divide the time into `most` equal parts; return the first text in each part, with its start time."""
+    """Divide a period into `most` equal parts, and return the first text in each part with its start time."""
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]
     firsts = [first for first, upto in pairwise(places) if first < upto]

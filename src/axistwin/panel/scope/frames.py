@@ -24,7 +24,7 @@ UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
 
 
 def frame(screen: Screen) -> dict[str, Any]:
-    """Return the message with all data that the browser needs to draw a screen."""
+    """Return the message with all data that the browser needs to draw an oscilloscope screen."""
     from_ns, to_ns = screen.edges
     base_ns, unit_ns, unit = _axis(from_ns, to_ns)
     return {
@@ -39,7 +39,7 @@ def frame(screen: Screen) -> dict[str, Any]:
 
 
 def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
-    """Choose the labels of the time axis: return the origin, the unit in ns, and the unit's name."""
+    """Return the origin, the unit in ns and the unit's name for the labels of the time axis."""
     span_ns = to_ns - from_ns
     unit_ns, unit = next(((u, n) for u, n in UNITS if span_ns >= u), UNITS[-1])
     if abs(to_ns) < 1000 * span_ns or unit_ns == S:
@@ -49,7 +49,7 @@ def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
 
 
 def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
-    """Return a time as a fraction of the screen's width; None if the time is not on the screen."""
+    """Return the horizontal position of a time as a fraction of the screen's width; None outside the screen."""
     return None if time_ns is None or not from_ns <= time_ns <= to_ns else (time_ns - from_ns) / (to_ns - from_ns)
 
 
@@ -86,32 +86,35 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
 
 
 def _range(meaning: Meaning, low: float, high: float) -> str:
-    """Return the label of a lane's scale: its least and greatest value, also in the machine unit."""
+    """Return the label for the scale of a signal: the least and the greatest value, with their units."""
     told = f"{low:.9g} … {high:.9g} {meaning.unit}".rstrip()
     return f"{told} = {meaning.in_unit(low)} … {meaning.in_unit(high)}" if meaning.units is not None else told
 
 
 def _decoded(meaning: Meaning, text: str) -> str:
-    """Return a message and, on a second line, its meaning in words if there is one."""
+    """Return a message and, on a second line, the meaning of the message in words, if known."""
     words = meaning.words(text)
     return f"{text}\n{words}" if words else text
 
 
 def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:
-    """Encode the points of a line in base 64: times scaled to 0 to `FULL`, values scaled to 0 to `TOP`."""
+    """Encode the points of a line in base 64, as pairs of 16-bit numbers.
+
+    Times are scaled to 0 to `FULL`, values to 0 to `TOP`.
+    """
     (from_ns, to_ns), (low, high) = times_ns, values
     pairs = np.empty((len(seen.times), 2), "<u2")
     pairs[:, 0] = np.rint((seen.times - from_ns) * (FULL / (to_ns - from_ns)))
     parts = np.rint((seen.values - low) * (TOP / (high - low)))
     parts[np.isnan(parts)] = FULL
     pairs[:, 1] = parts
-    new = np.ones(len(parts), bool)  # the first and the last point are kept
+    new = np.ones(len(parts), bool)  # the first and the last point of the line are always sent
     np.not_equal(parts[1:-1], parts[:-2], out=new[1:-1])
     return b64encode(pairs[new].tobytes()).decode()
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
-    """Return the range of values for the drawing of a signal: 0 to 1 for levels, otherwise round numbers."""
+    """Return the range of values in which a signal is drawn: 0 to 1 for levels, otherwise round numbers."""
     if track.kind not in (COUNT, REAL):
         return 0.0, 1.0
     low = float(np.fmin.reduce(seen.values, initial=np.inf))
@@ -125,6 +128,6 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return the largest number of the form 1, 2 or 5 × 10ⁿ that is not above a tenth of `size`."""
+    """Return the largest number 1, 2 or 5 × 10ⁿ that is at most a tenth of `size`."""
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

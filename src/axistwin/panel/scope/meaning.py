@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """The unit of a signal's values, and the codec of its messages."""
+    """Unit of a signal's values, and codec that explains the signal's messages."""
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -30,7 +30,7 @@ class Meaning:
             return ""
         try:
             return self.codec.words(bytes.fromhex(text), self.by_host)
-        except ValueError:  # of a long message, only the first part is stored
+        except ValueError:  # a long message is incomplete, because only its first part is stored
             return ""
 
 
@@ -38,7 +38,10 @@ PLAIN = Meaning()
 
 
 def meanings(bench: Bench, signals: Iterable[Signal]) -> dict[str, Meaning]:
-    """Return the meaning of each signal that has a unit or messages in words, by name."""
+    """Return the units and the message codecs of signals, by the name of the signal.
+
+    Signals that have no unit and no codec are left out.
+    """
     found = {signal.full: _meaning(bench, signal) for signal in signals}
     return {name: meaning for name, meaning in found.items() if meaning != PLAIN}
 
@@ -62,7 +65,7 @@ def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:
 
 
 def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
-    """Return the signals that a scene uses: axes with a machine, wired terminals, messages of its hosts."""
+    """Return the names of the signals that a scene uses: axes with a machine, wired terminals and messages."""
     names = {signal.full for signal in signals}
     wired = [_terminal(end) for wire in bench.wires for end in wire]
     found = [*_motion(bench, signals), *dict.fromkeys(wired)]
@@ -71,7 +74,7 @@ def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
 
 
 def _motion(bench: Bench, signals: Iterable[Signal]) -> Iterator[str]:
-    """Yield velocity and position of each axis with a machine."""
+    """Yield the names of the position and velocity signals of each axis that has a machine."""
     axes = {f"{c.name}.{axis}" for c in bench.controllers.values() for axis in c.axes if c.given.get(axis)}
     for signal in signals:
         if signal.scope in axes and (signal.kind == REAL or signal.name in ("pulses", "position")):
@@ -84,7 +87,10 @@ def _terminal(terminal: str) -> str:
 
 
 def presets(bench: Bench, signals: Sequence[Signal]) -> Mapping[str, list[str]]:
-    """Return useful selections of signals by title; empty selections are left out."""
+    """Return useful selections of signals, by the title that the menu shows.
+
+    Empty selections are left out.
+    """
     wired = {_terminal(end) for wire in bench.wires for end in wire}
     found = {
         "Scene": used(bench, signals),

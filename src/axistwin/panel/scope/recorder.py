@@ -22,7 +22,7 @@ GROWING = ("host_says", "controller_says")
 
 @dataclass
 class Record:
-    """Recorded signals by name, up to and including the time `now_ns`."""
+    """The recorded values of signals up to the time `now_ns`."""
 
     now_ns: int = 0
     tracks: dict[str, Track] = field(default_factory=dict)
@@ -33,7 +33,10 @@ class Record:
 
 
 class Recorder:
-    """Records the signals on the screens of a session; call `attach` for each bench."""
+    """Records all signals that the oscilloscope screens of a session show.
+
+    Call `attach` for each bench.
+    """
 
     def __init__(self) -> None:
         self.record = Record()
@@ -51,7 +54,7 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """Begin a new record for this bench."""
+        """Delete the present record, and begin a new record for `bench`."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -61,7 +64,10 @@ class Recorder:
         self._follow_wishes()
 
     def want(self, who: object, names: Sequence[str]) -> None:
-        """Record the signals of the screen `who` from now on.  Raises UsageError if there are too many signals."""
+        """Record the signals that the oscilloscope screen `who` shows.
+
+        Raises UsageError if there are too many signals.
+        """
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
         if len(others | set(names)) > MOST_SIGNALS:
             raise UsageError(f"too many signals: expected at most {MOST_SIGNALS} on the screens of all users")
@@ -69,20 +75,20 @@ class Recorder:
         self._follow_wishes()
 
     def leave(self, who: object) -> None:
-        """Stop recording the signals of the screen `who`, unless it is the only screen."""
+        """Stop recording the signals of the oscilloscope screen `who`, unless no other screen is open."""
         if len(self._wanted) > 1:
             self._wanted.pop(who, None)
             self._follow_wishes()
 
     def catch_up(self) -> Record:
-        """Add the changes up to and including the present time, and return the record."""
+        """Record all changes up to the present time, and return the record."""
         if self._tracer is not None and self._bench is not None:
             self._tracer.show_present()
             self.record.now_ns = self._bench.now
         return self.record
 
     def frozen(self, names: Sequence[str]) -> Record:
-        """Return a copy of these signals that later changes do not affect."""
+        """Return a copy of the recorded values of some signals, which later changes do not affect."""
         tracks = {name: self.record.tracks[name].frozen() for name in names if name in self.record.tracks}
         return Record(self.record.now_ns, tracks, self.record.about, dict(self.record.begins))
 
@@ -102,7 +108,7 @@ class Recorder:
             self._begin(self._bench)
 
     def _forget(self, needed: set[str]) -> None:
-        """Delete the oldest signals that are on no screen if there are more than `MOST_SIGNALS`."""
+        """Delete the oldest signals that no screen shows, if more than `MOST_SIGNALS` signals are stored."""
         tracks = self.record.tracks
         spare = [name for name in tracks if name not in needed]
         for name in spare[: max(len(spare) + len(needed) - MOST_SIGNALS, 0)]:
@@ -120,7 +126,7 @@ class Recorder:
         self._stack.enter_context(tracer)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Add changes to the record."""
+        """Add changes of signals to the record."""
         added = [self._add(part, texts) for part in parts if len(part.times)]
         if any(added):
             self.version += 1
@@ -128,7 +134,7 @@ class Recorder:
                 watcher()
 
     def _add(self, part: Part, texts: list[bytes]) -> bool:
-        """Add changes of one signal.  Returns False if they were known."""
+        """Add the changes of one signal to the record; return False if the record has not changed."""
         signal = self._recorded[part.signal]
         track = self.record.tracks[signal.full]
         self.record.now_ns = max(self.record.now_ns, int(part.times[-1]))

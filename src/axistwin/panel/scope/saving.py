@@ -33,7 +33,7 @@ PIXELS = 1500
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of one signal: its changes, and the value before the first change."""
+    """The changes of one signal in a period, and the value before the first change."""
 
     signal: Signal
     first: Value
@@ -50,9 +50,10 @@ def saved(
     suffix: str,
     cursors: Mapping[str, int] | None = None,
 ) -> bytes:
-    """Return the contents of a trace or picture file, by its suffix; a picture has the cursors and their distance.
+    """Return the contents of a trace file or a picture file with recorded signals.
 
-    Raises UsageError, MissingExtraError.
+    `suffix` selects the format.  A picture shows the cursors and the time between the cursors.  Raises UsageError,
+    MissingExtraError.
     """
     from_ns, to_ns = max(from_ns, 0), max(min(to_ns, record.now_ns), 0)
     make = _drawn if suffix in PICTURES else _piece
@@ -70,7 +71,10 @@ def saved(
 
 
 def _marks(cursors: Mapping[str, int]) -> list[Word]:
-    """Return a labelled line for each cursor; the label of B has the time from A to B."""
+    """Return a labelled vertical line for each cursor of the oscilloscope.
+
+    The label of the cursor B contains the time from A to B.
+    """
     marks = [Word(at_ns, name) for name, at_ns in cursors.items()]
     if len(marks) == 2:
         marks[1] = Word(marks[1].time_ns, f"B   B − A {duration(cursors['B'] - cursors['A'])}")
@@ -78,7 +82,7 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time after which the record contains every change of these signals."""
+    """Return the time after which a record contains every change of the signals `names`."""
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 
@@ -128,7 +132,10 @@ def _piece(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
-    """Return the changes of a signal that are visible in a picture; earlier messages are left out."""
+    """Return the changes of a signal that a picture shows.
+
+    Messages before the start of the picture are left out.
+    """
     if isinstance(track, Words):
         texts = _texts(track, signal, from_ns, to_ns)
         return texts if signal.register else replace(texts, first=b"")
@@ -148,7 +155,10 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Convert rows to changes; a merged interval becomes its first, least, greatest and last value."""
+    """Convert stored intervals of a signal to single changes.
+
+    A merged interval becomes its first, least, greatest and last value.
+    """
     wide = rows.end > rows.begin
     width = rows.end - rows.begin
     times = np.stack((rows.begin, rows.begin + width // 3, rows.begin + 2 * width // 3, rows.end), 1)
@@ -160,7 +170,7 @@ def _spelled(rows: Rows) -> tuple[Times, Numbers]:
 
 
 def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int, about: dict[str, str]) -> Trace:
-    """Return a trace with the same contents as if it had been read from the file `path`."""
+    """Convert recorded signals to the trace that a trace file `path` would contain."""
     tracks = {}
     for piece in pieces:
         if piece.signal.kind == STEP:

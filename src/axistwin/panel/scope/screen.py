@@ -28,7 +28,10 @@ SPANS_NS = tuple(digit * 10**power for power in range(3, 17) for digit in (1, 2,
 
 @dataclass
 class Cursors:
-    """Times of the two cursors; None for a cursor that is not set.  Keys move the `active` cursor."""
+    """Times of the two cursors on an oscilloscope screen.
+
+    The time is None for a cursor that is not set.  Keys move the `active` cursor.
+    """
 
     a_ns: int | None = None
     b_ns: int | None = None
@@ -36,7 +39,7 @@ class Cursors:
     snap: bool = True
 
     def set(self, which: str, time_ns: int | None) -> None:
-        """Set cursor `which` ("a" or "b"), and make it active."""
+        """Set the cursor `which` ("a" or "b") to a time, and make this cursor active."""
         self.active = which
         if which == "a":
             self.a_ns = time_ns
@@ -45,18 +48,18 @@ class Cursors:
 
     @property
     def named(self) -> dict[str, int]:
-        """Times of the cursors that are set, by their names A and B."""
+        """Times of all cursors that are set, by the cursor names A and B."""
         return {name: at for name, at in (("A", self.a_ns), ("B", self.b_ns)) if at is not None}
 
     @property
     def active_ns(self) -> int | None:
-        """The time of the active cursor; None if not set."""
+        """Time of the active cursor; None if the active cursor is not set."""
         return self.a_ns if self.active == "a" else self.b_ns
 
 
 @dataclass(eq=False)
 class Screen:
-    """The screen of one user, with data of a recorder."""
+    """The oscilloscope screen of one user, which shows recorded signals."""
 
     recorder: Recorder
     names: tuple[str, ...] = ()
@@ -85,11 +88,17 @@ class Screen:
     # Signals
 
     def choose(self, patterns: Sequence[str]) -> None:
-        """Show the signals that match patterns.  Raises UsageError for too many signals, or no match of a pattern."""
+        """Show all signals whose names match patterns.
+
+        Raises UsageError for too many signals, or for a pattern without a match.
+        """
         self.show([signal.full for signal in choose(list(self.recorder.signals.values()), patterns)])
 
     def show(self, names: Sequence[str]) -> None:
-        """Show the signals with these names.  Raises UsageError for too many signals, or an unknown signal."""
+        """Show the signals that have the given names.
+
+        Raises UsageError for too many signals, or for an unknown signal.
+        """
         signals = self.recorder.signals
         choose(list(signals.values()), [name for name in names if name not in signals])
         if len(names) > MOST_SHOWN:
@@ -103,7 +112,7 @@ class Screen:
             self.frozen.begins |= {name: added.begins[name] for name in added.tracks}
 
     def move_lane(self, place: int, to: int) -> None:
-        """Move the lane at an index to another index."""
+        """Move the lane of a signal to another vertical position."""
         names = list(self.names)
         if 0 <= place < len(names):
             name = names.pop(place)
@@ -114,17 +123,17 @@ class Screen:
 
     @property
     def record(self) -> Record:
-        """The record that the screen shows."""
+        """The recorded signals that the screen shows; a copy while the screen is paused."""
         return self.frozen or self.recorder.record
 
     @property
     def tracks(self) -> dict[str, Track]:
-        """The shown signals by name."""
+        """History of each signal that the screen shows, by the name of the signal."""
         return {name: self.record.tracks[name] for name in self.names if name in self.record.tracks}
 
     @property
     def edges(self) -> tuple[int, int]:
-        """Start and end of the visible time."""
+        """Start and end of the time that the screen shows."""
         if self.frozen is not None:
             return self._to_ns - self.span_ns, self._to_ns
         self._find_last()
@@ -135,12 +144,12 @@ class Screen:
         return to_ns - self.span_ns, to_ns
 
     def time_at(self, place: float) -> int:
-        """Return the time at a horizontal position, from 0 (left) to 1 (right)."""
+        """Return the time at a horizontal position on the screen, from 0 (left) to 1 (right)."""
         from_ns, to_ns = self.edges
         return from_ns + round((to_ns - from_ns) * place)
 
     def pause(self) -> None:
-        """Pause the screen: show a copy of the record."""
+        """Pause the screen, which then shows a copy of the recorded signals."""
         if self.frozen is None:
             self._to_ns = self.edges[1]
             self.frozen = self.recorder.frozen(self.names)
@@ -151,19 +160,19 @@ class Screen:
         self.arm()
 
     def zoom(self, factor: float, place: float = 0.5) -> None:
-        """Multiply the length of the visible time by `factor`; the time at the position `place` does not move."""
+        """Multiply the time span of the screen by `factor`; the time at the position `place` does not move."""
         fixed_ns = self.time_at(place)
         self.span_ns = min(max(round(self.span_ns * factor), SHORTEST_NS), LONGEST_NS)
         self._to_ns = fixed_ns + round(self.span_ns * (1 - place))
 
     def pan(self, part: float) -> None:
-        """Pause the screen, and shift the visible time by a fraction of its length."""
+        """Pause the screen, and shift the visible time by a fraction of the screen's width."""
         self.pause()
         moved_ns = self._to_ns + round(self.span_ns * part)
         self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
 
     def jump(self, forward: bool) -> None:
-        """Pause the screen; show the next change after the visible time (`forward`) or the last one before it."""
+        """Pause the screen, and show the next signal change after the visible time, or the last change before it."""
         from_ns, to_ns = self.edges
         last_ns = self.record.now_ns if forward else 0
         edge = next_edge(self.tracks.values(), to_ns if forward else from_ns, last_ns)
@@ -173,18 +182,18 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Time from which all shown signals are recorded."""
+        """Time since which all signals on the screen have been recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
-        """Show the whole recorded time."""
+        """Show the whole recorded time on the screen."""
         self.span_ns = min(max(self.record.now_ns, SHORTEST_NS), LONGEST_NS)
         self._to_ns = self.span_ns
 
     # Trigger
 
     def arm(self) -> None:
-        """Arm the trigger: search for the next edge."""
+        """Arm the trigger, which then searches for the next edge."""
         self.hit_ns, self._searched_ns = None, self.recorder.record.now_ns
 
     @property
@@ -203,14 +212,17 @@ class Screen:
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
     def _find_last(self) -> None:
-        """Set `hit_ns` to the newest edge after which enough data are recorded to fill the screen."""
+        """Find the newest edge of the trigger's signal after which enough data are recorded to fill the screen."""
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)
             self._searched_ns = upto_ns + 1
 
     def _find_first(self) -> None:
-        """Search new data for the first edge in mode `SINGLE`, before these data are merged into intervals."""
+        """Search new data for an edge in the trigger mode `SINGLE`, and pause the screen at the first edge.
+
+        The search is made before the new data are merged into intervals.
+        """
         if self.trigger.mode != SINGLE or self.frozen is not None:
             return
         track, upto_ns = self._triggering()
@@ -223,9 +235,12 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the trigger's signal, and the latest time of an edge after which the data fill the screen."""
+        """Return the trigger's signal, and the latest time at which an edge can be shown.
+
+        The data after the edge must fill the screen.
+        """
         record = self.recorder.record
-        if record is not self._known:  # the record belongs to a new bench
+        if record is not self._known:  # the bench was replaced, so the recorder has begun a new record
             self._known, self.hit_ns, self._searched_ns = record, None, 0
         if self.trigger.mode == OFF:
             self.hit_ns = None
@@ -246,13 +261,16 @@ class Screen:
         self.cursors.set(which, time_ns if edge is None else edge)
 
     def move_cursor(self, pixels: int) -> None:
-        """Move the active cursor by a number of pixels; a cursor that is not set is put in the middle."""
+        """Move the active cursor by a number of pixels.
+
+        A cursor that is not set is put in the middle of the screen.
+        """
         at_ns = self.cursors.active_ns
         moved_ns = self.time_at(0.5) if at_ns is None else at_ns + pixels * max(self.span_ns // self.pixels, 1)
         self.cursors.set(self.cursors.active, moved_ns)
 
     def jump_cursor(self, forward: bool) -> None:
-        """Move the active cursor to the next edge (`forward`) or to the previous edge."""
+        """Move the active cursor to the next or the previous edge of a shown signal."""
         at_ns = self.cursors.active_ns
         at_ns = self.time_at(0.5) if at_ns is None else at_ns
         edge = next_edge(self.tracks.values(), at_ns, self.record.now_ns if forward else 0)
@@ -261,7 +279,7 @@ class Screen:
 
 
 def first_choice(signals: Sequence[Signal]) -> list[str]:
-    """Return the signals that a new user's screen shows: motion of axes, messages, and some levels."""
+    """Return the names of the signals that a new user's screen shows: motion, messages and some levels."""
     motion: dict[str, str] = {}
     for signal in signals:
         if "." in signal.scope and (signal.kind == REAL or (signal.kind == COUNT and signal.scope not in motion)):
@@ -272,7 +290,10 @@ def first_choice(signals: Sequence[Signal]) -> list[str]:
 
 
 def searched(signals: Sequence[Signal], text: str) -> list[Signal]:
-    """Return the signals that match a search for patterns or parts of names, separated by commas."""
+    """Return the signals whose names match the text of a search field.
+
+    The text contains patterns or parts of names, separated by commas.
+    """
     words = [word.strip() for word in text.split(",") if word.strip()]
     patterns = [word if any(sign in word for sign in "*?") else f"*{word}*" for word in words] or ["*"]
     return [s for s in signals if s.full in words or any(s.matches(pattern) for pattern in patterns)]

@@ -42,7 +42,10 @@ ZEROS.flags.writeable = False
 
 
 class Rows(NamedTuple):
-    """Intervals in order of time, as columns.  A single change is a row whose `begin` and `end` are equal."""
+    """Intervals of a signal's history in order of time, stored as columns.
+
+    A single change is a row whose `begin` and `end` are equal.
+    """
 
     begin: Times
     end: Times
@@ -55,29 +58,29 @@ class Rows(NamedTuple):
     """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return the part of the rows that a slice selects."""
+        """Return the intervals that a slice selects."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
 
 def changes(times: Times, values: Numbers) -> Rows:
-    """Convert changes to rows: one row per change."""
+    """Convert single changes of a signal to intervals, one interval per change."""
     return Rows(times, times, values, values, values, values, ZEROS[: len(values)])
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """Join several parts into one object with all their rows."""
+    """Concatenate several groups of intervals."""
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge the rows in each period of `2 ** shift` ns into one interval."""
+    """Merge all intervals that begin in the same period of `2 ** shift` ns into one interval."""
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # some rows are intervals, not single changes
+    if rows.begin is not rows.end:  # only merged intervals have an integral
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -112,11 +115,11 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Time after which all changes are stored exactly."""
+        """Time after which every change of the signal is stored separately."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
     def add(self, times: Times, values: Numbers) -> bool:
-        """Append samples; samples that are equal to the sample before are left out.  Returns False if all are."""
+        """Append samples that differ from the sample before; return False if no sample differs."""
         changed = np.empty(len(values), bool)
         changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
         np.not_equal(values[1:], values[:-1], out=changed[1:])
@@ -128,11 +131,11 @@ class Track:
         return len(times) > 0
 
     def interrupt(self, time_ns: int) -> None:
-        """Record that values from this time on are unknown."""
+        """Record that the values of the signal after a time are unknown."""
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
-        """Return all rows between `from_ns` and `to_ns`, and at least the last row before them."""
+        """Return all intervals from `from_ns` to `to_ns`, and the last interval before `from_ns`."""
         times, values = self._times[: self._size], self._values[: self._size]
         if len(times) and times[0] <= from_ns:
             part = _part(times, from_ns, to_ns)
@@ -141,7 +144,7 @@ class Track:
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
-        """Return a copy that later changes do not affect."""
+        """Return a copy of the history that later changes do not affect."""
         copy = type(self).__new__(type(self))
         copy.__dict__ |= self.__dict__
         copy._times, copy._values = self._times[: self._size].copy(), self._values[: self._size].copy()
@@ -169,7 +172,10 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Merge changes into intervals of the first level, or of the second level if there are few changes."""
+        """Merge the oldest changes of the signal into intervals.
+
+        The intervals are those of the first level, or of the second level if there are few changes.
+        """
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1
         if level and len(self._older[0].begin):
@@ -178,20 +184,23 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Merge rows into intervals of this level; if the level is full, move its older half to the next level."""
+        """Merge older parts of the history into longer intervals.
+
+        `level`: the level of the intervals.  If this level is full, its older half is moved to the next level.
+        """
         all_ = joined([self._older[level], summed(rows, self._shifts[level])])
         over = len(all_.begin) - ROWS
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            # a copy, so that the memory of the larger array is freed
+            # this copy lets Python free the memory of the larger array
             all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)
         self._older[level] = all_
 
     def _coarser(self, level: int, rows: Rows) -> Rows:
-        """Merge the rows of a level into longer intervals until the level is at most half full."""
+        """Double the length of the stored intervals until the memory for intervals is at most half full."""
         while len(rows.begin) > ROWS // 2:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])
@@ -203,7 +212,7 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
-    """Return the part from `from_ns` to `to_ns`, and at least the last time before them."""
+    """Return the indices of the times from `from_ns` to `to_ns`, and of the last time before `from_ns`."""
     first = max(int(times.searchsorted(from_ns, "right")) - 1, 0)
     return slice(first, max(int(times.searchsorted(to_ns)), first + 1))
 
@@ -224,23 +233,23 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time after which all texts are stored."""
+        """Time after which every text of the signal is stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
-        """Append texts with their start times.  Returns False if there are none."""
+        """Append texts with their start times to the history; return False if there are no texts."""
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
         return bool(texts)
 
     def at(self, time_ns: int) -> str:
-        """Return the text at this time; "" without a text."""
+        """Return the text of the signal at a time; "" if there is no text at this time."""
         place = bisect(self.changes, time_ns, key=lambda change: change[0]) - 1
         return self.changes[place][1] if place >= 0 else ""
 
     def frozen(self) -> Self:
-        """Return a copy that later changes do not affect."""
+        """Return a copy of the history that later changes do not affect."""
         copy = super().frozen()
         copy.changes, copy.begins, copy.messages = list(self.changes), list(self.begins), list(self.messages)
         return copy

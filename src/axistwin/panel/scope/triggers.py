@@ -17,7 +17,10 @@ newest data.  `SINGLE`: show the first edge, and pause.
 
 @dataclass
 class Trigger:
-    """Settings of the trigger.  `place`: horizontal position of the edge on the screen, from 0 (left) to 1 (right)."""
+    """Settings of the oscilloscope's trigger.
+
+    `place`: horizontal position of the edge on the screen, from 0 (left) to 1 (right).
+    """
 
     mode: str = OFF
     signal: str = ""
@@ -26,14 +29,14 @@ class Trigger:
     place: float = 0.5
 
     def edges(self, track: Track, after_ns: int, upto_ns: int) -> list[int]:
-        """Return the times of the edges of a track from `after_ns` to `upto_ns`."""
+        """Return the times from `after_ns` to `upto_ns` at which the trigger finds an edge of a signal."""
         times = edges(track.rows(after_ns - 1, upto_ns + 1), self.slope, self.value)
         found: list[int] = times[(times >= after_ns) & (times <= upto_ns)].tolist()
         return found
 
 
 def edges(rows: Rows, slope: str, value: float) -> Times:
-    """Return the times at which the values reach `value` from below (`UP`), or fall below `value` (`DOWN`).
+    """Return the times at which a signal reaches `value` from below (`UP`), or falls below `value` (`DOWN`).
 
     The time of an edge within a merged interval is the start of the interval.
     """

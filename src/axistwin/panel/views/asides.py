@@ -25,7 +25,7 @@ NO_LESSON = "no lesson has begun: select one with the button Lessons"
 
 
 class Asides:
-    """The tutor's comments in one terminal, on the lines that one user types."""
+    """Comments of the tutor on the lines that one user types at one terminal."""
 
     def __init__(self, context: Context, name: str) -> None:
         self._context, self._name = context, name
@@ -36,22 +36,22 @@ class Asides:
 
     @property
     def on(self) -> bool:
-        """True if this user has not switched the tutor off."""
+        """True unless the user has switched the tutor off."""
         return bool(self._context.person.settings.get(SETTING, True))
 
     def typing(self, data: bytes) -> Sequence[str]:
-        """Return the comments on a line before it is sent."""
+        """Return the tutor's comments on a line that the user is about to send."""
         if not self.on:
             return ()
         self._until_ns = self._context.bench.now + ANSWERS_NS
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Add comments of the tutor, which are shown after the present messages."""
+        """Queue comments of the tutor, which the terminal shows after the present messages."""
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Return the text to print after these messages: pending comments, and comments on answers."""
+        """Return the tutor's comments that the terminal shows after the messages `said`."""
         if self.on:
             for event in said:
                 if isinstance(event, Received) and event.time_ns <= self._until_ns:
@@ -60,7 +60,7 @@ class Asides:
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Build the tutor's switch, and the buttons that ask the tutor questions."""
+        """Build the switch of the tutor, and the buttons that ask the tutor questions."""
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
         switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
@@ -76,7 +76,10 @@ class Asides:
         breathe()
 
     def obey(self, command: str, words: str) -> Awaitable[None] | None:
-        """Execute a command of the terminal itself, such as `:why`.  Errors are shown on the page."""
+        """Execute a command of the terminal itself, e.g. `:why`.
+
+        Errors are shown on the page.
+        """
         context, name = self._context, self._name
         match command:
             case "why" | "next":
@@ -94,11 +97,11 @@ class Asides:
             case "wait":
                 return context.move(partial(self._wait, words))
             case _:
-                complain(UsageError(f"no command :{command}: expected one of {COMMANDS}"))
+                complain(UsageError(f"unknown command :{command}: expected one of {COMMANDS}"))
         return None
 
     def show_solution(self) -> None:
-        """Show lines that solve the present task of the lesson."""
+        """Show the lines that solve the present task of the lesson."""
         found = self._context.common(Lessons).of(self._name)
         self.add([f"type  {line}" for line in found[1].solution] if found is not None else [NO_LESSON])
 
@@ -123,12 +126,15 @@ class Asides:
         await self._context.session.advance_to(self._context.session.seconds + seconds)
 
     def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
-        """Advance the session to the present time, and return the result of `ask`, which reads the controller."""
+        """Bring virtual time up to date, and return the result of `ask`.
+
+        `ask` reads the state of the controller.
+        """
         return self._context.session.inspect(ask)
 
     @property
     def _tutor(self) -> Tutor:
-        """The tutor of the present bench."""
+        """The tutor for the controller on the present bench."""
         bench = self._context.bench
         if self._made is None or self._made[0] is not bench:
             self._made = bench, Tutor(bench[self._name], PanelRemedies(self._context, self._name))
@@ -136,13 +142,13 @@ class Asides:
 
 
 class PanelRemedies(Remedies):
-    """The same sentences for the panel: they name its buttons and switches."""
+    """Advice of the tutor that names the buttons and switches of the panel."""
 
     def __init__(self, context: Context, name: str) -> None:
         self._context, self._name = context, name
 
     def drive(self, pin: str, level: str) -> str:
-        """Return which button or switch gives an input a level."""
+        """Return a sentence about the button or switch that sets an input to a level."""
         button = self._button(pin)
         if button is not None:
             return f"press {button.name}" if button.pressed == level else f"release {button.name}"
@@ -153,21 +159,21 @@ class PanelRemedies(Remedies):
         return f"click the switch {pin}"
 
     def release(self, pin: str) -> str:
-        """Return which button or switch has set a terminal and must be pressed again."""
+        """Return a sentence about the button or switch that the user must operate to release an input."""
         button = self._button(pin)
         if button is None:
             return f"click the switch {pin} again"
         return f"press {button.name} again" if button.latching else f"release {button.name}"
 
     def mend(self, pin: str) -> str:
-        """Return how to end the fault that holds a terminal."""
+        """Return a sentence about how to end the fault that holds a terminal at a level."""
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return how to switch the power on, or off and on."""
+        """Return a sentence about how to switch the controller's power on, or off and on."""
         return f"switch the power {' and '.join(words)} (button power)"
 
     def _button(self, pin: str) -> ButtonTable | None:
-        """Return the button of the operator panel at an input."""
+        """Return the button of the operator panel that drives the input `pin`; None if there is no such button."""
         buttons = self._context.session.operator.button
         return next((each for each in buttons if each.pin in (pin, f"{self._name}.{pin}")), None)

@@ -13,7 +13,7 @@ MODES = {
 
 
 def darkness(context: Context) -> None:
-    """Build the button that selects the colours; the selection is stored for this user."""
+    """Build the button that selects dark or light colours; the selection is stored for this user."""
     settings = context.person.settings
     dark = ui.dark_mode(_mode(settings.get("dark")))
 

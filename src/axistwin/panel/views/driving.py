@@ -64,7 +64,7 @@ def driving(context: Context) -> Refresh:
 
 
 def _clock(context: Context) -> Refresh:
-    """Show the virtual time: three decimals while the bench runs, six decimals while it is paused."""
+    """Build the display of virtual time: three decimals while the bench runs, six decimals while it is paused."""
     label = ui.label().classes("clock").mark("clock").props("data-test=clock")
 
     def refresh() -> None:
@@ -74,7 +74,7 @@ def _clock(context: Context) -> Refresh:
 
 
 def _more(context: Context) -> None:
-    """Build the button that folds and unfolds the rarely used controls on a narrow screen."""
+    """Build the button that shows or hides the rarely used controls on a narrow screen."""
     settings = context.person.settings
 
     def show() -> None:
@@ -118,7 +118,10 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Perform the action that the button named when the user clicked it, even if the state has changed since."""
+    """Perform the action that the button showed when the user clicked the button: run, pause or stop.
+
+    The state may have changed since the click.
+    """
     session = context.session
     match shown if isinstance(shown, str) else button.text:
         case "Stop":
@@ -167,7 +170,7 @@ def _speed(context: Context) -> Refresh:
 
     def change(action: Callable[[], object]) -> None:
         context.touch(action, now=True)
-        show()  # without waiting for the next frame, because the user may type again
+        show()  # the speed is shown now, because the user may type again before the next frame
 
     slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))
@@ -203,7 +206,10 @@ def _change_speed(context: Context, by: int) -> None:
 
 
 def _status(context: Context) -> Refresh:
-    """Build the status line: the scene, the state, and the next planned action; screen readers announce the state."""
+    """Build the status line, which shows the scene, the state and the next planned action.
+
+    Screen readers announce the state.
+    """
     ui.label(context.session.title).classes("title scene-title").mark("scene-title")
     words = ui.label().classes("state").props("role=status aria-live=polite data-test=state").mark("state")
     late = ui.label().classes("quiet late").mark("late")
@@ -219,7 +225,7 @@ def _status(context: Context) -> Refresh:
 
 
 def _planned(context: Context) -> Refresh:
-    """Show the next planned action of the scene, and a button that runs to its time."""
+    """Build the label of the next planned action of the scene, and a button that advances to this action."""
     text = ui.label().classes("quiet planned").mark("planned")
     at_s: float | None = None
 
@@ -244,7 +250,7 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build two buttons: one ends a replay, the other restores a deleted recording."""
+    """Build two buttons: one ends a replay, the other restores a discarded recording."""
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)
@@ -326,7 +332,10 @@ def _seconds(moment: float | str) -> float:
 
 
 def _stems(bench: Bench) -> list[str]:
-    """Return suggestions for sentences of breakpoints, e.g. `table.X passes 0`; see `fault_injection/triggers.py`."""
+    """Return suggestions for sentences of breakpoints, e.g. `table.X passes 0`.
+
+    See `fault_injection/triggers.py`.
+    """
     found = []
     for name, controller in bench.controllers.items():
         found += [f"{name}.{axis} passes 0" for axis in controller.axes]

@@ -26,7 +26,7 @@ CELSIUS = (-40, 150)
 
 
 def power(context: Context, name: str) -> Refresh:
-    """Build the power switch of a controller and, if it has one, the field of its ambient temperature."""
+    """Build the power switch of a controller, and a field for the ambient temperature if the controller has one."""
     controller = context.bench[name]
 
     def turn() -> None:
@@ -51,7 +51,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # the next frame shows the actual value, even if this input is invalid
+        known = None  # an invalid input is replaced by the actual temperature in the next frame
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 
@@ -115,7 +115,10 @@ def _row(context: Context, fault: Fault) -> None:
 
 
 def _who(context: Context, spot: str) -> str:
-    """Return the controller that a fault affects; for a line with several motors, the first motor."""
+    """Return the controller that a fault affects.
+
+    For a line with several motors, return the first motor.
+    """
     own = spot.partition(".")[0]
     return own if own in context.bench.controllers else next(iter(context.bench.controllers))
 
@@ -146,11 +149,11 @@ class _Form:
 
     @property
     def kind(self) -> Kind:
-        """The selected kind of fault."""
+        """The kind of fault that the user has selected."""
         return KINDS[str(self._kind.value)]
 
     def _build(self) -> None:
-        """Build the fields for the parameters of the selected kind."""
+        """Build the input fields for the parameters of the selected kind of fault."""
         self._own.clear()
         spots = self._spots()
         with self._own:

@@ -55,7 +55,7 @@ class _Source:
         self.shows: list[Show] = []
 
     def refresh(self, controller: Controller) -> None:
-        """Read the value, and show the value if it has changed."""
+        """Read the terminal or register, and show the value if the value has changed."""
         value = controller.read(self._name)
         if value != self._known:
             self._known = value
@@ -107,7 +107,8 @@ def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
             with ui.element("dl").classes("meaning"):
                 for item in group.items:
                     _plain("dt", item.label or item.name)
-                    words = (item.name if item.label else "", item.doc)  # a name is not repeated
+                    # the name is left out if the title already shows the name
+                    words = (item.name if item.label else "", item.doc)
                     _plain("dd", ".  ".join(filter(None, words)))
 
 
@@ -122,7 +123,10 @@ def _plainly(readout: Readout) -> Show:
 
 
 def _registers(context: Context, name: str) -> Refresh:
-    """Build the list of all registers, which the user can open; its contents are built at the first opening."""
+    """Build the list of all registers, which the user can open and close.
+
+    The contents are built when the list is first opened.
+    """
     found = drawer(context, f"{name} registers", "All registers")
     sources: list[_Source] = []
 

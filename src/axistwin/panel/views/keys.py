@@ -17,7 +17,7 @@ ELSEWHERE = {
 
 
 def keys(press: Callable[[str, object], object]) -> None:
-    """Build the help dialog with its button, and call `press(key, shown)` for each other shortcut.
+    """Build the help dialog and its button, and call `press(key, shown)` for each other keyboard shortcut.
 
     `shown`: the text on the Run button, e.g. Pause, when the key was pressed.
     """

@@ -68,7 +68,7 @@ class _View:
         return min(int(text), len(self._course)) if text.isascii() and text.isdigit() else 0
 
     def _list(self) -> None:
-        """Show the titles of all lessons, with a mark at finished lessons."""
+        """Show the titles of all lessons in the menu, with a mark at each finished lesson."""
         for number, (title, lesson) in enumerate(zip(self._titles, self._course, strict=True), start=1):
             title.text = f"{'✓ ' if number <= self._done else ''}{number}  {lesson.title}"
 
@@ -79,7 +79,7 @@ class _View:
         self._context.touch(lambda: self._all.end(self._name))
 
     def refresh(self) -> None:
-        """Check the present step, and show the task."""
+        """Check whether the present task is done, and show the present task."""
         found = self._all.of(self._name)
         now = None if found is None else (found[0], found[1].step)
         if now == self._shown:
@@ -105,5 +105,5 @@ class _View:
 
 
 def on_the_page(task: str) -> str:
-    """Return a task of a lesson for the page: a switch is clicked there, instead of a line `:drive` that is typed."""
+    """Convert the text of a task for the page, where the user clicks a switch instead of typing `:drive`."""
     return _TYPED.sub(r"click the switch \2", task)

@@ -13,7 +13,7 @@ from axistwin.panel.views.table import table
 
 
 def machines(context: Context, name: str) -> Refresh:
-    """Draw the axes of a controller, and its switches and lamps.
+    """Build the drawings of a controller's axes, switches and lamps.
 
     If some axes are configured, the others appear when they first move.  No drawing disappears: a drawing that moved
     under the pointer would let the user press the wrong switch.

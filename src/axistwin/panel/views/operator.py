@@ -29,7 +29,7 @@ def _pin(context: Context, name: str) -> Pin:
 
 
 def _set(context: Context, name: str, level: str) -> None:
-    """Drive an input as an operator; the action is recorded."""
+    """Drive an input to a level as the operator of the machine, and record this action."""
     who, _, pin = name.rpartition(".")
     context.session.do(who, pin, level)
 

@@ -15,7 +15,7 @@ Thing = TypeVar("Thing", bound=ui.element)
 
 
 def called(element: Thing, name: str) -> Thing:
-    """Give an element a name for tests, and let other tasks run while a page is being built (`breathe`)."""
+    """Give an element a name for tests, and let other tasks run while a page is being built."""
     breathe()
     element.props["data-test"] = name
     element.mark(name)
@@ -51,14 +51,14 @@ class Key(TextElement):
         self.on("click", lambda: press(), [])
 
     def show(self, pressed: bool) -> None:
-        """Show the key as pressed or released."""
+        """Show the button as pressed or released."""
         word = "true" if pressed else "false"
         if self.props["aria-pressed"] != word:
             self.props["aria-pressed"] = word
 
 
 class Readout(TextElement):
-    """A text or a number with a label."""
+    """Page element that shows a text or a number with a label."""
 
     def __init__(self, label: str, name: str, unit: str = "", tip: str = "") -> None:
         with ui.element("span").classes("told") as told:
@@ -72,7 +72,7 @@ class Readout(TextElement):
                 ui.label(unit).classes("told-unit")
 
     def show(self, text: str, tone: Tone = Tone.PLAIN) -> None:
-        """Show a text in the colour for `tone`."""
+        """Show a text in the colour that belongs to `tone`."""
         if text != self.text:
             self.text = text
         if tone is not self._tone:
@@ -81,7 +81,10 @@ class Readout(TextElement):
 
 
 def drawer(context: Context, key: str, title: str) -> ui.expansion:
-    """Build a part of the page that the user can open and close; its state is stored for this user under `key`."""
+    """Build a part of the page that the user can open and close.
+
+    The state of the part is stored for this user under `key`.
+    """
     settings = context.person.settings
     found = ui.expansion(title, value=bool(settings.get(key)))
     found.on_value_change(lambda: settings.update({key: found.value}))
@@ -90,7 +93,7 @@ def drawer(context: Context, key: str, title: str) -> ui.expansion:
 
 @contextmanager
 def folded(context: Context, key: str, title: str) -> Iterator[None]:
-    """Build a part of the page that is folded on a narrow screen; a button with its title unfolds the part.
+    """Build a part of the page that is hidden on a narrow screen until the user presses a button.
 
     A wide screen always shows the part, without the button.  The state is stored for this user.
     """

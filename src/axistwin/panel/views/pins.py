@@ -37,7 +37,10 @@ def pins(context: Context, name: str) -> Refresh:
 
 
 def inputs(controller: Controller) -> list[list[str]]:
-    """Return, for each terminal that an operator can drive, the list of its names."""
+    """Return the names of each terminal that an operator can drive.
+
+    A terminal can have several names.
+    """
     found: dict[Pin, list[str]] = {}
     for name, pin in controller.pins.items():
         if pin.drivable:
@@ -73,7 +76,10 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Return the name of the key to show as pressed: low, high or release; "" at a voltage between low and high."""
+    """Return which key of a terminal is shown as pressed: low, high or release.
+
+    Returns "" at a voltage between low and high.
+    """
     if not pin.driven:
         return "release"
     if isinstance(pin, UserPin) and 0 < pin.volts < PULLED_UP_VOLTS:
@@ -82,7 +88,7 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return the name of the source that determines a terminal's level; "" for an open terminal."""
+    """Return what determines the level of a terminal, e.g. "driven" or "wired"; "" for an open terminal."""
     if pin.held:
         return "stuck"
     if pin.driven:
@@ -128,7 +134,7 @@ def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], No
 
 
 def _host_line(context: Context, name: str, line: str) -> Refresh:
-    """Build the row of the host's DTR or RTS line: its level, and keys that set the line."""
+    """Build the row that shows and sets the level of the host's output DTR or RTS."""
     with ui.element("div").classes("switch") as row:
         row.props.update({"role": "group", "aria-label": f"{name} host's {line.upper()}"})
         light = called(Light(f"host {line.upper()}", f"host's {line.upper()} on"), f"{name}-host-{line}-level")
@@ -177,7 +183,7 @@ class _Joystick:
         self._client.on_disconnect(self._release)
 
     def refresh(self) -> None:
-        """Show the pulse rate of the joystick."""
+        """Show the pulse rate that the joystick sets."""
         rate = self._context.bench.controllers[self._name].joystick.rate
         text = f"joystick: {rate} pulses/s" if rate else "joystick: at zero"
         if self._label.text != text:
@@ -206,7 +212,7 @@ class _Joystick:
             self._deflect(ARROWS[event.args["key"]] * (1 if event.args.get("shiftKey") else GENTLY))
 
     def _release(self) -> None:
-        """Release the joystick when the page is closed."""
+        """Release the joystick when the browser disconnects."""
         if self._held and self._context.drives:
             with self._client:
                 self._deflect(0)

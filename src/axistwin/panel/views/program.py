@@ -59,7 +59,7 @@ class _View:
         return self.context.bench[self.name]
 
     def refresh(self) -> None:
-        """Update the listing, the running line and the breakpoints."""
+        """Update the listing of the program, the running line and the breakpoints."""
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)
@@ -82,7 +82,10 @@ class _View:
         self._choice.visible = len(names) > 1
 
     def _which(self, programs: Mapping[str, Listing]) -> str:
-        """Return the name of the program to show: the running program if *follow* is on, otherwise the selected one."""
+        """Return the name of the program to show.
+
+        If *follow* is on, this is the running program, otherwise the program that the user has selected.
+        """
         wanted = self.context.person.settings.get(f"{self.name} program")
         if self._follow.value or wanted not in programs:
             running = (each for each, listing in programs.items() if listing.running is not None)
@@ -94,7 +97,7 @@ class _View:
     # Breakpoints
 
     def _toggle(self, index: int) -> None:
-        """Add a breakpoint at a line, or remove the breakpoint that the line has."""
+        """Add a breakpoint at a line, or remove the breakpoint that the line already has."""
         session, sentence = self.context.session, f"{self.name} runs {self._place(index)}"
         there = next((each for each in session.breaks if each.sentence == sentence), None)
         if there is not None:
@@ -103,7 +106,7 @@ class _View:
             self.context.touch(lambda: session.add_break(sentence))
 
     def _place(self, index: int) -> str:
-        """Return the place of a line in the notation of breakpoints: `12`, or `3:12` for line 12 of sequence 3."""
+        """Return a line number in the notation of breakpoints: `12`, or `3:12` for line 12 of sequence 3."""
         return f"{self._number(str(self._choice.value))}{index + 1}"
 
     def _number(self, which: str) -> str:
@@ -171,13 +174,13 @@ class _Loading:
                 ui.button("Cancel", on_click=self._dialog.close).props("flat")
 
     def open(self) -> None:
-        """Open the dialog with empty fields."""
+        """Open the dialog for loading a program, with empty fields."""
         self._upload.reset()
         self._text.value = ""
         self._dialog.open()
 
     def _refuse(self) -> None:
-        """Clear the text, and notify the user that the text is too long."""
+        """Clear the text of the dialog, and notify the user that the text is too long."""
         self._text.value = ""
         ui.notify(TOO_LONG, type="negative")
 
@@ -186,7 +189,10 @@ class _Loading:
         self._file.value = PurePath(event.file.name).name
 
     def _load(self, event: GenericEventArguments) -> None:
-        """Load the text of the dialog, unless its length in the browser (`event.args`) is too large."""
+        """Load the program in the dialog into the controller, unless the text is too long.
+
+        `event.args`: length of the text in the browser.
+        """
         text, file = str(self._text.value or ""), str(self._file.value or "")
         if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
             self._refuse()

@@ -28,7 +28,7 @@ READOUT_EVERY = 5
 
 
 class Scopes:
-    """The recorder of a session, and the screens of all users."""
+    """The oscilloscope screens of all users, and the recorder of the shown signals."""
 
     def __init__(self, session: Session) -> None:
         self.recorder = Recorder()
@@ -39,7 +39,10 @@ class Scopes:
         session.each_bench(self.recorder.attach)
 
     def come(self, person: Person) -> Screen:
-        """Count a newly opened page of this user, and return the user's screen; a new screen shows motion signals."""
+        """Record that a user has opened a page, and return the user's oscilloscope screen.
+
+        A new screen shows the signals that the scene uses, or motion signals.
+        """
         screen = person.settings.get("scope")
         if not isinstance(screen, Screen):
             screen = person.settings["scope"] = Screen(self.recorder)
@@ -49,12 +52,12 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # other screens already record the largest number of signals
+        except AxistwinError:  # too many signals are already recorded for other screens
             screen.show(())
         return screen
 
     def go(self, screen: Screen) -> None:
-        """Count a closed page with this screen; when the last page is closed, stop recording the signals."""
+        """Record that a page has been closed, and stop recording signals after the last page."""
         self._pages[screen] -= 1
         if not self._pages[screen]:
             self.recorder.leave(screen)
@@ -91,14 +94,14 @@ class _Scope:
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
-        self._client.on_delete(self._views.clear)  # breaks a reference cycle: the functions refer to this object
+        self._client.on_delete(self._views.clear)  # the view functions form a reference cycle with this object
 
     def refresh(self) -> None:
-        """Update the controls and, if it has changed, the plot."""
+        """Update the controls, and update the plot if its contents have changed."""
         screen = self.screen
         screen.recorder.catch_up()
         if screen.frozen is not None and to_seconds(screen.frozen.now_ns) > self._context.session.recorded_seconds:
-            screen.live()  # after a restart, the recording that the screen shows is deleted
+            screen.live()  # a restart has deleted the recording that the screen shows
         for view in self._views:
             view()
         self._frames += 1
@@ -120,7 +123,7 @@ class _Scope:
         return self._context.actions.state is State.RUNNING
 
     def _shows_numbers(self) -> bool:
-        """True if the table of measurements is updated in this frame."""
+        """True if the present frame updates the table of measurements."""
         return self._frames % READOUT_EVERY == 0 or not self._runs()
 
     # Messages from the browser
@@ -135,7 +138,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    screen.pause()  # a live screen ends at the present, so that the time under the pointer would move
+                    screen.pause()  # without a pause, the time under the pointer would move with the live data
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))
@@ -153,14 +156,17 @@ class _Scope:
                 self._key(str(value.get("key")), bool(value.get("shift")), bool(value.get("alt")))
 
     def _lane(self, value: dict[str, Any]) -> str | None:
-        """Return the signal of the lane under the pointer; None while the signals are overlaid."""
+        """Return the signal whose lane is under the pointer; None if the signals are overlaid."""
         names = self.screen.names
         if value.get("lane") is None or not self.screen.lanes or not names:
             return None
         return names[int(_number(value["lane"], 0, len(names) - 1, 0))]
 
     def _click(self, place: float, other: bool, lane: str | None) -> None:
-        """Put the active cursor, or the `other` one, at the clicked position; the first two clicks set A and B."""
+        """Move the active cursor, or the other cursor, to the clicked position.
+
+        The first two clicks set A and B.
+        """
         cursors = self.screen.cursors
         which = {"a": "b", "b": "a"}[cursors.active] if other else cursors.active
         self.screen.put_cursor(which, place, lane)
@@ -181,7 +187,10 @@ class _Scope:
     # Saving
 
     async def save(self, suffix: str, whole: bool) -> None:
-        """Download the shown signals as a file: the visible time, or the `whole` record."""
+        """Save the shown signals in a file, which the browser downloads.
+
+        `whole`: True saves the complete record, False the visible time.
+        """
         screen = self.screen
         signals = {name: screen.recorder.signals[name] for name in screen.tracks}
         from_ns, to_ns = (0, screen.record.now_ns) if whole else screen.edges
@@ -230,7 +239,7 @@ SUFFIXES = (*TRACES, *PICTURES)
 
 
 def _number(value: Any, least: float, most: float, otherwise: float) -> float:
-    """Return a number from the browser, limited to a range; return `otherwise` if the value is not a number."""
+    """Limit a number from the browser to a range; return `otherwise` if the value is not a number."""
     if isinstance(value, int | float) and isfinite(value):
         return min(max(float(value), least), most)
     return otherwise

@@ -29,7 +29,7 @@ Save = Callable[[str, bool], Awaitable[None]]
 
 
 def attempt(action: Callable[[], object]) -> bool:
-    """Perform an action; show the error if the action fails, otherwise return True."""
+    """Perform an action; if the action fails, show the error to the user and return False."""
     try:
         action()
     except AxistwinError as error:
@@ -39,7 +39,7 @@ def attempt(action: Callable[[], object]) -> bool:
 
 
 def head(screen: Screen, save: Save, runs: Callable[[], bool]) -> Refresh:
-    """Build the first row of controls: pause, time base, lanes and saving."""
+    """Build the first row of the oscilloscope's controls: pause, time base, lanes and saving."""
     with ui.row().classes("scope-row"):
         ui.label("Oscilloscope").classes("scope-title")
         pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())
@@ -121,7 +121,7 @@ def _save_menu(save: Save) -> None:
 
 
 def choice(screen: Screen) -> Refresh:
-    """Build the selection of signals: a field for patterns, and a list with a search field."""
+    """Build the controls that select signals: a field for patterns, and a list with a search field."""
 
     def take() -> None:
         attempt(lambda: screen.choose(split(wanted.value)))
@@ -154,7 +154,7 @@ def choice(screen: Screen) -> Refresh:
 
 
 def _lanes(screen: Screen) -> Callable[..., None]:
-    """Build the menu of lanes: for each lane, buttons to move it, a switch to fold it, and a field for its title.
+    """Build the menu that moves, folds and renames the lanes of the oscilloscope.
 
     Returns a function that builds the rows for the present signals; `anew=False`: only if they have been built before.
     """
@@ -222,7 +222,7 @@ def _list(screen: Screen) -> None:
 
 
 def trigger(screen: Screen) -> Refresh:
-    """Build the controls of the trigger."""
+    """Build the controls of the oscilloscope's trigger."""
     settings = screen.trigger
     with ui.row().classes("scope-row"):
         refresh_mode = _mode(screen)
@@ -257,7 +257,10 @@ def trigger(screen: Screen) -> Refresh:
 
 
 def _mode(screen: Screen) -> Refresh:
-    """Build the selection of the trigger mode; a trigger without a signal gets the first signal of the screen."""
+    """Build the control that selects the trigger mode.
+
+    A trigger without a signal gets the first signal of the screen.
+    """
     settings = screen.trigger
 
     def arm() -> None:
@@ -295,14 +298,14 @@ def _names(screen: Screen) -> list[str]:
 
 
 def activate(screen: Screen, which: str) -> None:
-    """Make a cursor active; put a cursor that is not set in the middle of the screen."""
+    """Make a cursor active; if the cursor is not set, put the cursor in the middle of the screen."""
     screen.cursors.active = which
     if screen.cursors.active_ns is None:
         screen.move_cursor(0)
 
 
 def clear_cursors(screen: Screen) -> None:
-    """Remove both cursors."""
+    """Remove both cursors from the oscilloscope screen."""
     screen.cursors.set("b", None)
     screen.cursors.set("a", None)
 
@@ -384,7 +387,7 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
 
 
 def _with_unit(meaning: Meaning, value: float) -> str:
-    """Format a value; add the value in the machine unit in parentheses if this unit is defined."""
+    """Format a value, and add the value in the machine unit in parentheses if a machine unit is defined."""
     told = "" if isnan(value) else meaning.in_unit(value)
     return f"{_shown(value)} ({told})" if told else _shown(value)
 

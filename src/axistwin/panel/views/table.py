@@ -15,7 +15,7 @@ TURN = 30.0
 
 
 def table(context: Context, name: str) -> Callable[[bool], None]:
-    """Build the X-Y table of a controller, if it has two axes with limited travel.
+    """Build the drawing of a controller's X-Y table, if two axes have limited travel.
 
     The returned function updates the table; its argument is True for smooth transitions.
     """
@@ -42,7 +42,10 @@ def table(context: Context, name: str) -> Callable[[bool], None]:
 
 
 def _tool(context: Context, controller: Controller) -> Callable[[], str]:
-    """Build the selection of the output that lowers the tool; return a function that returns the selected output."""
+    """Build the control that selects which output lowers the tool.
+
+    Returns a function that returns the selected output.
+    """
     outputs = [name for name, pin in controller.pins.items() if pin.is_output]
     key = f"{controller.name} tool"
     options = {NO_TOOL: "no tool", **{name: name for name in outputs}}
@@ -68,12 +71,12 @@ class _Solid:
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """Add an empty element to the page; the drawing is created in this element later."""
+        """Add an empty element to the page, in which the 3-D drawing is created later."""
         self._room = ui.element("div").classes("solid")
         self._make()
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Update the drawing while the switch is on."""
+        """Update the 3-D drawing if the user has switched the drawing on."""
         if self._view is not None:
             self._view.show(controller, trail, tool)
 

@@ -12,7 +12,7 @@ Kinds = dict[str, Callable[[], Refresh]]
 
 
 def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
-    """Build tabs, and open the tab that this user has opened last."""
+    """Build tabs, and open the tab that the user opened last."""
     made: dict[str, Refresh | None] = {}
     setting = f"tab {name}"
     wanted = str(context.person.settings.get(setting, ""))
@@ -39,7 +39,7 @@ def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
 
     def refresh() -> None:
         kind = str(bar.value)
-        if kind not in made:  # views are built after the first frame, because a terminal needs its size
+        if kind not in made:  # tabs are built after the first frame, when the size of a terminal is known
             made[kind] = None
             context.unbuilt.append(partial(build, kind))
         elif view := made[kind]:

@@ -28,7 +28,7 @@ REMEMBERED = 100
 
 
 def terminal(context: Context, name: str) -> Refresh:
-    """Build the terminal of an endpoint: a controller, its second channel, or a line with several motors."""
+    """Build the terminal of a controller, of a second channel, or of a line with several motors."""
     whole = endpoints.at_a_bus(context.bench, name)
     known = name in context.bench.controllers and context.bench[name].product.model in FAMILIES
     asides = Asides(context, name) if known else None
@@ -56,7 +56,10 @@ def terminal(context: Context, name: str) -> Refresh:
 
 
 def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: Asides | None) -> Refresh:
-    """Return a function that prints new messages; it first clears the screen if the bench was replaced."""
+    """Return a function that prints new messages on the terminal's screen.
+
+    The function first clears the screen if the bench was replaced.
+    """
     talk, generation, count = context.common(Talk), -1, 0
     printer = Printer(endpoints.codec_at(context.bench, name), whole)
 
@@ -81,7 +84,7 @@ def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: As
 
 
 def _typed(context: Context, name: str, text: str) -> None:
-    """Send the characters that the user types on the screen, without changes."""
+    """Send the characters that the user types on the terminal's screen, without changes."""
     if endpoints.at_a_bus(context.bench, name):
         ui.notify("a board accepts whole commands only: type them in the line below", type="warning")
         return
@@ -90,7 +93,7 @@ def _typed(context: Context, name: str, text: str) -> None:
 
 
 def _line(context: Context, name: str, whole: bool, asides: Asides | None) -> None:
-    """Build the field for a line, which is sent when the user presses Enter."""
+    """Build the input field for a line, which is sent when the user presses Enter."""
     history = context.person.lines.setdefault(name, [])
     with ui.row().classes("terminal-line"):
         hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for control characters"
@@ -132,10 +135,11 @@ def _bytes(context: Context, name: str, text: str, whole: bool, ending: str) -> 
     try:
         return codec.read(text) if whole else codec.read(text) + TERMINATORS[ending]
     except ProgramError as error:
-        raise UsageError(f"{error.message} (column {error.column})") from None
+        reason = error.message
+        raise UsageError(f"invalid line (column {error.column}): {reason}") from None
 
 
-# Other controls of the host's end of a serial line
+# Break, control lines and line format of the host
 
 
 def _buttons(context: Context, name: str) -> None:

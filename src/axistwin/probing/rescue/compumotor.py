@@ -40,7 +40,10 @@ MISSING = (
 
 
 def read(exchange: Exchange) -> Contents:
-    """Read all answers, moves and sequences.  Raises LinkError if the board does not answer or is moving."""
+    """Read all values, moves and sequences that the board reports.
+
+    Raises LinkError if the board does not answer or the motor is moving.
+    """
     _check(exchange)
     found = Contents(depends={_name(code) for code in DEPENDS}, missing=list(MISSING))
     for code in REQUESTS:
@@ -57,7 +60,7 @@ def read(exchange: Exchange) -> Contents:
             if not listed:
                 found.missing.append("sequences: the board does not list them, because a sequence is running: end it")
                 break
-            if commands := listed[:-1]:  # the last message of a list is a null command
+            if commands := listed[:-1]:  # the board ends each list of commands with a null command
                 found.values[f"sequence {number}"] = " / ".join(commands)
     return found
 
@@ -72,19 +75,24 @@ def _check(exchange: Exchange) -> None:
         answer = exchange.ask(bytes((code,)), complete=lambda answer: len(answer) >= MESSAGE, patience_s=POWER_UP_S)
         if not answer.startswith(bytes((code,))):
             raise LinkError(
-                f"the board does not answer {code:02X}h: end the definition of a sequence (D8h), or reset the board"
+                f"the board does not answer request {code:02X}h: send D8h to end the definition of a sequence, "
+                "or reset the board"
             )
         answers[code] = answer[1]
     if answers[MOVING]:
-        raise LinkError("the motor is moving: stop the motor, then start again")
+        raise LinkError("the motor is moving: stop the motor, then run the rescue again")
 
 
 def _asked(exchange: Exchange, *commands: bytes) -> list[str]:
-    """Return the messages that answer commands of one opcode, without the opcode and zeros at the end, in hex."""
+    """Send commands of one opcode, and return their answers in hex.
+
+    The opcode and the zeros at the end of an answer are left out.
+    """
     answer = exchange.ask(*commands, FENCE, complete=lambda answer: answer[-MESSAGE:].startswith(FENCE))
     if not answer[-MESSAGE:].startswith(FENCE):
+        request = commands[0].hex(" ").upper()
         raise LinkError(
-            f"the board stopped answering after {commands[0].hex(' ').upper()}: reset the board, start again"
+            f"the board stopped answering after request {request}: reset the board, then run the rescue again"
         )
     messages = [answer[at : at + MESSAGE] for at in range(0, len(answer) - MESSAGE, MESSAGE)]
     return [_trimmed(message[1:]) for message in messages if message[0] == commands[0][0]]
@@ -99,7 +107,7 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the commands that give a new board the contents, and the levels of the triggers."""
+    """Return the commands and trigger levels that give a new board the same contents."""
     commands = list(_commands(contents, new))
     levels = int(contents.values[_name(0x94)] or "FF", 16)
     actions = [f"trigger{number} low" for number in range(2, 6) if not levels >> number & 1]
@@ -148,13 +156,13 @@ def _moves(changed: dict[str, str]) -> Iterator[bytes]:
 
 
 def _exact(command: bytes) -> bytes:
-    """Return a command with exactly its parameters."""
+    """Return a command with exactly the number of bytes that its opcode requires."""
     known = COMMANDS.get(command[0])
     return known.string(command[1:].ljust(MESSAGE, b"\0")) if isinstance(known, Opcode) else command
 
 
 def start(bench: Bench, _: Contents) -> None:
-    """Run until the setup has been sent."""
+    """Run the bench until the setup commands have been sent to the board."""
     bench.run(POWER_UP_S)
     for process in bench.senders.values():
         bench.run_until(lambda: not process.is_alive, LONGEST_S)  # noqa: B023  # called at once

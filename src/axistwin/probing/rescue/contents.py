@@ -11,7 +11,7 @@ from axistwin.probing.rescue.exchange import Exchange
 
 @dataclass
 class Contents:
-    """The contents of a controller as read at its port."""
+    """The contents of a controller, as read through its port."""
 
     values: dict[str, str] = field(default_factory=dict)
     """All answers by the name of the value or the request."""
@@ -23,7 +23,10 @@ class Contents:
     """Contents that the controller does not report, each with the place where they can be found."""
 
     def differences(self, twin: "Contents") -> dict[str, tuple[str, str]]:
-        """Return the values in which a twin differs, by name; without those that depend on the machine."""
+        """Return the values that differ between the controller and its twin, by name.
+
+        Values that depend on the machine are left out.
+        """
         found = {
             name: (value, twin.values.get(name, ""))
             for name, value in self.values.items()
@@ -36,7 +39,7 @@ class Contents:
 
 @dataclass
 class Restoring:
-    """The part of a scene that gives a new controller these contents."""
+    """The part of a scene that gives a new controller the contents of an old controller."""
 
     controller: dict[str, Any] = field(default_factory=dict)
     """Keys of the controller's table."""
@@ -48,7 +51,7 @@ class Restoring:
 
 @dataclass(frozen=True)
 class Reader:
-    """The family's part of a rescue."""
+    """The functions that read and restore the contents of one family of controllers."""
 
     read: Callable[[Exchange], Contents]
     """Reads all contents without motion.  Raises LinkError if the controller does not answer or is moving."""
@@ -59,6 +62,6 @@ class Reader:
 
 
 def reader(model: str) -> Reader:
-    """Return the family's part of a rescue."""
+    """Return the functions that read and restore the contents of this model."""
     found: Reader = import_module(f"{__package__}.{FAMILIES[product(model).model]}").READER
     return found

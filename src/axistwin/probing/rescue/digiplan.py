@@ -31,46 +31,52 @@ REMEDY = "check --line, or switch the interface off and on and initialise it, e.
 
 
 def read(exchange: Exchange) -> Contents:
-    """Read all answers.  Raises LinkError if the interface does not answer or is moving."""
+    """Read the answers of the interface to all status requests.
+
+    Raises LinkError if the interface does not answer or a motor is moving.
+    """
     end = terminator(exchange, SHORT_S)
     if end is None:
-        raise LinkError(f"the interface does not answer E: {REMEDY}")
+        raise LinkError(f"the interface does not answer request E: {REMEDY}")
     found = Contents(depends=set("FKQNOE"), missing=list(MISSING))
     found.values["format"] = _format(exchange, end)
-    for request in "FIONEK":  # F comes first: the first message has set its data fault bit, which E and K report
+    for request in "FIONEK":  # request F comes first, because F clears the data fault bit
         found.values[request] = exchange.needed(request.encode() + end, REMEDY)
     found.values["Q"] = exchange.ask(b"Q" + end, complete=bool).hex().upper()
     if not found.values["K"].isdigit():
-        raise LinkError(f"the interface answers {found.values['K']!r} to K: expected a number: check --line")
+        raise LinkError(f"the answer to request K is {found.values['K']!r}: expected a number, so check --line")
     if int(found.values["K"]) & IN_MOTION:
-        raise LinkError("the motor is moving: stop the motor, then start again")
+        raise LinkError("the motor is moving: stop the motor, then run the rescue again")
     if found.values["E"] == LOCKED:
         found.missing.append("lock: the interface is locked; an IF2 keeps its sequence without power")
     return found
 
 
 def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
-    """Return the terminator of messages, CR or LF, or None without an answer; find out if the interface echoes."""
+    """Return the terminator of messages, CR or LF, or None if the interface does not answer.
+
+    `exchange.echo` is set to True if the interface echoes.
+    """
     for end in TERMINATORS:
         said = SPOIL + end
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # the parities of E and N differ
+        # the characters E and N have different parity bits, so a wrong parity spoils one request
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None
 
 
 def _format(exchange: Exchange, end: bytes) -> str:
-    """Return the data format message that selects the present format."""
+    """Return the data format message, e.g. U61, for the line format of the connection."""
     line = exchange.line_format
     x2 = {"N": 2, "O": 5, "E": 6} if exchange.echo else {"N": 1, "O": 3, "E": 4}
     return f"{TERMINATORS[end]}{FRAMES[line.bytesize, int(line.stopbits)]}{x2[line.parity]}"
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the levels of the inputs."""
+    """Return the actions that give a new interface the input levels of the old interface."""
     changed = int(contents.values["I"]) ^ int(new.values["I"])
     now = int(contents.values["I"])
     return Restoring(
@@ -83,7 +89,7 @@ def restore(contents: Contents, new: Contents) -> Restoring:
 
 
 def start(bench: Bench, contents: Contents) -> None:
-    """Initialise the interface with the data format of the contents."""
+    """Send the saved data format message to a new interface."""
     (controller,) = bench.controllers.values()
     port = controller.serial
     wanted = port.host.format

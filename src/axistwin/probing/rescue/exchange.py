@@ -19,7 +19,7 @@ Complete = Callable[[bytes], bool]
 
 
 class Exchange:
-    """The host's end of a connection, which records what is sent and received."""
+    """A connection to a controller that records all sent and received data."""
 
     def __init__(
         self,
@@ -39,9 +39,10 @@ class Exchange:
         self.acts: list[Act] = [Comment(f"model: {self.product.model}")]
 
     def ask(self, *said: bytes, complete: Complete | None = None, patience_s: float = PATIENCE_S) -> bytes:
-        """Send requests; return the answer without the echo, or what was received before a long silence.
+        """Send requests to the controller, and return the answer without its echo.
 
-        `complete` None: an answer ends in the terminator; bit 8 of the terminator is ignored.
+        A long silence ends an incomplete answer.  `complete` None: an answer ends in the terminator; bit 8 of the
+        terminator is ignored.
         """
         complete = complete or self._ends_line
         self.end.drain()
@@ -62,15 +63,16 @@ class Exchange:
         return bool(answer) and answer[-1] & 0x7F == self.terminator[0]
 
     def line(self, said: bytes, patience_s: float = PATIENCE_S) -> str:
-        """Return the answer to a request as text without its terminator; empty if there is no answer."""
+        """Return the answer to a request as text without its terminator, or an empty text without an answer."""
         answer = bytes(byte & 0x7F for byte in self.ask(said, patience_s=patience_s))
         return answer.rstrip(b"\r\n").decode("latin-1")
 
     def needed(self, said: bytes, remedy: str) -> str:
-        """Return the answer to a request.  Raises LinkError with the remedy if there is no answer."""
+        """Return the answer to a request.  Raises LinkError with the given remedy if there is no answer."""
         answer = self.line(said)
         if not answer:
-            raise LinkError(f"the controller does not answer {said.decode('latin-1').strip()}: {remedy}")
+            request = said.decode("latin-1").strip()
+            raise LinkError(f"the controller does not answer request {request}: {remedy}")
         return answer
 
     def _note(self, said: tuple[bytes, ...], received: bytes) -> None:
@@ -86,9 +88,9 @@ class Exchange:
 
     @property
     def received(self) -> bool:
-        """True if the controller has sent anything."""
+        """True if the controller has sent any data."""
         return self._answers > 0
 
     def talk(self) -> str:
-        """Return the exchange as a conversation."""
+        """Return the recorded data as the text of a conversation file."""
         return write(self.acts, codec_of(self.product))

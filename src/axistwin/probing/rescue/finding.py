@@ -33,7 +33,7 @@ Attempt = tuple[UartFormat, str, Test]
 
 @dataclass(frozen=True)
 class Found:
-    """A controller that answers."""
+    """Model and line format of a controller that answers."""
 
     model: str
     line: UartFormat | None = None
@@ -43,7 +43,7 @@ class Found:
 def find(
     end: End, model: str | None = None, line: UartFormat | None = None, report: Report = lambda line: None
 ) -> Found:
-    """Return the model and the line format with which the controller answers.  Raises LinkError if none does.
+    """Find the model and the line format of the controller at `end`.  Raises LinkError if no controller answers.
 
     `model`, `line`: given by the user; then only these are tried.  `report` is called with each line format.
     """
@@ -55,11 +55,12 @@ def find(
         end.set_line(fmt)
         if answers(Exchange(end, kind, fmt)):
             return Found(model or kind, fmt)
-    raise LinkError(
-        "the controller does not answer at any line format: check cable, power and --model, and close other programs"
-        if line is None and end.has_line
-        else "the controller does not answer: check cable, power, --model and --line"
-    )
+    if line is None and end.has_line:
+        raise LinkError(
+            "the controller does not answer at any line format: check cable, power and --model, and close other "
+            "programs"
+        )
+    raise LinkError("the controller does not answer: check cable, power, --model and --line")
 
 
 def _kind(model: str) -> str:
@@ -67,9 +68,10 @@ def _kind(model: str) -> str:
 
 
 def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -> Iterator[Attempt]:
-    """Yield line formats, each with the kind of controller and its test, the most usual first.
+    """Yield the line formats to try, each with a kind of controller and the test for this kind.
 
-    The first test of each kind cannot be taken for the open bracket of an interface that has no baud rate yet.
+    The most usual line formats come first.  The first test of each kind cannot be taken for the open bracket of an
+    interface that has no baud rate yet.
     """
     usual = {kind: line or product(kind).line or UartFormat() for kind in kinds}
     for kind, fmt in usual.items():
@@ -80,14 +82,14 @@ def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -
 
 
 def _formats(kind: str) -> Iterator[UartFormat]:
-    """Yield the line formats of a kind of controller, the most usual first."""
+    """Yield the line formats that a kind of controller can have; the most usual formats come first."""
     for bits, parity in FRAMES[kind]:
         for rate in RATES[kind]:
             yield UartFormat(rate, bits, parity, STOP_BITS[kind])
 
 
 def _motor(exchange: Exchange, first: bytes = smartmotor.FIRST) -> bool:
-    """True if a SmartMotor reports variable a, with or without echo.
+    """True if a SmartMotor answers the request for its variable a.
 
     The first report can end, and spoil, an incomplete command of another host.
     """
@@ -96,7 +98,7 @@ def _motor(exchange: Exchange, first: bytes = smartmotor.FIRST) -> bool:
 
 
 def _interface(exchange: Exchange) -> bool:
-    """True if an IF1 or IF2 answers E."""
+    """True if an IF1 or IF2 answers request E."""
     return digiplan.terminator(exchange, PATIENCE_S) is not None
 
 
@@ -104,8 +106,8 @@ def _uninitialised(exchange: Exchange) -> bool:
     """Raise LinkError if an IF1 or IF2 waits for its data format; return False."""
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface waits for its data format, and reports nothing before: initialise it, e.g. with U61, then "
-            "start again; an IF2 that is locked then starts its sequence"
+            "the interface waits for its data format: send e.g. U61 (a locked IF2 then starts its sequence), "
+            "then run the rescue again"
         )
     return False
 

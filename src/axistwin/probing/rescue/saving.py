@@ -25,7 +25,7 @@ PORTS = {False: "tcp://127.0.0.1:5001", True: "bus://127.0.0.1:1811"}
 
 @dataclass
 class Rescue:
-    """The contents of a controller, and the values in which its twin differs."""
+    """Result of a rescue: the contents of a controller, and the differences of its twin."""
 
     found: Found
     contents: Contents
@@ -35,7 +35,7 @@ class Rescue:
     """Value of the controller and of the twin, by name."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rescue as data for a JSON file."""
+        """Return the result of the rescue as data for a JSON file."""
         return {
             "model": self.found.model, "line": None if self.found.line is None else str(self.found.line),
             "values": self.contents.values, "depends on the machine": sorted(self.contents.depends),
@@ -44,7 +44,7 @@ class Rescue:
 
 
 def rescue(end: End, found: Found, out: Path, report: Callable[[int], None] = lambda answers: None) -> Rescue:
-    """Read the controller at `end` and write its contents into the new directory `out`.
+    """Read the contents of the controller at `end`, and write the contents into the new directory `out`.
 
     `report` is called with the number of answers, after each answer.  Raises LinkError if the controller does not
     answer or is moving; what has been received by then is written into the directory.
@@ -55,7 +55,9 @@ def rescue(end: End, found: Found, out: Path, report: Callable[[int], None] = la
     try:
         contents = family.read(exchange)
     except AxistwinError as error:
-        raise _kept(error, exchange, out) from None
+        if (file := _saved_talk(exchange, out)) is None:
+            raise
+        raise LinkError(f"{error}; received data: {file}") from None
     done = Rescue(found, contents)
     done.files = _scene(found, contents) | {TALK: exchange.talk()}
     scratch = _scratch(out)
@@ -66,7 +68,7 @@ def rescue(end: End, found: Found, out: Path, report: Callable[[int], None] = la
         _write(scratch, {VALUES: done.files[VALUES]})
         scratch.rename(out)
     except OSError as error:
-        raise UsageError(f"cannot write to {out}: {reason(error)}: choose another directory") from None
+        raise UsageError(f"cannot write to {out} ({reason(error)}): choose another directory") from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
     return done
@@ -78,25 +80,25 @@ def check_new(out: Path) -> None:
         raise UsageError(f"{out} exists already: choose another directory")
 
 
-def _kept(error: AxistwinError, exchange: Exchange, out: Path) -> AxistwinError:
-    """Write what has been received into the directory; return the error with its place."""
+def _saved_talk(exchange: Exchange, out: Path) -> Path | None:
+    """Write the received data into the directory `out`; return the file, or None if no file was written."""
     if not exchange.received:
-        return error
+        return None
     try:
         out.mkdir(parents=True, exist_ok=True)
         _write(out, {TALK: exchange.talk()})
     except OSError:
-        return error
-    return LinkError(f"{error}; received data: {out / TALK}")
+        return None
+    return out / TALK
 
 
 def _scratch(out: Path) -> Path:
-    """Return a new directory beside `out`."""
+    """Create a temporary directory beside `out`, and return its path."""
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         return Path(mkdtemp(prefix=f".{out.name}-", dir=out.parent))
     except OSError as error:
-        raise UsageError(f"cannot write to {out}: {reason(error)}: choose another directory") from None
+        raise UsageError(f"cannot write to {out} ({reason(error)}): choose another directory") from None
 
 
 def _write(directory: Path, files: dict[str, str]) -> None:
@@ -105,7 +107,7 @@ def _write(directory: Path, files: dict[str, str]) -> None:
 
 
 def _scene(found: Found, contents: Contents) -> dict[str, str]:
-    """Return the scene and the files that it names."""
+    """Return the scene of the twin and the files that the scene uses: texts by file name."""
     made = product(found.model)
     restoring = reader(found.model).restore(contents, new(found.model))
     controller: dict[str, Any] = {"model": found.model, "ports": [PORTS[made.line is None]]}
@@ -120,7 +122,7 @@ def _scene(found: Found, contents: Contents) -> dict[str, str]:
 
 @cache
 def new(model: str) -> Contents:
-    """Return the contents of a new controller."""
+    """Return the contents of a new virtual controller of this model."""
     bench = Bench()
     end = VirtualEnd(bench, bench.add(model))
     family = reader(model)
@@ -129,7 +131,7 @@ def new(model: str) -> Contents:
 
 
 def _twin(directory: Path, found: Found, contents: Contents) -> Contents:
-    """Start a twin from the scene and ask the same again."""
+    """Start a twin from the scene, and return the contents that the twin reports."""
     bench = Scene.load(directory / SCENE).build()
     (controller,) = bench.controllers.values()
     end = VirtualEnd(bench, controller)

@@ -34,10 +34,13 @@ MISSING = (
 
 
 def read(exchange: Exchange) -> Contents:
-    """Read all contents.  Raises LinkError if the motor does not answer or is moving."""
+    """Read the program, settings and variables of the motor.
+
+    Raises LinkError if the motor does not answer or is moving.
+    """
     _first(exchange)
     if exchange.needed(b"RBt\r", "check the line format, e.g. --line '9600 8N1'") == "1":
-        raise LinkError("the motor is moving: stop the motor, then start again")
+        raise LinkError("the motor is moving: stop the motor, then run the rescue again")
     found = Contents(depends={*STATE, "ADDR"}, missing=list(MISSING))
     before = exchange.line(b"RBs\r")
     for name in (*FACTS, *STATE):
@@ -52,7 +55,7 @@ def read(exchange: Exchange) -> Contents:
         found.values[f"al[{index}]"] = exchange.line(f"Ral[{index}]\r".encode())
     found.program = _upload(exchange, found)
     if before == "0" and exchange.line(b"RBs\r") == "1":
-        exchange.end.send(b"Zs\r")  # a request that this firmware does not have has set the flag
+        exchange.end.send(b"Zs\r")  # a request that the firmware does not know has set flag Bs
     silent = [name for name, value in found.values.items() if not value]
     if silent:
         found.missing.append(f"no answer to {', '.join(silent)}")
@@ -61,22 +64,22 @@ def read(exchange: Exchange) -> Contents:
 
 
 def reported(said: bytes, answer: bytes) -> bool:
-    """True if the answer consists of numbers, each with a CR, after the echo of the request or without echo."""
+    """True if the answer consists of numbers that each end in CR; an echo of the request is ignored."""
     lines = answer.removeprefix(said).split(b"\r")
     return len(lines) > 1 and not lines.pop() and all(line.removeprefix(b"-").isdigit() for line in lines)
 
 
 def _first(exchange: Exchange) -> None:
-    """Address the motor, and find out if it echoes.  Raises LinkError if several motors answer."""
+    """Address the motor, and find out if the motor echoes.  Raises LinkError if several motors answer."""
     answer = exchange.ask(FIRST, complete=partial(reported, FIRST))
     exchange.echo = answer.startswith(FIRST)
     answer += exchange.ask(REPORT, complete=lambda answer: False, patience_s=SHORT_S)
-    if answer.removeprefix(FIRST).count(b"\r") > 2:  # one line of each request
+    if answer.removeprefix(FIRST).count(b"\r") > 2:  # one motor sends only two lines
         raise LinkError("several motors answer: connect one motor at a time")
 
 
 def _upload(exchange: Exchange, found: Contents) -> str:
-    """Return the text of the program.  Raises LinkError if the transfer stops."""
+    """Return the source of the motor's program.  Raises LinkError if the upload stops."""
     text = b""
     for number in count():
         request = ACKNOWLEDGE if number else b"UPLOAD\r"
@@ -89,7 +92,8 @@ def _upload(exchange: Exchange, found: Contents) -> str:
             return ""
         if len(block) < BLOCK:
             raise LinkError(
-                f"the upload of the program stopped after {len(text)} characters: check the line, then start again"
+                f"the upload of the program stopped after {len(text)} characters: check the line, "
+                "then run the rescue again"
             )
     raise AssertionError
 
@@ -99,7 +103,7 @@ def _block(answer: bytes) -> bool:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return program, variables and levels of the inputs."""
+    """Return the program, variables and input levels that a new motor needs for the same contents."""
     found = Restoring()
     values = contents.values
     if contents.program:
@@ -112,9 +116,8 @@ def restore(contents: Contents, new: Contents) -> Restoring:
     changed = {name: int(values[name]) for name in names if values[name] not in ("", new.values[name])}
     if values["RP"] not in ("", "0"):
         changed["O"] = int(values["RP"])
-    if (
-        "D" in changed
-    ):  # the target that is written last selects absolute or relative moves: absolute, as after power-up
+    if "D" in changed:
+        # the motor makes absolute moves if P is written after D
         changed["P"] = changed.pop("P", int(values["P"] or 0))
     if changed:
         found.controller["variables"] = changed

@@ -28,7 +28,7 @@ STATEMENTS = 7
 
 
 def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
-    """Return the cases; a program is loaded before the moves, and the total reset comes last."""
+    """Return all test cases for a SmartMotor, in the order in which a probe performs them."""
     commands = {str(command.code): command for command in product.commands if isinstance(command, Instruction)}
     return [
         *readings(commands, facts.get("firmware", "476")),
@@ -41,18 +41,21 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
 
 
 def examine(end: End, _: Product) -> Condition:
-    """Read firmware, checksum and mode.  Raises LinkError if the motor does not answer or is moving."""
+    """Read the firmware, checksum and mode of the motor.
+
+    Raises LinkError if the motor does not answer or is moving.
+    """
     end.ask(SPOIL)
     answer = end.ask(b"RSP" + CR, expected=4).data
     match = re.search(rb"(\d+)/(\d+)\r", answer)
     if match is None:
         raise LinkError(
             f"the motor does not answer RSP (received {answer!r}): check the line format, e.g. --line '9600 8N1', "
-            "and the address"
+            "and the motor's address"
         )
     facts = {"firmware": match[2].decode(), "sample period": match[1].decode()}
     if end.ask(b"RBt" + CR, expected=2).data.strip() == b"1":
-        raise LinkError("the motor is moving: stop the motor, then start again")
+        raise LinkError("the motor is moving: stop the motor, then run the probe again")
     facts["checksum"] = end.ask(b"RCKS" + CR, expected=16).data.strip().decode("latin-1")
     facts["mode"] = end.ask(b"RMODE" + CR, expected=2).data.strip().decode("latin-1")
     facts["address"] = end.ask(b"RADDR" + CR).data.strip().decode("latin-1")
@@ -73,19 +76,22 @@ def _set(end: End, flag: str) -> bool:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Close the limit switches of a twin if those of the motor are closed."""
+    """Close the limit switches of the twin if the limit switches of the motor are closed."""
     if facts.get("limits") == CLOSED:
         for pin in "CD":
             controller.pins[pin].drive(False)
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer with each number and each sum of RCKS replaced by `0`, and each letter of a mode by `P`."""
+    """Return an answer in which `0` replaces each number and checksum, for a comparison without values.
+
+    `P` replaces the letter of a mode.
+    """
     return re.sub(rb"\b[0-9A-F]{6}\b|-?\d+", b"0", re.sub(rb"^[A-Z]\r", b"P\r", answer))
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
-    """Return the place of the index mark, and the statements per sample, from the answers of their cases."""
+    """Return values for the options `index_at` and `statements_per_sample`, calculated from the motor's answers."""
     found: dict[str, list[object]] = {}
     index = re.findall(rb"-?\d+", answers.get("the index", b""))
     if len(index) > RI_AFTER and int(index[RI_AFTER]) > 0:

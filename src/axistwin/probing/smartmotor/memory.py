@@ -160,18 +160,18 @@ CHANNEL_S = 0.6
 
 
 def loading(program: str) -> tuple[bytes, ...]:
-    """Return the requests that load a program: LOAD, and blocks that the motor acknowledges."""
+    """Return the requests that load a program: LOAD, then the program in blocks."""
     data = program.encode("latin-1")
     return b"LOAD ", *(data[at : at + BLOCK] for at in range(0, len(data), BLOCK)), END_OF_PROGRAM
 
 
 def sending(command: str, size: int) -> tuple[bytes, ...]:
-    """Return the requests that upload `size` bytes: the command, and an acknowledgement of each block."""
+    """Return the requests that upload `size` bytes: the command, then one acknowledgement for each block."""
     return command.encode() + CR, *((ACKNOWLEDGE,) * (size // BLOCK))
 
 
 def loaded(name: str, section: str, program: str, *lines: str | bytes, bare: bool = False, moves: bool = False) -> Case:
-    """Return a case that loads a program; it moves if a statement of the program is not in the whitelist."""
+    """Return a test case that loads a program into the motor, then sends lines of commands."""
     stays = all(still(line) for line in program.splitlines())
     return case(
         name, section, *loading(program), "RCKS", "RBk", *lines, moves=moves or not stays, bare=bare, stores=True
@@ -179,7 +179,7 @@ def loaded(name: str, section: str, program: str, *lines: str | bytes, bare: boo
 
 
 def stored(commands: Mapping[str, Instruction], line: str) -> list[Case]:
-    """Return the cases of the data EEPROM, of program storage and of program flow."""
+    """Return the test cases for the data EEPROM, program storage and program flow."""
     return [*_eeprom(commands), *_flow(commands), *(_channel(commands) if line == LINE else ())]
 
 
@@ -239,11 +239,11 @@ def _flow(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return cases in which a program changes channel 0, and restores the channel after half a second."""
+    """Return test cases in which a program changes the settings of channel 0 for half a second."""
     status = commands["Zf"].chapter
 
     def changed(name: str, label: int, *sent: str | bytes, code: str, then: tuple[str, ...]) -> Case:
-        # a character in another format can be read as the address of another motor
+        # the motor can misread a character as another motor's address, so ADDRESS_ALL is sent
         lines = ("Zb Zc Zf Zs", f"GOSUB{label}", *sent, ADDRESS_ALL, *then)
         return case(name, commands[code].chapter, *lines, stores=True, waits=((1 + len(sent), CHANNEL_S),))
 
@@ -259,7 +259,7 @@ def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def locking(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the cases that lock a program; loading another program ends the lock."""
+    """Return the test cases that lock a stored program; loading another program ends the lock."""
     section = commands["LOCKP"].chapter
     return [
         case("a locked program", section, *loading("RUN?\nEND\n"), "Zs LOCKP", "UPLOAD", "RBs", "Zs UP", "RBs",
@@ -271,7 +271,10 @@ def locking(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def save(end: End, condition: Condition) -> None:
-    """Read what the cases change in memory.  Raises LinkError if a value is not reported."""
+    """Save the variables and EEPROM bytes that the test cases change.
+
+    Raises LinkError if the motor does not report a value.
+    """
     before = CONTENTS[condition.facts["checksum"].removesuffix(" P")]
     pointer = _number(end, b"PRINT(EPTR,#13)\r")
     values = {name: _number(end, b"R%s\r" % name.encode()) for name in SAVED}
@@ -289,14 +292,16 @@ def save(end: End, condition: Condition) -> None:
 def _number(end: End, request: bytes) -> int:
     answer = end.ask(request, expected=2).data
     if not re.fullmatch(rb"-?\d+\r", answer):
-        raise LinkError(f"the motor answers {answer!r} to {request!r}: probe without --memory")
+        raise LinkError(
+            f"the motor answers {answer!r} to {request!r}: expected a number, so run the probe without --memory"
+        )
     return int(answer)
 
 
 def restore(end: End, condition: Condition) -> str:
-    """Restore program, variables and data EEPROM; return an error if the sums of the program differ from before."""
+    """Restore the program, variables and data EEPROM of the motor; return an error if the checksum is wrong."""
     for request in condition.saved:
-        # each block of a program, but not the last, is acknowledged
+        # the motor acknowledges each block of a program except the last block
         end.ask(request, wait_s=0.1)
     now = end.ask(b"RCKS\r", expected=16).data.strip().decode("latin-1")
     if now == condition.facts["checksum"]:

@@ -54,7 +54,7 @@ RETURN
 
 
 def moves(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the cases that move the shaft or switch outputs, in their order."""
+    """Return the test cases that move the shaft or switch outputs."""
     return [*_small(commands), *_limits(commands), *_pins(commands), *_bare(commands), *_at_the_end(commands)]
 
 
@@ -114,7 +114,7 @@ def _limits(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _pins(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return cases that switch each pin as an output."""
+    """Return test cases that use each pin as an output and as an input."""
     found = []
     for pin in PINS:
         says = (f"RU{pin}", f"U{pin}=0", f"RU{pin}", f"U{pin}O", f"RU{pin} RU{pin}A RU", f"U{pin}=1 RU{pin} RU{pin}A",
@@ -136,7 +136,7 @@ def _pins(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _bare(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return cases in which the motor follows its own outputs, and in which brakes are released."""
+    """Return test cases that require a free shaft, e.g. for cams, torque and brakes."""
 
     def free(name: str, code: str, *lines: str | bytes, wait_s: float = MOVE_S) -> Case:
         return case(name, commands[code].chapter, *lines, *ASKS, bare=True, wait_s=wait_s)
@@ -191,12 +191,12 @@ def _cam(commands: Mapping[str, Instruction], two: str, table: bytes, code: str)
 
 
 def _point(position: int, clock: int) -> bytes:
-    """Return the records of a position and its clock value (10.1)."""
+    """Return the two binary records of a point in host mode: position and clock value (manual section 10.1)."""
     return b"\xfa" + position.to_bytes(4, "big") + b"\r\xfb" + clock.to_bytes(4, "big") + b"\r"
 
 
 def _at_the_end(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the cases with programs that move, and the total reset."""
+    """Return the test cases that come last: programs that move the shaft, and the total reset."""
 
     def stored(name: str, code: str, *lines: str, bare: bool = False) -> Case:
         return case(name, commands[code].chapter, *lines, moves=True, bare=bare, stores=True, wait_s=MOVE_S)

@@ -22,7 +22,7 @@ DYNAMIC = ("RCLK", "RTEMP")
 
 
 def readings(commands: Mapping[str, Instruction], firmware: str) -> list[Case]:
-    """Return the cases of this module; removed commands are sent only to the firmware that has removed them."""
+    """Return the test cases for reports, settings, variables and wrong commands."""
     return [*_reports(commands), *_settings(commands), *_variables(commands), *_wrong(commands, firmware)]
 
 
@@ -46,8 +46,8 @@ def _settings(commands: Mapping[str, Instruction]) -> list[Case]:
             if not -0x8000_0000 <= value <= 0x7FFF_FFFF:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
-            # variable zzz saves the present value, which is restored afterwards
-            shown = f"PRINT({code[:-1]},#13)"  # RV and RP report the motion, not the setting
+            # variable zzz saves the value of the setting until the end of the test case
+            shown = f"PRINT({code[:-1]},#13)"  # RV and RP report the actual motion, PRINT the setting
             says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(case(f"{sent}: {command.name}, {words}", command.chapter, *says))
     return found

@@ -23,16 +23,16 @@ WIRED = "RS4"
 
 
 def report(command: Instruction) -> bool:
-    """Return True if a command only reports: its code is R and the name of a value."""
+    """Return True if a command only reports a value, e.g. RP or Ra."""
     reports = command.form in (Form.REPORT_VARIABLE, Form.REPORT_ARRAY) or command.form is Form.BARE
     others = ("RETURN", "RETURNF", "RETURNI", "RUN", "RUN?", "RI", "RS2", "RS4")
     return reports and str(command.code).startswith("R") and command.code not in others
 
 
 def still(text: str) -> bool:
-    """Return True if the command table says that a command of a host or a statement of a program moves nothing.
+    """Return True if a command or a statement of a program cannot move the motor.
 
-    Invalid text only sets Bs.
+    The whitelist `STILL` decides.  Invalid text only sets Bs.
     """
     statement = read(text)
     if statement.problem is not None or statement.command is None:
@@ -41,7 +41,10 @@ def still(text: str) -> bool:
 
 
 def words(text: str) -> list[str]:
-    """Return the commands of a line; keywords of blocks keep their expressions."""
+    """Split a line into its commands.
+
+    A keyword such as IF stays together with its expression.
+    """
     found: list[str] = []
     for word in text.split():
         if found and found[-1] in ("IF", "ELSEIF", "WHILE", "SWITCH", "CASE"):
@@ -62,9 +65,9 @@ def case(
     stores: bool = False,
     depends: bool = False,
 ) -> Case:
-    """Return a case: lines of commands, which end in CR, and characters as they are.
+    """Return a test case that sends lines of commands (str) or raw characters (bytes).
 
-    A line with a command that is not in the whitelist makes a case that moves.
+    CR is added to each line of commands.  The test case moves if a command is not in the whitelist.
     """
     says = tuple(line if isinstance(line, bytes) else line.encode() + CR for line in lines)
     told = [line for line in lines if isinstance(line, str) and "aw[0] " not in line]

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 
 class HalBoard:
-    """The axes at HAL.  Times are those of the host in seconds; `journal` receives one line per action."""
+    """A motion board that consists of LinuxCNC HAL.
+
+    Times are in seconds of the host's clock; `journal` receives one line for each action.
+    """
 
     def __init__(
         self,
@@ -27,7 +30,7 @@ class HalBoard:
         journal: Callable[[str], None] = lambda line: None,
         positions: Mapping[str, int] | None = None,
     ) -> None:
-        """`positions`: net pulses at the start, by axis; 0 if left out."""
+        """Set up the axes.  `positions`: net pulses of each axis at the start (default 0)."""
         self.wiring, self.horizon_s, self._note = wiring, horizon_s, journal
         self.commands: deque[dict[str, Any]] = deque([{"setup": wiring.setup()}])
         """Commands in order; the user of the board sends and removes them."""
@@ -45,10 +48,10 @@ class HalBoard:
         self._reasons: dict[str, str] = {}
         """Reasons of stops by the host that the component has not yet reported, by controller."""
 
-    # Reports of the component
+    # Reports of the HAL component
 
     def receive(self, report: Mapping[str, Any]) -> None:
-        """Process a report of the component."""
+        """Process a report of the HAL component."""
         if "error" in report:
             self.fail(report["error"])
         elif "ready" in report:
@@ -68,7 +71,7 @@ class HalBoard:
         self._levels = dict(inputs)
         for given in self.wiring.inputs:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
-                self.fail(f"{given.to} is open: close it, then try again")
+                self.fail(f"the emergency stop {given.to} is open: close the emergency stop, then try again")
                 return
         self._tracks = {axis: Track(position) for axis, position in self.positions.items()}
         self.ready = True
@@ -100,17 +103,17 @@ class HalBoard:
         self.events.append(Stopped(reason, positions, by))
 
     def fail(self, reason: str) -> None:
-        """Stop using the board until `restart`."""
+        """Mark the board as failed, with a reason; the board is not used until `restart` is called."""
         if not self.has_failed:
             self.ready, self.has_failed = False, True
             self.stopped |= set(self.wiring.groups)
             self._note(f"failed {reason}")
             self.events.append(Failed(reason))
 
-    # Stops by the host
+    # Stops at the request of the host
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of these controllers at once; () stops all axes."""
+        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
         stopping = [group for group in groups or self.wiring.groups if group not in self._reasons]
         if self.ready and stopping:
             self._reasons |= dict.fromkeys(stopping, reason)
@@ -128,7 +131,7 @@ class HalBoard:
             self.commands.append({"resume": [group]})
 
     def restart(self, now_s: float) -> None:
-        """Begin again after a failure, with a new component."""
+        """Begin again after a failure with a new HAL component."""
         self._note(f"restart at {now_s:.3f} s")
         self.has_failed = False
         self.stopped.clear()
@@ -138,14 +141,17 @@ class HalBoard:
         self.commands.append({"setup": self.wiring.setup()})
 
     def shut_down(self) -> None:
-        """Switch the drives off and end the component, which is no failure."""
+        """Switch all drives off and end the HAL component."""
         self.ready, self.has_failed = False, True
         self.commands.append({"end": True})
 
     # Pulses and outputs
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
-        """Make pulses one horizon (a constant delay) after these times, within the limits; direction +1 or -1."""
+        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay).
+
+        `direction` is +1 or -1.  Pulses beyond a limit stop the axes of the controller.
+        """
         import numpy as np
 
         driven = self._axes[axis]
@@ -164,7 +170,10 @@ class HalBoard:
             track.add(direction, times_s)
 
     def complete(self, until_s: float) -> None:
-        """Send the positions up to this time: all pulses before it have been queued."""
+        """Send the positions of the axes up to `until_s` to the HAL component.
+
+        All pulses before `until_s` have been queued.
+        """
         if self.ready:
             knots = {}
             for axis, track in self._tracks.items():
@@ -176,6 +185,6 @@ class HalBoard:
             self.commands.append({"knots": knots, "upto": until_s - DELAY_S + self.horizon_s})
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
+        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
         if self.ready:
             self.commands.append({"output": source, "level": level, "at": at_s + self.horizon_s})

@@ -28,7 +28,7 @@ REPORT_S = 0.1
 
 
 class Axis:
-    """The commanded position of an axis: a line through knots, each with time and position."""
+    """The commanded position of an axis, as a line through points of time and position."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -36,7 +36,7 @@ class Axis:
         self.knots: deque[tuple[float, float]] = deque()
 
     def move(self, now_s: float) -> float:
-        """Update the position; return the velocity in pulses/s."""
+        """Move the axis to its position at this time, and return the velocity in pulses/s."""
         knots, velocity = self.knots, 0.0
         while len(knots) > 1 and knots[1][0] <= now_s:
             knots.popleft()
@@ -49,7 +49,7 @@ class Axis:
 
 
 class Group:
-    """The axes of one controller, which stop together.  `by`: input that has stopped them; "": another reason."""
+    """The axes of one controller, which always stop together."""
 
     def __init__(self, name: str) -> None:
         self.name, self.axes, self.running = name, [], True  # type: str, list[Axis], bool
@@ -59,9 +59,9 @@ class Group:
 
 
 class Motion:
-    """The component without its surroundings.  `pins`: values by name, as of a HAL component.
+    """Calculates the motion of all axes, and does no input or output.
 
-    `reports` receives objects for standard output.
+    `pins` has the values of the component's pins by name.  `reports` receives objects for standard output.
     """
 
     def __init__(self, setup: dict[str, Any], pins: Any) -> None:
@@ -83,12 +83,12 @@ class Motion:
         self._report_s = 0.0
 
     def positions(self, axes: "list[Axis] | None" = None) -> dict[str, int]:
-        """Return the positions of the motors, read from the feedback pins."""
+        """Return the positions of the motors, read from their feedback pins."""
         chosen = self.axes.values() if axes is None else axes
         return {axis.name: round(self.pins[f"{axis.name}.position-fb"]) for axis in chosen}
 
     def command(self, given: dict[str, Any], now_s: float) -> None:
-        """Execute a command."""
+        """Execute a command that axistwin has sent."""
         if "begin" in given:
             self.begun = True
             for axis in self.axes.values():
@@ -113,7 +113,7 @@ class Motion:
         self.ended = self.ended or "end" in given
 
     def turn(self, now_s: float) -> None:
-        """Read the inputs, set the outputs, and move the axes to the positions of this time."""
+        """Read the inputs, set the outputs, and move all axes to their commanded positions."""
         if self.begun:
             self._read(now_s)
         while self.outputs and self.outputs[0][0] <= now_s:
@@ -160,7 +160,7 @@ class Motion:
         self.pins[f"{axis.name}.position-cmd"] = axis.position
 
     def _set(self, axis: Axis, position: float) -> None:
-        """Command a position without motion."""
+        """Set the commanded position of an axis at rest."""
         axis.position = position
         axis.knots.clear()
         self.pins[f"{axis.name}.position-cmd"] = position
@@ -172,7 +172,7 @@ class Motion:
             self.pins[f"{axis.name}.enable"] = on
 
     def _stop(self, group: Group, now_s: float, *, by: str = "", late_s: float = 0.0) -> None:
-        """Stop a group; its positions are reported when its motors are at rest."""
+        """Stop the axes of a group, and disable their drives."""
         if group.running or not by:
             group.by, group.late_s = by, late_s
         if group.running:
@@ -183,7 +183,7 @@ class Motion:
             self._set(axis, axis.position)
 
     def _settle(self, group: Group, now_s: float) -> None:
-        """Report a stopped group when its motors are at rest."""
+        """Report that a group has stopped, as soon as the motors of the group are at rest."""
         feedback = [self.pins[f"{axis.name}.position-fb"] for axis in group.axes]
         if feedback != group.feedback:
             group.feedback, group.changed_s = feedback, now_s
@@ -198,7 +198,7 @@ class Motion:
 
 
 def make_pins(hal: Any, component: Any, setup: dict[str, Any]) -> None:
-    """Create the pins of the component."""
+    """Create the pins of the HAL component."""
     component.newpin("heartbeat", hal.HAL_BIT, hal.HAL_OUT)
     for axis in setup["axes"]:
         for pin in ("position-cmd", "velocity-cmd"):
@@ -213,7 +213,7 @@ def make_pins(hal: Any, component: Any, setup: dict[str, Any]) -> None:
 
 
 def lines(pipe: int) -> Iterator[str | None]:
-    """Yield the lines of a pipe, and None when no complete line is there; end at the end of the pipe."""
+    """Yield the lines that arrive in a pipe, and None while no complete line is available."""
     pending = b""
     while True:
         ready, _, _ = select.select([pipe], [], [], 0)
@@ -229,13 +229,13 @@ def lines(pipe: int) -> Iterator[str | None]:
 
 
 def report(given: dict[str, Any]) -> None:
-    """Write a report."""
+    """Write a report as one line of JSON to standard output."""
     sys.stdout.write(json.dumps(given) + "\n")
     sys.stdout.flush()
 
 
 def main() -> None:
-    """Create the component and serve it until the end of the commands."""
+    """Create the HAL component, and execute commands until standard input ends."""
     try:
         import hal
     except ImportError:
@@ -255,7 +255,7 @@ def main() -> None:
         component.ready()
     except hal.error as error:
         hint = "end another axistwin, or HAL by `halrun -U`"
-        report({"error": f"the HAL component axistwin cannot be created ({error}): {hint}"})
+        report({"error": f"{error}: {hint}"})
         return
     report({"created": True})
     motion = Motion(setup, component)
@@ -267,7 +267,7 @@ def main() -> None:
 
 
 def serve(motion: Motion, commands: Iterator[str | None]) -> None:
-    """Execute commands and turns until the end."""
+    """Execute commands and update the pins every millisecond until axistwin ends."""
     while not motion.ended:
         for line in commands:
             if line is None:

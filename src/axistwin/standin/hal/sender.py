@@ -27,9 +27,10 @@ END_S = 2.0
 
 
 class HalSender:
-    """Serves the axes at HAL.  `deliver` is called in another thread with each event.
+    """Starts the HAL component, sends commands to the component, and receives its reports.
 
-    `prefix`: words before each command that uses HAL, such as ("runuser", "-u", "cnc", "--").
+    `deliver` is called in another thread with each event.  `prefix`: words before each command that uses HAL, such as
+    ("runuser", "-u", "cnc", "--").
     """
 
     def __init__(
@@ -42,7 +43,7 @@ class HalSender:
         self._owner = False
 
     def start(self) -> None:
-        """Start the component, and a thread that serves it."""
+        """Start the HAL component, and a thread that receives the component's reports."""
         Thread(target=self._run, name=f"board {self.wiring.name}", daemon=True).start()
 
     def _run(self) -> None:
@@ -63,9 +64,9 @@ class HalSender:
                 self._act(self._board.fail, ENDED)
 
     def _start_component(self) -> "subprocess.Popen[bytes]":
-        """Start the component's process.  Raises LinkError."""
+        """Start the process of the HAL component.  Raises LinkError if the process cannot be started."""
         if os.geteuid() == 0 and not self._prefix:
-            raise LinkError("LinuxCNC's rtapi_app refuses root: start axistwin as another user")
+            raise LinkError("LinuxCNC's rtapi_app does not run as root: start axistwin as another user")
         code = resources.files(__package__).joinpath("component.py").read_text(encoding="utf-8")
         try:
             process = subprocess.Popen(
@@ -73,7 +74,7 @@ class HalSender:
                 stderr=subprocess.DEVNULL, start_new_session=True,
             )  # fmt: skip
         except OSError:
-            raise LinkError(f"no {PYTHON}: {INSTALL}") from None
+            raise LinkError(f"the program {PYTHON} is missing: {INSTALL}") from None
         assert process.stdin is not None
         os.set_blocking(process.stdin.fileno(), False)
         self._process = process
@@ -82,44 +83,50 @@ class HalSender:
         return process
 
     def _prepare(self, first: bytes) -> None:
-        """Run the HAL file and begin, after the component's first report.  Raises LinkError."""
+        """Execute the HAL file and send the command `begin`.  Raises LinkError if HAL reports an error."""
         created = json.loads(first or b"{}")
         if "created" not in created:
-            raise LinkError(created.get("error", f"the HAL component axistwin cannot be created: {INSTALL}"))
+            reason = created.get("error", INSTALL)
+            raise LinkError(f"cannot create the HAL component axistwin: {reason}")
         if self.wiring.file is not None:
             try:
                 self._halcmd("-f", self.wiring.file.name)
             except LinkError as error:
-                hint = "" if self._owner else ": HAL was running before: `halrun -U` ends it"
-                raise LinkError(f"{error}{hint}") from None
+                if self._owner:
+                    raise
+                raise LinkError(f"HAL was already running ({error}): end HAL by `halrun -U`") from None
         self._check_links()
         with self._lock:
             self._board.commands.append({"begin": True})
             self._flush()
 
     def _check_links(self) -> None:
-        """Raise LinkError if an input of the component has no signal."""
+        """Raise LinkError if an input pin of the HAL component is not linked to a signal."""
         pins = (line.split() for line in self._halcmd("-s", "show", "pin", f"{COMPONENT}.").splitlines())
         if missing := [words[4] for words in pins if words[2:3] == ["IN"] and "<==" not in words]:
-            raise LinkError(f"no signal is linked to {', '.join(missing)}: link it in {self.wiring.file}")
+            raise LinkError(
+                f"HAL pins without a signal: {', '.join(missing)}; link each pin to a signal in {self.wiring.file}"
+            )
 
     def _halcmd(self, *words: str) -> str:
-        """Run halcmd; return its output.  Raises LinkError."""
+        """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        with TemporaryFile("w+") as out, TemporaryFile("w+") as err:  # rtapi_app would keep a pipe open
+        # a file replaces a pipe, which rtapi_app would keep open
+        with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
             except OSError:
-                raise LinkError(f"no halcmd: {INSTALL}") from None
+                raise LinkError(f"the program halcmd is missing: {INSTALL}") from None
             out.seek(0)
             err.seek(0)
             if code:
                 said = [line.strip() for line in err if not line.startswith("Note:")]
-                raise LinkError(f"halcmd {' '.join(words)}: {said[0] if said else f'exit code {code}'}")
+                reason = said[0] if said else f"exit code {code}"
+                raise LinkError(f"`halcmd {' '.join(words)}` has failed: {reason}")
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:
-        """Execute an act on the board, send its commands, and deliver its events."""
+        """Call a function of the board, then send the board's commands and deliver its events."""
         with self._lock:
             act(*values)
             self._flush()
@@ -127,7 +134,7 @@ class HalSender:
             self._deliver(self, self._board.events.popleft())
 
     def _flush(self) -> None:
-        """Send the pending commands.  A component that does not read them has failed."""
+        """Send all pending commands to the HAL component."""
         commands, process = self._board.commands, self._process
         if process is None or process.stdin is None:
             return
@@ -139,24 +146,27 @@ class HalSender:
             self._board.fail(ENDED)
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
-        """Make pulses one horizon (a constant delay) after these times, in s of the host's clock."""
+        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
         self._act(self._board.queue, axis, direction, times_s)
 
     def complete(self, until_s: float) -> None:
-        """Send the positions up to this time: all pulses before it have been queued."""
+        """Send the positions of the axes up to `until_s` to the HAL component.
+
+        All pulses before `until_s` have been queued.
+        """
         self._act(self._board.complete, until_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output one horizon (a constant delay) after this time, in s of the host's clock."""
+        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
         self._act(self._board.set_output, source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of these controllers at once; () stops all axes."""
+        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
         self._act(self._board.stop, reason, groups)
 
     @property
     def stopped(self) -> frozenset[str]:
-        """Controllers whose axes are stopped; can be read in any thread."""
+        """Names of the controllers whose axes are stopped; any thread may read this property."""
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
@@ -164,17 +174,17 @@ class HalSender:
         self._act(self._board.resume, group)
 
     def restart(self, now_s: float) -> None:
-        """Start the component again after a failure."""
+        """Start the HAL component again after a failure."""
         self._end()
         self._board.restart(now_s)
         self.start()
 
     def shut_down(self) -> None:
-        """Stop all axes and switch the drives off."""
+        """Stop all axes and switch all drives off."""
         self._act(self._board.shut_down)
 
     def close(self) -> None:
-        """End the component; also end HAL if it was not running before."""
+        """End the HAL component, and also end HAL if HAL was started by axistwin."""
         self._end()
 
     def _end(self) -> None:

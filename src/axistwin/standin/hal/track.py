@@ -15,7 +15,7 @@ DELAY_S = 0.01
 
 
 class Track:
-    """The line of one axis; `position`: net pulses.  Times are in seconds."""
+    """The position of one axis as a line over time."""
 
     def __init__(self, position: int = 0) -> None:
         import numpy as np
@@ -29,11 +29,11 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """Time before which all knots have been returned."""
+        """Time, in seconds, before which all knots of the line have been returned."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
-        """Append pulses at these times; direction +1 or -1."""
+        """Append pulses at times in seconds; the direction is +1 or -1."""
         import numpy as np
 
         positions = self.position + direction * np.arange(1.0, len(times) + 1)
@@ -43,7 +43,10 @@ class Track:
         self.position, self.last_s = int(positions[-1]), float(times[-1])
 
     def knots(self, until_s: float) -> list[tuple[float, float]]:
-        """Return the next knots; [] without motion.  All pulses before `until_s` have been added."""
+        """Return the next knots of the line, or [] if the axis does not move.
+
+        All pulses before `until_s` have been added.
+        """
         import numpy as np
 
         end = int((until_s - DELAY_S) // STEP_S)

@@ -24,7 +24,10 @@ AXIS_PINS = (
 
 @dataclass(frozen=True)
 class HalWiring:
-    """The axes, inputs and outputs at HAL; `file`: HAL commands that link the component's pins."""
+    """The axes, inputs and outputs that are connected to LinuxCNC HAL.
+
+    `file` has the HAL commands that link the pins of the component.
+    """
 
     name: str
     axes: tuple[DrivenAxis, ...]
@@ -34,11 +37,11 @@ class HalWiring:
 
     @cached_property
     def groups(self) -> tuple[str, ...]:
-        """Names of the controllers with axes at HAL; all axes of a controller stop together."""
+        """Names of the controllers whose axes LinuxCNC HAL drives."""
         return groups(self.axes)
 
     def used(self) -> Iterator[tuple[str, str]]:
-        """Yield the name of each pin with a description."""
+        """Yield the name and a description of each pin of the HAL component."""
         yield f"{COMPONENT}.heartbeat", "bit out, changes every millisecond"
         for axis in self.axes:
             for pin, use in AXIS_PINS:
@@ -49,14 +52,14 @@ class HalWiring:
             yield f"{COMPONENT}.{output.source}", "bit out"
 
     def check(self) -> None:
-        """Raise UsageError for a name that is too long for HAL, or an input of another board."""
+        """Raise UsageError for a pin name that is too long for HAL, or for an input of another board."""
         for pin, _ in self.used():
             if len(pin) > MOST_NAME:
-                raise UsageError(f"HAL pin {pin} is too long: expected at most {MOST_NAME} characters")
+                raise UsageError(f"the name of the HAL pin {pin} is too long: expected at most {MOST_NAME} characters")
         check_groups(self.inputs, self.groups)
 
     def setup(self) -> dict[str, Any]:
-        """Return the first command for the component."""
+        """Return the command that sets up the HAL component."""
         stops = {given.to: given.stops_at for given in self.inputs if given.stops is not None}
         return {
             "axes": [axis.axis for axis in self.axes],

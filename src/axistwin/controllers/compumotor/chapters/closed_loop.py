@@ -11,7 +11,7 @@ from axistwin.controllers.compumotor.parts.tracking import Law, wrapped
 from axistwin.controllers.compumotor.state import State
 from axistwin.sim.clock import Procedure
 
-# Positions and moves
+# Commands for positions and moves
 
 
 def define_position(board: State, position: int) -> None:
@@ -24,7 +24,7 @@ def define_position(board: State, position: int) -> None:
 
 
 def go(kind: Kind, board: State, target: int) -> Procedure:
-    """Commands 35h and 36h: move by or to `target` encoder pulses at default velocity.
+    """Commands 35h and 36h: move by a distance (35h) or to a position (36h) in encoder pulses, at default velocity.
 
     Needs the default move (31h) and B0h to B4h. Ignored while moving or shut down, and beyond 2³¹-1 motor pulses.
     """
@@ -55,12 +55,15 @@ def maintain(board: State, on: bool) -> None:
 
 
 def end_on_stall(board: State, on: bool) -> None:
-    """Command 19h: define if a stall ends the move; off after reset."""
+    """Command 19h: define whether a stall ends the move.  After reset, a stall does not end the move."""
     board.loop.ends_stalled_moves = on
 
 
 def set_ratio(board: State, motor: int, encoder: int) -> None:
-    """Command B0h: define the ratio of motor pulses to encoder pulses (encoder lines x 4); both are positive."""
+    """Command B0h: define the ratio of motor pulses to encoder pulses (encoder lines x 4).
+
+    Both numbers are positive.
+    """
     board.loop.ratio = motor, encoder
     wake(board)
 
@@ -78,9 +81,10 @@ def set_sigma(board: State, sigma: int) -> None:
 
 
 def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
-    """Command B3h: define the velocity that corrects an error e: K·e (1), K·√e (2) or K·e² (3), at most `maximum`.
+    """Command B3h: define the correction law: the velocity is K·e (1), K·√e (2) or K·e² (3) for a position error e.
 
-    Both velocities are in units of the velocity range.  Ignored if `maximum` is beyond the range.
+    The velocity is at most `maximum`.  The law and `maximum` are in units of the velocity range.  Ignored if `maximum`
+    is beyond the range.
     """
     if VELOCITY_RANGES[ranges >> 4].rate(maximum) is not None:
         board.loop.law = Law(algorithm, gain, ranges, maximum)
@@ -94,49 +98,67 @@ def set_teeth(board: State, teeth: int) -> None:
 
 
 def set_deadband(board: State, deadband: int) -> None:
-    """Command B5h: define the largest error, in encoder pulses, for which 0Fh shows state 80h.  1811 only."""
+    """Command B5h: define the deadband, the largest error in encoder pulses at which state 80h is active.
+
+    Valid on an 1811 only.
+    """
     board.loop.deadband = deadband
     board.outputs.refresh()
 
 
 def relative_count(board: State) -> bytes:
-    """Command 98h: encoder pulses since the start of the present move, or of the whole last move."""
+    """Command 98h: report the encoder pulses of the present move, or of the last move if no move is in progress."""
     return position_bytes(board.loop.relative)
 
 
 def error(board: State) -> bytes:
-    """Command 99h: desired position minus actual position, in encoder pulses."""
+    """Command 99h: report the desired position minus the actual position, in encoder pulses."""
     return position_bytes(board.loop.error)
 
 
 def absolute_count(board: State) -> bytes:
-    """Command 9Ah: position from absolute zero, in encoder pulses."""
+    """Command 9Ah: report the position from absolute zero, in encoder pulses."""
     return position_bytes(board.loop.absolute)
 
 
 def slip(board: State) -> bytes:
-    """Command 9Bh: rotor teeth slipped since absolute zero was defined (30h); 0 without B0h, B1h and B4h."""
+    """Command 9Bh: report the slip in rotor teeth since 30h defined absolute zero.
+
+    The reply is 0 if B0h, B1h or B4h is missing.
+    """
     return position_bytes(min(board.loop.slipped(board.absolute, board.loop.absolute), 0xFFFF))
 
 
 def ratio(board: State) -> bytes:
-    """Command 9Ch: the ratio that B0h has defined; zeros before B0h."""
+    """Command 9Ch: report the ratio of motor pulses to encoder pulses that B0h has defined.
+
+    The reply consists of zeros before B0h.
+    """
     motor, encoder = board.loop.ratio or (0, 0)
     return position_bytes(motor, 2) + position_bytes(encoder, 2)
 
 
 def resolution(board: State) -> bytes:
-    """Command 9Dh: the motor pulses per revolution that B1h has defined; 0 before B1h."""
+    """Command 9Dh: report the motor pulses per revolution that B1h has defined.
+
+    The reply is 0 before B1h.
+    """
     return position_bytes(board.loop.resolution or 0)
 
 
 def sigma(board: State) -> bytes:
-    """Command 9Eh: the backlash in motor pulses that B2h has defined; 0 before B2h."""
+    """Command 9Eh: report the backlash in motor pulses that B2h has defined.
+
+    The reply is 0 before B2h.
+    """
     return position_bytes(board.loop.sigma or 0)
 
 
 def law(board: State) -> bytes:
-    """Command 9Fh: algorithm, K, range and maximum velocity that B3h has defined; zeros before B3h."""
+    """Command 9Fh: report the algorithm, K, ranges and maximum velocity that B3h has defined.
+
+    The reply consists of zeros before B3h.
+    """
     found = board.loop.law
     return (
         position_bytes(0)

@@ -16,6 +16,6 @@ def arm(opcode: int, board: State, on: bool) -> None:
 
 
 def inhibit(board: State) -> None:
-    """Command AFh: disable the messages of A0h to AEh."""
+    """Command AFh: disable all messages that commands A0h to AEh have enabled."""
     board.events.armed.clear()
     board.triggers.drop(0xAC)

@@ -39,12 +39,12 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level that the pin has after the motor has passed the edge in this direction."""
+        """Return the level of the input after the motor has passed the edge in this direction."""
         return self.active_level if direction == -self.edge else not self.active_level
 
 
 class EdgeObserver:
-    """Triggers the event `seen` when a pin has changed to `level` and has kept this level long enough."""
+    """Triggers the event `seen` when a pin has changed to `level` and has kept this level for the required time."""
 
     def __init__(self, clock: Clock, mark: Mark, level: bool) -> None:
         self.clock, self.seen = clock, clock.event()
@@ -62,7 +62,7 @@ class EdgeObserver:
 
 
 class Search:
-    """One search for HOME."""
+    """Performs one search for HOME, as commands 39h and 3Ah request."""
 
     def __init__(self, board: State, definition: HomeDefinition, move: Move, speed: Speed, mark: Mark) -> None:
         self._board, self._final, self._speed, self._mark = board, definition.final, speed, mark
@@ -70,7 +70,10 @@ class Search:
         self._slow = VelocityProfile(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
 
     def perform(self, start: int) -> Procedure:
-        """Perform the search, at first in physical direction `start`.  HOME changes only if the edge is found."""
+        """Perform the search, first in the physical direction `start`.
+
+        HOME does not change if the edge is not found.
+        """
         board, pulses, fast = self._board, self._board.pulses, continuous(self._speed)
         seen_at = yield from self._until_seen(fast, start)
         if seen_at is None and board.limits.blocks(self._sign(start)) and not board.motion.stopped:
@@ -91,7 +94,7 @@ class Search:
         return direction if self._board.pulses.cw_is_plus else -direction
 
     def _recover(self, target: int) -> Procedure:
-        """Move back by the overshoot.  Return True if the motor has reached `target`."""
+        """Move back by the overshoot of the search.  Return True if the motor has reached the position `target`."""
         board, pulses = self._board, self._board.pulses
         distance = target - pulses.position
         if distance and not board.motion.stopped:
@@ -110,7 +113,7 @@ class Search:
         return seen_at is not None
 
     def _until_seen(self, profile: VelocityProfile, direction: int) -> Procedure:
-        """Move until the edge is found.  Return its position, or None if the motion ended before."""
+        """Move until the edge is found.  Return the position of the edge, or None if the motion ended first."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
         if board.motion.stopped or board.blocked(sign):
@@ -139,7 +142,7 @@ def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, f
 
 
 def go_home(board: State, minus: bool) -> Procedure:
-    """Command 39h: search for HOME at default velocity and acceleration, first in + or -.
+    """Command 39h: search for HOME at default velocity and acceleration, first in the + or the - direction.
 
     Needs 38h and 31h.  Ignored while moving or shut down, and with the joystick enabled.
     """

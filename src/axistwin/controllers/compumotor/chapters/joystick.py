@@ -12,7 +12,7 @@ def disable_joystick(board: State) -> None:
 
 
 def enable_joystick(board: State) -> Procedure:
-    """Command 11h: begin joystick control, which lasts until 10h.  Ignored if shut down or moving."""
+    """Command 11h: begin joystick control, which lasts until 10h.  Ignored while the motor is shut down or moving."""
     if board.shutdown.on or board.moving:
         return
     board.motion.end = None
@@ -21,7 +21,7 @@ def enable_joystick(board: State) -> Procedure:
 
 
 def shut_down(board: State, on: bool) -> None:
-    """Command 12h: switch remote power shutdown on or off.  While it is on, the board performs no moves.
+    """Command 12h: switch remote power shutdown on or off.  During shutdown, the board performs no moves.
 
     Ignored if the joystick or the shutdown input is enabled, or while moving.
     """
@@ -38,12 +38,18 @@ def enable_shutdown_input(board: State, on: bool) -> None:
 
 
 def set_direction_sense(board: State, ccw_is_plus: bool) -> None:
-    """Command 14h: define CW (00) or CCW as the + direction.  Positions do not change.  Ignored while moving."""
+    """Command 14h: define CW (00) or CCW as the + direction.  Positions do not change.
+
+    Ignored while the motor is moving.
+    """
     if not board.occupied:
         board.pulses.cw_is_plus = not ccw_is_plus
         board.loop.encoder.face(-1 if ccw_is_plus else +1)
 
 
 def request_joystick(board: State) -> bytes:
-    """Command 95h: level of the joystick's request input (REMOTE ENABLE), FF while it is high."""
+    """Command 95h: report FF while the input REMOTE ENABLE is high.
+
+    By this input the joystick requests control.
+    """
     return b"\xff" if board.pins["remote_enable"].level else b"\0"

@@ -18,9 +18,9 @@ FARTHEST_CLOSED_LOOP = 0x7FFF_FFFF
 
 
 def set_default(board: State, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-    """Command 31h: define default velocity and acceleration, in units of their ranges; both are 0 after reset.
+    """Command 31h: define default velocity and acceleration, in units of the given ranges.
 
-    Ignored if the velocity is beyond its range.  Chapter Move zero.
+    Both are 0 after reset.  Ignored if the velocity is beyond its range.  Chapter Move zero.
     """
     move = Move(Kind.CONTINUOUS, ranges, velocity, acceleration)
     if move.rate is not None:
@@ -30,7 +30,7 @@ def set_default(board: State, ranges: tuple[int, int], velocity: int, accelerati
 def define(  # the function has one argument for each parameter of the command
     kind: Kind, board: State, number: int, ranges: tuple[int, int], velocity: int, acceleration: int, target: int
 ) -> None:
-    """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50, in place of an earlier definition.
+    """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50, or replace the definition of this move.
 
     Numbers 51 to 255 are accepted and not stored (X2).  Ignored if the velocity is beyond its range.
     """
@@ -40,23 +40,29 @@ def define(  # the function has one argument for each parameter of the command
 
 
 def delete(board: State, number: int) -> None:
-    """Command D7h: delete move 1 to 255; no effect if the move is not defined."""
+    """Command D7h: delete move 1 to 255.  The command has no effect if the move is not defined."""
     board.library.delete(number)
 
 
 def set_start_stop(board: State, velocity: int) -> None:
-    """Command D6h: define the start/stop velocity of all later moves, in pulses/s; 0 after reset."""
+    """Command D6h: define the start/stop velocity of all later moves in pulses/s.
+
+    The velocity is 0 after reset.
+    """
     board.start_stop = velocity
 
 
 def define_position(board: State, position: int) -> None:
-    """Command 2Eh: define the present absolute position as `position` motor pulses.  Ignored while moving."""
+    """Command 2Eh: define the present absolute position as `position` motor pulses.
+
+    Ignored while the motor is moving.
+    """
     if not board.occupied:
         board.zero = board.pulses.position - position
 
 
 def define_zero(board: State) -> None:
-    """Command 30h: define the present position as absolute zero of motor and encoder.
+    """Command 30h: define the present position as absolute zero of the motor and of the encoder.
 
     Ignored while moving or with the joystick enabled.
     """
@@ -82,18 +88,27 @@ def go_absolute(board: State, position: int) -> Procedure:
 
 
 def go_on(board: State, minus: bool) -> Procedure:
-    """Command 32h: begin a continuous move at default velocity.  Ignored without default move (31h)."""
+    """Command 32h: begin a continuous move at default velocity and acceleration.
+
+    Ignored before command 31h has defined a default move.
+    """
     yield from perform_default(board, Kind.CONTINUOUS, int(minus))
 
 
 def perform_default(board: State, kind: Kind, target: int) -> Procedure:
-    """Perform a move at default velocity and acceleration.  Ignored without default move (31h)."""
+    """Perform a move at default velocity and acceleration.
+
+    Ignored before command 31h has defined a default move.
+    """
     move = replace(board.library.default, kind=kind, target=target)
     yield from perform(board, move, board.library.calculation_ns)
 
 
 def perform_move(board: State, number: int) -> Procedure:
-    """Command 40h: perform pre-defined move 1 to 50.  Ignored if it is undefined or another move is performed."""
+    """Command 40h: perform pre-defined move 1 to 50.
+
+    Ignored if the move is undefined or another move is in progress.
+    """
     move = board.library[number]
     if move is not None:
         yield from perform(board, move, board.library.calculate_ns(number))
@@ -116,7 +131,7 @@ def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
 
 
 def may_perform(board: State, move: Move) -> bool:
-    """True if the move may begin: a preset move at zero velocity, a continuous move also at constant velocity."""
+    """True if the move may begin: a preset move at rest only, a continuous move at rest or at constant velocity."""
     if board.shutdown.on or board.joystick.enabled:
         return False
     if move.kind is Kind.CONTINUOUS:
@@ -127,7 +142,10 @@ def may_perform(board: State, move: Move) -> bool:
 
 
 def preset_distance(board: State, move: Move) -> int:
-    """Return the signed distance of a relative or absolute move from the present position; 0: no motion."""
+    """Return the signed distance in pulses from the present position to the end of a preset move.
+
+    0 means no motion.
+    """
     if move.kind is Kind.RELATIVE:
         return move.target
     if abs(board.absolute) > FARTHEST_ABSOLUTE:
@@ -138,7 +156,10 @@ def preset_distance(board: State, move: Move) -> int:
 def excursion(
     board: State, move: Move, speed: Speed, sign: int, profile: VelocityProfile, end: int | None = None
 ) -> Procedure:
-    """Begin a move at zero velocity; return when it is finished or discontinued.  Ignored if `sign` is blocked."""
+    """Perform a move from rest, until the move is finished or discontinued.
+
+    Ignored if motion in its direction is blocked.
+    """
     if board.blocked(sign):
         return
     board.begin_move(move, speed, end)
@@ -167,7 +188,10 @@ def _perform_continuous(board: State, move: Move, speed: Speed) -> Procedure:
 
 
 def _perform_closed_loop(board: State, move: Move, speed: Speed) -> Procedure:
-    """Perform a closed-loop move.  Ignored without ratio (B0h), beyond the range, or at a limit."""
+    """Perform a closed-loop move.
+
+    Ignored without a ratio (B0h), beyond the longest closed-loop move, or if motion is blocked.
+    """
     loop = board.loop
     if loop.ratio is None or not loop.moves:
         return
@@ -187,9 +211,10 @@ def _perform_closed_loop(board: State, move: Move, speed: Speed) -> Procedure:
 
 
 def _to_pulses(counts: int, ratio: tuple[int, int], side: int) -> int:
-    """Convert encoder pulses to the nearest number of motor pulses.  A half is rounded in the direction of `side`.
+    """Convert encoder pulses to motor pulses, rounded to the nearest integer.
 
-    `side` is the target of an absolute move, so the end position does not depend on the direction of the move.
+    A half is rounded in the direction of `side`.  `side` is the target of an absolute move, so the end position does
+    not depend on the direction of the move.
     """
     motor, encoder = ratio
     upwards = +1 if side >= 0 else -1
@@ -204,7 +229,7 @@ def _until_performed(board: State, move: Move) -> Procedure:
 
 
 def _until(board: State, *phases: Phase) -> Procedure:
-    """Wait for one of these phases.  If the move is discontinued, the motor keeps its present velocity."""
+    """Wait until the motion reaches one of these phases.  If the move is discontinued, keep the present velocity."""
     try:
         while board.pulses.phase not in phases:
             yield board.pulses.changed()

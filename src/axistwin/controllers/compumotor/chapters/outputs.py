@@ -4,11 +4,11 @@ from axistwin.controllers.compumotor.state import State
 
 
 def nothing(board: State) -> None:
-    """Commands 00h and FEh: no effect; FEh is reserved."""
+    """Commands 00h and FEh: do nothing.  FEh is reserved."""
 
 
 def write_user_bits(board: State, bits: int) -> None:
-    """Command 08h: write all three user status bits, 00 to 07."""
+    """Command 08h: write the three user status bits, as a number from 00 to 07."""
     board.handshake.user_bits = bits
 
 
@@ -18,18 +18,18 @@ def write_bit(level: bool, offset: int, board: State, number: int) -> None:
 
 
 def write_outputs(board: State, bits: int) -> None:
-    """Command 0Dh: write both programmable outputs: output 1 from bit 1, output 2 from bit 2."""
+    """Command 0Dh: set both programmable outputs, output 1 from bit 1 and output 2 from bit 2 of the parameter."""
     for number in (1, 2):
         board.outputs.write(number + 2, bool(bits >> number & 1))
 
 
 def show_state(board: State, bit: int, state: int, active_high: bool) -> None:
-    """Command 0Fh: let one of bits 0 to 4 show a state of the indexer.  Undefined state codes are ignored."""
+    """Command 0Fh: let output bit 0 to 4 follow a state of the board.  Undefined state codes are ignored."""
     board.outputs.track(bit, state, active_high)
 
 
 def request_outputs(board: State) -> bytes:
-    """Command 97h: the programmed state of the outputs, output 1 in bit 1 and output 2 in bit 2.
+    """Command 97h: report the programmed states of output 1 (in bit 1) and output 2 (in bit 2).
 
     The level at the terminal differs while an external source overrides the output.
     """

@@ -11,46 +11,55 @@ LEVEL_TRIGGERS = (2, 3, 4, 5)
 
 
 def position_bytes(number: int, size: int = 4) -> bytes:
-    """Return a number in two's complement, most significant byte first, modulo its size."""
+    """Return a number as bytes in two's complement, most significant byte first.
+
+    A number that is too large overflows.
+    """
     return (number % (1 << 8 * size)).to_bytes(size, "big")
 
 
 def interrupt(board: State, identifier: int) -> bytes:  # noqa: ARG001  # handlers are given the board
-    """Command 01h: send a message with this identifier."""
+    """Command 01h: send a message that contains the identifier."""
     return bytes([identifier])
 
 
 def from_start(board: State) -> bytes:
-    """Command 80h: position from the start of the present or most recent excursion, where the velocity was zero."""
+    """Command 80h: report the position relative to the start of the present or last excursion."""
     return position_bytes(board.pulses.excursion)
 
 
 def from_end(board: State) -> bytes:
-    """Command 81h: pulses short of (+) or beyond (-) the end of the preset move; 0 after any other move."""
+    """Command 81h: report the pulses from the present position to the end of a preset move; 0 after other moves.
+
+    The number is negative beyond the end of the move.
+    """
     end = board.motion.end
     missing = 0 if end is None else (end - board.pulses.position) * board.motion.sign
     return position_bytes(missing)
 
 
 def from_home(board: State) -> bytes:
-    """Command 82h: position from HOME, six bytes.  Until 39h or 3Ah finds HOME, it is the position at reset."""
+    """Command 82h: report the position from HOME in six bytes.
+
+    Until 39h or 3Ah finds HOME, HOME is the position at reset.
+    """
     return position_bytes(board.pulses.position - board.home, 6)
 
 
 def from_zero(board: State) -> bytes:
-    """Command 83h: position from absolute zero, six bytes."""
+    """Command 83h: report the position from absolute zero, in six bytes."""
     return position_bytes(board.absolute, 6)
 
 
 def direction(board: State) -> bytes:
-    """Commands 84h, 8Bh: present or most recent direction of travel, 00 + and FF -."""
+    """Commands 84h, 8Bh: report the direction of the present or last motion, 00 for + and FF for -."""
     return NO if board.pulses.sign > 0 else YES
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h: ranges and velocity number, always positive; in a streaming mode a streamed velocity.
+    """Command 85h: report the ranges and the velocity number; in a streaming mode, the streamed velocity.
 
-    At the velocity of the move, the number is that of its definition.
+    The velocity number is always positive.  At the velocity of the move, the number is that of its definition.
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)
@@ -60,13 +69,16 @@ def velocity(board: State) -> bytes:
 
 
 def acceleration(board: State) -> bytes:
-    """Command 86h: ranges and acceleration number of the present or most recent move."""
+    """Command 86h: report the ranges and the acceleration number of the present or last move."""
     move = board.motion.move or NO_MOVE
     return bytes([move.xy]) + move.acceleration.to_bytes(4, "big")
 
 
 def status(board: State) -> bytes:
-    """Command 88h: limits + and -, home, direction, moving, constant velocity, accelerating, decelerating."""
+    """Command 88h: report one byte with a bit for each limit, the home input, the direction and the phase of motion.
+
+    Bits 0 to 7: + limit, - limit, home, direction -, moving, constant velocity, accelerating, decelerating.
+    """
     return bytes([move_bits(board)])
 
 
@@ -87,38 +99,41 @@ def move_bits(board: State) -> int:
 
 
 def limits(board: State) -> bytes:
-    """Command 89h: F0 if the + limit is active, 0F if the - limit is active, FF if both are."""
+    """Command 89h: report F0 if the + limit is active, 0F if the - limit is active, FF if both limits are active."""
     return bytes([0xF0 * board.limits.blocks(+1) | 0x0F * board.limits.blocks(-1)])
 
 
 def home_switch(board: State) -> bytes:
-    """Command 8Ah: FF while the home input is active."""
+    """Command 8Ah: report FF while the home input is active."""
     return YES if _at_home_switch(board) else NO
 
 
 def _at_home_switch(board: State) -> bool:
-    """True while the home input is active: high, unless 38h defines low as active."""
+    """True while the home input is active.
+
+    The active level is high, unless 38h defines low as active.
+    """
     active_high = board.home_definition is None or board.home_definition.active_high
     return board.pins["home"].level is active_high
 
 
 def moving(board: State) -> bytes:
-    """Command 8Ch: FF while the motor is moving."""
+    """Command 8Ch: report FF while the motor is moving."""
     return YES if board.moving else NO
 
 
 def in_phase(phase: Phase, board: State) -> bytes:
-    """Commands 8Dh, 8Eh, 8Fh: FF at constant, non-zero velocity; accelerating; decelerating."""
+    """Commands 8Dh, 8Eh, 8Fh: report FF while the motor is at constant velocity, accelerating, or decelerating."""
     return YES if board.pulses.phase is phase else NO
 
 
 def mode(board: State) -> bytes:
-    """Command 90h: the opcode that entered the present mode, and for streaming modes the parameters."""
+    """Command 90h: report the opcode that entered the present mode; in a streaming mode, also its parameters."""
     return bytes([board.mode]) + (board.stream.setting.parameters if board.stream.setting else b"")
 
 
 def move_parameters(board: State, number: int) -> bytes | None:
-    """Command 91h: the definition of move 0 to 255; no reply for an undefined move.
+    """Command 91h: report the definition of move 0 to 255.  The number of an undefined move causes no reply.
 
     Move 0 is defined after reset, with velocity and acceleration 0.  While streaming, only move 0 is reported.
     """
@@ -129,26 +144,26 @@ def move_parameters(board: State, number: int) -> bytes | None:
 
 
 def crunched(board: State) -> bytes:
-    """Command 93h: FF if all moves have been calculated in advance."""
+    """Command 93h: report FF if the board has calculated all moves in advance."""
     return YES if board.library.crunched else NO
 
 
 def triggers(board: State) -> bytes:
-    """Command 94h: levels of triggers 2 to 5 in bits 2 to 5; 1 is high."""
+    """Command 94h: report the levels of triggers 2 to 5 in bits 2 to 5.  A set bit means high."""
     return bytes([sum(board.pins[f"trigger{number}"].level << number for number in LEVEL_TRIGGERS)])
 
 
 def channel_z(board: State) -> bytes:
-    """Command 96h: FF while channel Z of the encoder, as inverted by JU16, is high."""
+    """Command 96h: report FF while channel Z of the encoder is high, after inversion by jumper JU16."""
     return YES if board.pins["channel_z"].level is not board.options.invert_z else NO
 
 
 def free_bytes(board: State) -> bytes:
-    """Command E2h: free bytes for sequences, or in a streaming mode free bytes of the streaming buffer."""
+    """Command E2h: report the free bytes for sequences; in a streaming mode, the free bytes of the streaming buffer."""
     free = board.stream.free if board.in_streaming_mode else board.sequences.free
     return free.to_bytes(4, "big")
 
 
 def part_number(board: State) -> bytes:
-    """Command FDh: part number and revision of the software, in ASCII."""
+    """Command FDh: report the part number and the revision of the software in ASCII."""
     return board.options.part_number.encode()

@@ -15,7 +15,7 @@ ONE_TURN = VelocityProfile(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),),
 
 
 def test_switch(board: State) -> None:
-    """Command FFh: stop all commands and perform the test function; only a reset ends it."""
+    """Command FFh: stop all commands and perform the test function, which only a reset ends."""
     board.begin_test()
 
 

@@ -24,14 +24,17 @@ def repeat(board: State, count: int, times: int | None = None) -> None:
 
 
 def wait_for_continue(board: State, message: bool) -> Procedure:
-    """Command 28h: wait for CONTINUE (48h); send a message first if `message` is True."""
+    """Command 28h: wait for CONTINUE (48h).  If `message` is True, send a message first."""
     if message:
         board.send(0x28, b"")
     yield from board.sequencer.wait()
 
 
 def wait(unit_ns: int, board: State, count: int) -> Procedure:
-    """Commands 29h, 2Ah, 2Bh: wait `count` milliseconds, seconds or minutes; 0 is ignored."""
+    """Commands 29h, 2Ah, 2Bh: wait for `count` milliseconds, seconds or minutes.
+
+    A count of 0 has no effect.
+    """
     yield board.clock.timeout(count * unit_ns)
 
 
@@ -51,9 +54,9 @@ def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
 
 
 def go_on(board: State) -> None:
-    """Command 48h, CONTINUE: end a wait or a suspension, or else end an endless loop after its present iteration.
+    """Command 48h, CONTINUE: end a wait or a suspension of the sequence, or else an endless loop.
 
-    Ignored if there is no wait, no suspension and no endless loop.
+    The loop ends after its present pass.  Ignored if there is no wait, no suspension and no endless loop.
     """
     sequencer = board.sequencer
     if sequencer.waiting is not None:
@@ -65,7 +68,10 @@ def go_on(board: State) -> None:
 
 
 def begin(board: State, number: int) -> None:
-    """Command D9h: store the commands up to D8h in sequence 1 to 15; only SEQUENCE commands are stored."""
+    """Command D9h: store the following commands, up to D8h, in sequence 1 to 15.
+
+    Only commands with the attribute SEQUENCE are stored.
+    """
     board.sequences.defining, board.sequences.buffers[number] = number, []
 
 
@@ -80,7 +86,10 @@ def delete(board: State, number: int) -> None:
 
 
 def perform(board: State, number: int) -> None:
-    """Command 41h: perform sequence 1 to 15.  Ignored if it is not defined, or while a sequence is performed."""
+    """Command 41h: perform sequence 1 to 15.
+
+    Ignored while a sequence is performed, or if this sequence is undefined.
+    """
     buffer = board.sequences[number]
     if buffer and not board.sequencer.running:
         board.sequencer.start(number, _perform(board, list(buffer)))
@@ -112,7 +121,7 @@ def _perform(board: State, buffer: list[Stored]) -> Procedure:
 
 
 def list_commands(board: State, number: int) -> Procedure | None:
-    """Command 92h: send a message for each command of sequence 1 to 15, and one with the null command.
+    """Command 92h: send a message for each command of a sequence (1 to 15), then a message with the null command.
 
     Messages that the host has not read are lost.  While the message queue is full, 92h remains in progress.
     """

@@ -15,10 +15,10 @@ INTERRUPT_ON_TRIGGER = 0xAC
 
 
 def stop_motion(board: State) -> None:
-    """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, the same as 78h.
+    """Commands 70h, 74h: decelerate to rest.  While streaming, stop at once.
 
-    After a stream, the ramp is that of the last move, unless the option `stop_after_stream` is "ignored".
-    Without a move since reset, the motor stops at once.
+    The acceleration is that of the present or last move.  After a stream, the ramp is that of the last move, unless the
+    option `stop_after_stream` is "ignored". Without a move since reset, the motor stops at once.
     """
     pulses, speed = board.pulses, board.motion.speed
     if board.motion.streamed and not board.stream.performing and board.options.stop_after_stream == "ignored":
@@ -31,7 +31,7 @@ def stop_motion(board: State) -> None:
 
 
 def discontinue_sequence(board: State) -> None:
-    """Commands 71h, 75h: end the sequence after its present command; its contents are kept."""
+    """Commands 71h, 75h: end the sequence after its present command.  The contents of the sequence are kept."""
     board.sequencer.order = Order.LEAVE
     board.sequencer.wake()
 
@@ -52,21 +52,24 @@ def discontinue_singular(board: State) -> None:
 
 
 def kill_motion(board: State) -> None:
-    """Commands 78h, 7Ch: end motion at once, without a ramp."""
+    """Commands 78h, 7Ch: end the motion at once, without a ramp."""
     board.motion.stopped = True
     board.stream.end()
     board.pulses.kill()
 
 
 def kill_sequence(board: State) -> None:
-    """Commands 79h, 7Dh: end the sequence and its SINGULAR command.  Ignored without a sequence."""
+    """Commands 79h, 7Dh: end the sequence and the SINGULAR command of the sequence.
+
+    Ignored without a sequence.
+    """
     if board.sequencer.running:
         board.sequencer.end()
         board.sequence.end()
 
 
 def kill_and_suspend(board: State) -> None:
-    """Commands 7Ah, 7Eh: end the sequence's SINGULAR command, and suspend the sequence until CONTINUE.
+    """Commands 7Ah, 7Eh: end the SINGULAR command of the sequence, and suspend the sequence until CONTINUE.
 
     Ignored without a sequence.
     """
@@ -79,7 +82,10 @@ def kill_and_suspend(board: State) -> None:
 def on_trigger(
     opcode: int, action: Callable[[State], None] | None, board: State, trigger: int, on: bool, message: bool
 ) -> None:
-    """Commands 74h to 7Fh: perform `action` when trigger 1 or 6 becomes active, with a message if requested."""
+    """Commands 74h to 7Fh: perform `action` when trigger 1 or 6 becomes active.
+
+    If `message` is True, also send a message.
+    """
     board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
 
 

@@ -28,7 +28,7 @@ MARKER_ATTRIBUTES = Accept.STREAMING | Accept.DURING_STREAMING
 
 
 class StreamOutput:
-    """Outputs the contents of the streaming buffer in one streaming mode."""
+    """Outputs the contents of the streaming buffer in one of the streaming modes."""
 
     def __init__(self, board: State, setting: Setting) -> None:
         self._board, self._setting, self._stream, self._pulses = board, setting, board.stream, board.pulses
@@ -36,14 +36,14 @@ class StreamOutput:
         self._end = END_OF_STREAM if setting.mode == DISTANCE_TIME else None
 
     def perform(self) -> Procedure:
-        """Output the entries of the buffer until the buffer is empty or motion is blocked."""
+        """Output the entries of the streaming buffer until the buffer is empty or motion is blocked."""
         board, stream = self._board, self._stream
         yield board.occupy(board.start_ns)
         marker: Marker | None = None
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # of consecutive markers, only the last is executed
+                marker = met  # the board executes only the last of several consecutive markers
                 continue
             self._execute(marker)
             marker = None
@@ -62,7 +62,7 @@ class StreamOutput:
         stream.finish()
 
     def _run_ahead(self) -> None:
-        """Output the next words that have no effect but pulses and that end before the next event of the bench.
+        """Output the next words of the stream together, if they cause only pulses before the next event.
 
         Such a word is a velocity in the present direction.  The pulses are the same as if each word caused an event.
         """
@@ -76,7 +76,10 @@ class StreamOutput:
             board.clock.skip(len(segments) * self._period_ns)
 
     def _ahead(self, most: int) -> list[Segment]:
-        """Remove velocities in the present direction, at most `most`, from the buffer; return their segments."""
+        """Remove up to `most` velocities from the streaming buffer, and return their motion as segments.
+
+        The velocities are in the present direction.
+        """
         segments: list[Segment] = []
         setting, markers = self._setting, self._stream.markers
         direction = CCW if self._sign(CCW) == self._pulses.sign else 0
@@ -88,7 +91,10 @@ class StreamOutput:
         return segments
 
     def _output(self, entry: Entry) -> int | None:
-        """Output an entry.  Return the time until the next entry in ns, or None at the end of the stream."""
+        """Output an entry of the stream, and return the time in ns until the next entry.
+
+        None: the stream ends.
+        """
         if self._setting.mode == VELOCITY_DISTANCE:
             return self._velocity_for_distance(*entry)
         (word,) = entry
@@ -105,12 +111,15 @@ class StreamOutput:
         return max(SHORTEST_NS, self._pulses.ns_until(distance)) if number & FASTEST else SHORTEST_NS
 
     def _sign(self, word: int) -> int:
-        """Return the sign of the pulses of a word: distances are signed + and -, velocities CW and CCW."""
+        """Return the direction (+1 or -1) of the pulses that a word of the stream causes.
+
+        Distances are signed + and -, velocities CW and CCW.
+        """
         plus = self._end is not None or self._pulses.cw_is_plus
         return -1 if plus == bool(word & CCW) else +1
 
     def _run(self, word: int) -> bool:
-        """Change to the velocity of a word.  Return False if motion in its direction is blocked."""
+        """Change to the velocity of a word of the stream.  Return False if the motion is blocked."""
         pulses, rate, sign = self._pulses, _rate(self._setting, word), self._sign(word)
         if not rate:
             pulses.kill()
@@ -131,7 +140,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Execute a marker's command concurrently.  Ignored while the command of another marker is executed."""
+        """Execute the command of a marker as a process of its own.
+
+        Ignored while the command of another marker is executed.
+        """
         if marker is None:
             return
         if self._stream.marker_process is None or not self._stream.marker_process.is_alive:
@@ -148,7 +160,7 @@ class StreamOutput:
 
 @lru_cache(maxsize=4096)
 def _rate(setting: Setting, word: int) -> Fraction:
-    """Return the rate of a velocity or of a distance over the period, without its direction."""
+    """Return the step rate in pulses/s that a word of the stream gives, as a velocity or as a distance per period."""
     if setting.mode != DISTANCE_TIME:
         return setting.rate(word & FASTEST)
     distance = FULL - word if word & CCW else word
@@ -157,13 +169,13 @@ def _rate(setting: Setting, word: int) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def _segment(setting: Setting, word: int) -> Segment:
-    """Return motion at the velocity of a word for one period."""
+    """Return motion for one update period, at the velocity that a word of the stream gives."""
     return Segment(_rate(setting, word), setting.period)
 
 
 @lru_cache(maxsize=4096)
 def _endless(phase: Phase, setting: Setting, word: int) -> VelocityProfile:
-    """Return endless motion at the velocity of a word."""
+    """Return endless motion at the velocity that a word of the stream gives."""
     return VelocityProfile(((phase, (Segment(_rate(setting, word), None),)),), setting.maximum, of_move=False)
 
 
@@ -173,9 +185,10 @@ def indexer_mode(board: State) -> None:
 
 
 def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_ms: int = 0) -> None:
-    """Commands 51h to 53h: enter a streaming mode; all sequences are lost.  Ignored while the motor is moving.
+    """Commands 51h to 53h: enter a streaming mode.  All sequences are lost.
 
-    `base`: 1 to 9 (53h: 1 to 3); `divisor`: 1 to 16; `alarm` in bytes; `period_ms`: update period of 52h and 53h.
+    Ignored while the motor is moving.  `base`: 1 to 9 (53h: 1 to 3); `divisor`: 1 to 16; `alarm` in bytes; `period_ms`:
+    update period of 52h and 53h.
     """
     if not board.occupied:
         board.sequences.buffers.clear()
@@ -184,25 +197,31 @@ def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_m
 
 
 def velocity_distance(board: State, *words: int) -> None:
-    """Command E0h: three pairs of a velocity number and a distance in pulses.  A pair without distance is skipped."""
+    """Command E0h: store three pairs of a velocity number and a distance in pulses.
+
+    A pair with distance 0 is skipped.
+    """
     board.stream.store(VELOCITY_DISTANCE, zip(words[::2], words[1::2], strict=True))
 
 
 def velocity_time(board: State, *numbers: int) -> None:
-    """Command E1h: seven velocity numbers, each for one period of the update rate."""
+    """Command E1h: store seven velocity numbers, each of which is output for one update period."""
     board.stream.store(VELOCITY_TIME, ((number,) for number in numbers))
 
 
 def distance_time(board: State, count: int, *distances: int) -> None:
-    """Command E3h: `count` of seven signed distances, each for one period; 8001h ends the stream at velocity zero."""
+    """Command E3h: store the first `count` of seven signed distances, each for one update period.
+
+    The value 8001h ends the stream at velocity zero.
+    """
     board.stream.store(DISTANCE_TIME, ((distance % FULL,) for distance in distances[:count]))
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: define a marker, a value in the stream that executes a command.  Opcode 00 deletes the marker.
+    """Command EEh: define a marker, which is a value in the stream that executes a command.
 
-    Ignored for a command that is not valid while streaming, or has more than two parameters.  Ignored with ten
-    markers in use, and in distance-time mode for 8000h and 8001h.
+    Opcode 00 deletes the marker.  Ignored for a command that is not valid while streaming, or has more than two
+    parameters.  Ignored with ten markers in use, and in distance-time mode for 8000h and 8001h.
     """
     if board.mode == DISTANCE_TIME and word in NO_MARKERS_OF_DISTANCE:
         return
@@ -226,9 +245,10 @@ def _marker(board: State, opcode: int, parameters: bytes) -> Marker | None:
 
 
 def perform(board: State) -> None:
-    """Command 42h: perform the streaming buffer.  Ignored if it is empty, during a move and while shut down.
+    """Command 42h: output the contents of the streaming buffer.
 
-    At the end of the buffer the motor keeps its velocity until the buffer is refilled and 42h is sent again.
+    Ignored if the buffer is empty, during a move, and during shutdown.  At the end of the buffer the motor keeps its
+    velocity until the buffer is refilled and 42h is sent again.
     """
     if not (
         board.stream.empty or board.host.busy or board.sequence.busy or board.joystick.enabled or board.shutdown.on
@@ -252,7 +272,7 @@ def kill_buffer(board: State) -> None:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h in a streaming mode: a velocity number, with bit 15 set while moving CCW."""
+    """Command 85h in a streaming mode: report the present velocity number, with bit 15 set while moving CCW."""
     setting, pulses = board.stream.setting, board.pulses
     assert setting is not None
     number = min(round(pulses.rate / setting.resolution), FASTEST)

@@ -45,7 +45,10 @@ def _end_move(board: State) -> None:
 
 
 def refresh(board: State) -> None:
-    """Update position tracking when joystick control begins or ends; its end counts as the end of a move."""
+    """Update position tracking when joystick control begins or ends.
+
+    The end of joystick control counts as the end of a move.
+    """
     loop = board.loop
     if board.joystick.enabled:
         loop.use = Use.JOYSTICK
@@ -56,7 +59,10 @@ def refresh(board: State) -> None:
 
 
 def wake(board: State, skipped: int = 0) -> None:
-    """Schedule an update if the motor moves or an error must be corrected: in 2 ms, after the `skipped` updates."""
+    """Schedule the next tracking update if the motor moves or an error must be corrected.
+
+    Updates follow at intervals of 2 ms; the next `skipped` updates are left out.
+    """
     if not board.loop.ticking and board.alive and _busy(board):
         board.loop.ticking = True
         board.clock.call_later((skipped + 1) * UPDATE_NS, partial(_tick, board))
@@ -64,7 +70,7 @@ def wake(board: State, skipped: int = 0) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if loop.ratio is None:  # without a ratio, stalls are not detected and errors are not corrected
+    if loop.ratio is None:  # stalls and errors can be calculated only with the ratio (B0h)
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)
@@ -81,7 +87,7 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return the number of the next updates that have no effect, because the motor moves on and cannot stall.
+    """Return the number of tracking updates that can be left out, because the motor cannot stall in this time.
 
     The last update before any other event is never one of them: it reads the encoder, whose backlash has a memory.
     """

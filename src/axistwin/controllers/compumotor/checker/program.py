@@ -36,7 +36,7 @@ SHORTEST_NS = 2 * MS
 
 @dataclass(frozen=True)
 class Given:
-    """A command that the host sends, with its values and the places of its bytes."""
+    """A command that the host sends, with its parameter values and the positions of its bytes in the file."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -45,7 +45,7 @@ class Given:
 
 @dataclass
 class Definitions:
-    """The board's definitions and its mode, after the commands that have been checked."""
+    """The board's moves, sequences, parameters and mode after the commands that have been checked so far."""
 
     moves: dict[int, int] = field(default_factory=dict)
     """Opcode of the command that has defined each move, by number of the move."""
@@ -61,7 +61,10 @@ class Definitions:
 
 
 def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Return all problems in a host's commands, in order of position.  Each line holds one command."""
+    """Return all problems in the commands of a host, sorted by their position in the file.
+
+    Each line holds one command.
+    """
     found: set[Diagnostic] = set()
     for session in sessions:
         checker = _followed(commands, session)
@@ -71,7 +74,10 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
-    """Return the commands that the board accepts after those of this session; the MODAL commands suffice."""
+    """Return the commands that the board accepts after the commands of this session.
+
+    The MODAL commands of the session suffice.
+    """
     defined = _followed(commands, session).defined
 
     def may_follow(accepted: Flag) -> bool:
@@ -103,7 +109,7 @@ class _Checker:
             self._place(Given(command, values, sent))
 
     def _values(self, command: Opcode, sent: Sequence[Sent]) -> tuple[Any, ...] | None:
-        """Return the parameter values of a command; None if the values are wrong, which is reported."""
+        """Return the parameter values of a command.  If the values are wrong, report a problem and return None."""
         here = sent[1:]
         if len(sent) > LONGEST:
             self._say(rules.TOO_LONG, sent[LONGEST:], f"the command is too long: expected at most {LONGEST} bytes")
@@ -154,7 +160,7 @@ class _Checker:
             self._follow(given)
 
     def _value_rules(self, given: Given) -> None:
-        """Report values that are valid alone but invalid together."""
+        """Report parameter values of a command that are each valid, but not valid together."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])
@@ -167,7 +173,7 @@ class _Checker:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3:7]  # the velocity is in bytes 3 to 6 of each of these commands
+        at = given.sent[3:7]  # bytes 3 to 6 of a command that defines a move are the velocity
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
             self._about(
@@ -200,7 +206,7 @@ class _Checker:
                 self._perform(given)
 
     def _perform(self, given: Given) -> None:
-        """Update the definitions as the board does when it performs a command of the host or of a sequence."""
+        """Record in the checker how a command changes the definitions of the board."""
         opcode, values, defined = given.command.opcode, given.values, self.defined
         if opcode in DEFINITIONS:
             defined.moves[values[0]] = opcode
@@ -287,7 +293,7 @@ class _Checker:
             self._perform(each)
 
     def finish(self) -> None:
-        """Check for an unfinished definition after the last command."""
+        """Report a sequence whose definition has no end, after the last command of the host."""
         defined = self.defined
         if defined.defining is not None and defined.begun is not None:
             self._about(rules.UNENDED, defined.begun, "the definition of this sequence never ends: expected D8")
@@ -333,7 +339,7 @@ class _Checker:
     def _about(
         self, rule: Rule, given: Given, message: str, sent: Sequence[Sent] | None = None, fix: Fix | None = None
     ) -> None:
-        """Report a problem of a command, or of some of its bytes, with the chapter of the command."""
+        """Report a problem of a command at its bytes, with the manual's chapter about the command."""
         self._say(rule, given.sent if sent is None else sent, message, given.command.chapter, fix)
 
     def _say(
@@ -343,7 +349,7 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Return the rule and the reason by which the board ignores a command in this mode, or None.
+    """Return the rule that a command breaks in the present mode, and the reason; None if the board accepts the command.
 
     Commands within the definition of a sequence are excepted.
     """

@@ -35,19 +35,24 @@ def name_of(command: language.Opcode) -> str:
 
 @dataclass(frozen=True)
 class Words:
-    """Converter between the commands or messages of one model and their text."""
+    """Converter of the commands and messages of one model between bytes and text."""
 
     commands: CommandSet
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a command in hex or by its name.  Raise ProgramError with the column, counted from 1."""
+        """Return the bytes of a command that is written in hex or by name.  Raise ProgramError if the text is wrong.
+
+        The error has the column, counted from 1.
+        """
         return bytes(placed.byte for placed in self.placed(text))
 
     def placed(self, text: str) -> list[Placed]:
-        """Return the bytes of a command, each with the column of its text."""
+        """Return the bytes of a command, each with the column at which the byte is written."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         if not words:
-            raise ProgramError("the command is missing: expected e.g. 33 00 00 61 A8, or go_relative 25000", column=1)
+            raise ProgramError(
+                "the command is missing: expected hex or a name, e.g. 33 00 00 61 A8 or go_relative 25000", column=1
+            )
         found = _hex(words) if _HEX.fullmatch(words[0][0]) else self._named(words)
         if len(found) > language.LONGEST:
             column = found[language.LONGEST].column + 1
@@ -59,7 +64,7 @@ class Words:
         return found
 
     def message(self, text: str) -> bytes:
-        """Return the bytes of a message in hex, padded with zeros to the length of a message."""
+        """Return the bytes of a message that is written in hex, padded with zeros to 16 bytes."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         data = bytes(placed.byte for placed in _hex(words))
         if len(data) > language.LONGEST:
@@ -74,7 +79,7 @@ class Words:
         return _sentence(found[0].name, _values(found[0].fields, command[1:]))
 
     def explain_message(self, message: bytes) -> str:
-        """Return the meaning of a message and its values, as text."""
+        """Return the meaning of a message as text, with the values in the message."""
         opcode, data = message[0], message[1:]
         command = COMMANDS_1811.get(opcode)
         if not isinstance(command, language.Opcode):
@@ -90,9 +95,12 @@ class Words:
         command = self._find(words[0])
         fields = [field for field in command.fields if not isinstance(field, language.DontCare)]
         if len(words) - 1 != len(fields):
-            wanted = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
-            given = f"{len(words) - 1} value{'s' * (len(words) != 2)}"
-            raise _wrong(f"{words[0][0]} has {given}: expected {wanted}", rules.NUMBER_OF_VALUES, words[0])
+            value_names = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
+            number_of_values = f"{len(words) - 1} value{'s' * (len(words) != 2)}"
+            command_name = words[0][0]
+            raise _wrong(
+                f"{command_name} has {number_of_values}: expected {value_names}", rules.NUMBER_OF_VALUES, words[0]
+            )
         values = iter(words[1:])
         found = [Placed(command.opcode, words[0].start(), len(words[0][0]))]
         for field in command.fields:
@@ -133,7 +141,8 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
 def _value(field: language.Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
-        raise _wrong(f"{field.name}: {shortened(word[0])} is invalid: expected {_wanted(field)}", rules.WORD, word)
+        given = shortened(word[0])
+        raise _wrong(f"invalid {field.name} {given}: expected {_valid_values(field)}", rules.WORD, word)
     return field.encode(value)
 
 
@@ -151,7 +160,7 @@ def _read(field: language.Number, text: str) -> Any:
     return value if field.allows(value) else None
 
 
-def _wanted(field: language.Number) -> str:
+def _valid_values(field: language.Number) -> str:
     if isinstance(field, language.Ranges):
         return "the digits of velocity range (0 to 5) and acceleration range (0 to 2), e.g. 00"
     if isinstance(field, language.Switch):
@@ -217,7 +226,7 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if an answer to 85h is a streamed velocity, because it is not a valid velocity of indexer mode.
+    """True if the answer to 85h contains a streamed velocity instead of ranges and a velocity number.
 
     A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
     """

@@ -29,13 +29,14 @@ class Events:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Function that is called at every stall and limit hit, even if no message is requested."""
-        # for each requested opcode, the number of moves that had begun before the request
+        # number of moves that had begun when a message was enabled, by the opcode of the message
         self.armed: dict[int, int] = {}
 
     def happened(self, what: Happening, begun: int) -> None:
-        """Send the requested messages for an event of move number `begun`.
+        """Send the messages that the host has requested for this event.
 
-        The start and the constant velocity of a move that began before the request cause no message.
+        `begun`: number of the move in which the event occurs.  The start and the constant velocity of a move that began
+        before the request cause no message.
         """
         if what in ALARMS:
             self.on_fault(ALARMS[what])

@@ -8,7 +8,10 @@ from axistwin.sim.pins import Pin
 
 
 class Joystick:
-    """The connector of an 852 joystick; while it is enabled, the joystick's pulses are counted and drive the motor."""
+    """The connector of an 852 joystick, whose pulses drive the motor while the joystick is enabled.
+
+    The board counts these pulses.
+    """
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator) -> None:
         self._pins, self._pulses = pins, pulses
@@ -34,7 +37,7 @@ class Joystick:
         return self.enabled and not self._pins["at_zero"].level
 
     def control(self, disabled: Event) -> Procedure:
-        """Let the joystick control the motor until the event `disabled` happens or the command ends."""
+        """Let the joystick control the motor until the event `disabled` occurs or the command is discontinued."""
         self.enabled, self.disabled = True, disabled
         self._pins["remote_acknowledge"].set(True)
         self._update()
@@ -60,7 +63,10 @@ class Joystick:
 
 
 class Shutdown:
-    """Remote power shutdown, by the shutdown input if the joystick or 13h enables the input, else by command 12h."""
+    """The remote power shutdown, which is switched by command 12h or by the shutdown input.
+
+    The joystick or command 13h enables the input; command 12h applies while the input is disabled.
+    """
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator, joystick: Joystick) -> None:
         self._pins, self._pulses, self._joystick = pins, pulses, joystick
@@ -68,7 +74,7 @@ class Shutdown:
         self.close = pins["shutdown_in"].subscribe(lambda pin: self.refresh())
 
     def refresh(self) -> None:
-        """Update the shutdown output; a moving motor is not shut down."""
+        """Update the shutdown output.  A moving motor is not shut down."""
         by_input = self._joystick.enabled or self.input_enabled
         wanted = not self._pins["shutdown_in"].level if by_input else self.commanded
         if not (wanted and (self._pulses.moving or self._joystick.moving)):

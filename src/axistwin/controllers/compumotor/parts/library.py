@@ -35,16 +35,16 @@ class Move:
 
     @cached_property
     def rate(self) -> Fraction | None:
-        """Velocity in pulses/s; None if it is beyond the velocity range."""
+        """Velocity of the move in pulses/s; None if the velocity is beyond its range."""
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
 
     @property
     def xy(self) -> int:
-        """Parameter byte XY of a move: X is the velocity range and Y the acceleration range."""
+        """Parameter byte XY of a move, in which X is the velocity range and Y the acceleration range."""
         return self.ranges[0] << 4 | self.ranges[1]
 
     def speed(self, start_stop: int) -> Speed | None:
-        """Return velocity and acceleration in units of pulses and seconds; None if the acceleration is 0."""
+        """Return the velocity and acceleration of the move in pulses and seconds, or None if one of them is invalid."""
         per_second = acceleration(self.ranges, self.acceleration)
         if self.rate is None or not per_second:
             return None
@@ -63,7 +63,7 @@ NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
 
 
 class Library:
-    """The pre-defined moves.  The processor calculates ("crunches") them one by one while it is idle."""
+    """The pre-defined moves, which the processor calculates ("crunches") one by one while it is idle."""
 
     def __init__(self, clock: Clock, calculation_ns: int) -> None:
         self.clock, self.calculation_ns = clock, calculation_ns
@@ -89,11 +89,11 @@ class Library:
 
     @property
     def crunched(self) -> bool:
-        """True if all moves have been calculated."""
+        """True if the board has calculated all pre-defined moves."""
         return all(ready_ns <= self.clock.now for ready_ns in self._ready_ns.values())
 
     def calculate_ns(self, number: int) -> int:
-        """Return the calculation time before this move can begin, and count the move as calculated."""
+        """Return the calculation time in ns that the move needs before it begins, and mark the move as calculated."""
         ready_ns = self._ready_ns.get(number)
         if ready_ns is None:
             return self.calculation_ns
@@ -121,7 +121,10 @@ class Motion:
 
 @dataclass(frozen=True)
 class HomeDefinition:
-    """The definition of HOME (38h).  `edge`: side of the active region; `final`: direction of the final approach."""
+    """Definition of HOME by command 38h: edge and active level of the home input, and final approach.
+
+    `edge`: side of the active region; `final`: direction of the final approach.
+    """
 
     active_high: bool
     edge: int
@@ -129,7 +132,10 @@ class HomeDefinition:
     final: int
 
     def rate(self, move: Move, velocities: VelocityRange) -> Fraction:
-        """Return the velocity of the final approach in pulses/s: a multiple of the range's resolution, never 0."""
+        """Return the velocity of the final approach to HOME in pulses/s.
+
+        The velocity is a multiple of the range's resolution, and never 0.
+        """
         unit = velocities.resolution
         wish = move.velocity * velocities.unit * self.percent / 100
         return max(unit, (2 * wish + unit) // (2 * unit) * unit)

@@ -9,7 +9,7 @@ from axistwin.sim.pins import Pin
 
 
 class Limits:
-    """The two limit inputs, active high: +1 is the CW limit, -1 the CCW limit."""
+    """The two limit inputs, which are active high.  Number +1 is the CW limit, number -1 the CCW limit."""
 
     def __init__(self, clock: Clock, pulses: PulseGenerator, cw: Pin, ccw: Pin, filter_ns: int) -> None:
         self.clock, self._pulses, self._filter_ns = clock, pulses, filter_ns

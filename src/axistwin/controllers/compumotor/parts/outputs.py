@@ -10,19 +10,19 @@ NOTHING = 0x00
 
 
 class Outputs:
-    """The five bits that commands may set: bits 0 to 2 are the user bits, 3 and 4 the programmable outputs."""
+    """The five output bits: the user status bits (0 to 2) and the programmable outputs (bits 3 and 4)."""
 
     def __init__(self, pins: Mapping[str, Pin], handshake: Handshake, states: Mapping[int, Callable[[], bool]]) -> None:
         """`states`: for each state code of 0Fh, a function that returns True if the state is active."""
         self._pins, self._handshake, self._states = pins, handshake, states
         self.programmed = 0
         """Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""
-        self._tracked: dict[int, tuple[int, bool]] = {}  # state and active level, by bit
+        self._tracked: dict[int, tuple[int, bool]] = {}  # code and active level of the assigned state, by output bit
         for number in (1, 2):
             self.write(number + 2, True)
 
     def write(self, bit: int, level: bool) -> None:
-        """Set or clear a bit."""
+        """Set or clear one of the five output bits."""
         if bit >= USER_BITS:
             number = bit - 2
             self.programmed = self.programmed & ~(1 << number) | level << number
@@ -31,7 +31,7 @@ class Outputs:
             self._handshake.user_bits = self._handshake.user_bits & ~(1 << bit) | level << bit
 
     def track(self, bit: int, state: int, active_high: bool) -> None:
-        """Let a bit show the state with this code; after code 00, the bit shows no state."""
+        """Let an output bit show the state that has this code, or no state if the code is 00."""
         if state == NOTHING:
             self._tracked.pop(bit, None)
         elif state in self._states:
@@ -40,14 +40,14 @@ class Outputs:
 
     @property
     def in_use(self) -> bool:
-        """True if a bit shows any state."""
+        """True if command 0Fh has assigned a state to any output bit."""
         return bool(self._tracked)
 
     def shows(self, state: int) -> bool:
-        """True if a bit shows this state."""
+        """True if command 0Fh has assigned this state to an output bit."""
         return bool(self._tracked) and any(shown == state for shown, _ in self._tracked.values())
 
     def refresh(self) -> None:
-        """Update the bits that show a state."""
+        """Update the output bits that follow a state of the board."""
         for bit, (state, active_high) in self._tracked.items():
             self.write(bit, self._states[state]() is active_high)

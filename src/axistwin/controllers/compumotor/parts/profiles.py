@@ -18,7 +18,10 @@ UPDATE = Fraction(1, 500)
 
 @dataclass(frozen=True)
 class Speed:
-    """Step rate in pulses/s, acceleration in pulses/s², their velocity range, and the start/stop velocity (D6h)."""
+    """Step rate, acceleration, velocity range and start/stop velocity of a move.
+
+    Rates are in pulses/s, the acceleration in pulses/s².  Command D6h defines the start/stop velocity.
+    """
 
     rate: Fraction
     acceleration: Fraction
@@ -27,7 +30,7 @@ class Speed:
 
     @property
     def base(self) -> Fraction:
-        """The velocity at which ramps begin and end: a multiple of the range's resolution."""
+        """Velocity at which ramps begin and end, rounded to the resolution of the velocity range."""
         unit = self.range.resolution
         return (2 * self.start_stop + unit) // (2 * unit) * unit
 
@@ -38,7 +41,10 @@ def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tu
 
 @lru_cache(maxsize=64)
 def _way_up(speed: Speed) -> QuantisedRamp:
-    """Return the acceleration from zero velocity to the rate; empty at or below the start/stop velocity."""
+    """Return the acceleration ramp from rest to the velocity.
+
+    The ramp is empty at or below the start/stop velocity.
+    """
     base = speed.base
     if speed.rate <= base:
         return QuantisedRamp((), speed.rate, UPDATE)
@@ -66,7 +72,10 @@ def continuous(speed: Speed) -> VelocityProfile:
 
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
-    """Return the ramp from `rate`, in velocity range `before`, to a rate above zero, then endless motion."""
+    """Return the ramp from the velocity `rate` to the velocity of `speed`, followed by endless motion.
+
+    `before`: the velocity range of `rate`.
+    """
     unit, base = max(before.resolution, speed.range.resolution), speed.base
     phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING
     ramp: tuple[Segment, ...] = ()
@@ -78,7 +87,7 @@ def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProf
 
 
 def stopping(rate: Fraction, speed: Speed) -> VelocityProfile:
-    """Return the ramp from the present rate to zero velocity."""
+    """Return the ramp from the present velocity to zero velocity."""
     base = min(speed.base, rate)
     last = (Segment(base, UPDATE),) if 0 < base < rate else ()
     ramp = _between(rate, base, speed, speed.range.resolution)

@@ -33,7 +33,7 @@ MOST_SEGMENTS = 16
 
 @dataclass(frozen=True)
 class VelocityProfile:
-    """A velocity profile, with its segments grouped by phase.
+    """A velocity profile whose segments are grouped by phase.
 
     `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: True for the
     profile of a move, whose constant velocity causes a message.
@@ -45,12 +45,12 @@ class VelocityProfile:
 
     @property
     def segments(self) -> Iterable[Segment]:
-        """The segments of all phases, in order of time."""
+        """Segments of all phases of the profile, in chronological order."""
         return (segment for _, segments in self.phases for segment in segments)
 
     @cached_property
     def from_rest(self) -> Profile:
-        """The pulse profile that begins at zero velocity."""
+        """Pulse profile of the motion, beginning with the motor at rest."""
         return Profile(self.segments)
 
     @cached_property
@@ -83,7 +83,7 @@ class PulseGenerator:
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin, self._unmade_at_reset = 0, axis.unmade
-        self._pulse_ns: int | None = None  # time of the latest pulse from the joystick in this excursion
+        self._pulse_ns: int | None = None  # time of the joystick's latest pulse in the present excursion
         self._plan = 0
         self._changed: Event | None = None
 
@@ -94,7 +94,7 @@ class PulseGenerator:
 
     @property
     def ending(self) -> bool:
-        """True while the velocity decreases to zero."""
+        """True while the motor decelerates to rest."""
         return self.phase is Phase.DECELERATING and self.velocity_profile.timetable[-1][1] is Phase.REST
 
     @property
@@ -104,7 +104,10 @@ class PulseGenerator:
 
     @property
     def position(self) -> int:
-        """Net number of pulses since the reset; each counts with the sign that its direction had at that time."""
+        """Net number of pulses since the reset.
+
+        Each pulse counts with the sign that its direction had at that time.
+        """
         unmade = self.axis.unmade - self._unmade_at_reset
         return self._issued - (unmade if self.cw_is_plus else -unmade)
 
@@ -123,7 +126,7 @@ class PulseGenerator:
         return self._output.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
 
     def ns_until(self, pulses: int) -> int:
-        """Return the time to output `pulses` more pulses (at least 1) at the present velocities."""
+        """Return the time in ns in which the present profile outputs `pulses` more pulses (at least 1)."""
         count = self._output.pulses_by(self._elapsed_ns) + pulses
         return self._output.pulse_ns(count) + 1 - self._elapsed_ns
 
@@ -134,7 +137,7 @@ class PulseGenerator:
 
     @property
     def step_level(self) -> bool:
-        """Level of STEP: high for half a period of the range's highest frequency after each pulse."""
+        """Level of the STEP output, which is high for half a period of the maximum pulse rate after each pulse."""
         width_ns = int(S / (2 * self.velocity_profile.clock))
         return self._output.pulses_by(self._elapsed_ns) > self._output.pulses_by(self._elapsed_ns - width_ns)
 
@@ -143,13 +146,16 @@ class PulseGenerator:
         return self.clock.now - self._start_ns
 
     def changed(self) -> Event:
-        """Return the event that happens at the next change of phase."""
+        """Return the event that happens at the next change of the phase of motion."""
         if self._changed is None:
             self._changed = self.clock.event()
         return self._changed
 
     def start(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Start a profile at zero velocity.  `further`: True if the previous excursion continues."""
+        """Start a velocity profile with the motor at rest.
+
+        `further`: True if the previous excursion continues.
+        """
         if not further:
             self._excursion_origin = self.position
         self.face(sign)
@@ -157,7 +163,7 @@ class PulseGenerator:
         self._follow(profile)
 
     def change(self, profile: VelocityProfile) -> None:
-        """Change to another profile in the same direction; ignored after the last pulse."""
+        """Change to another velocity profile in the same direction.  Ignored if the last pulse has been output."""
         if self._output.over(self._elapsed_ns):
             return
         self._output = self._output.cut(self._elapsed_ns, profile.segments)
@@ -165,7 +171,7 @@ class PulseGenerator:
         self._follow(profile)
 
     def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Change to another velocity at once; without change of direction, the fraction of a pulse is kept.
+        """Change to another velocity at once.  If the direction stays the same, the fraction of a pulse is kept.
 
         `further`: True if the previous excursion continues after a change of direction or zero velocity.
         """
@@ -181,13 +187,13 @@ class PulseGenerator:
 
     @property
     def room(self) -> int:
-        """Number of velocities that `append` can output at once; 0 if they may have other effects than pulses."""
+        """Number of velocities that `append` can output at once; 0 if velocities must be output one by one."""
         if not (self.moving and self.axis.free):
             return 0
         return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
 
     def append(self, segments: Sequence[Segment]) -> None:
-        """Output velocities in the present direction from now on; the last one continues after its end."""
+        """Output these velocities in the present direction, one after the other, and then keep the last velocity."""
         added = (*segments[:-1], Segment(segments[-1].rate, None))
         if len(self._output.segments) < MOST_SEGMENTS:
             self._output = self._output.cut(self._elapsed_ns, added)
@@ -216,7 +222,7 @@ class PulseGenerator:
         self._direction.set(self.physical > 0)
 
     def pulse(self) -> None:
-        """Output one pulse of the joystick.  Its rate follows from the time since the previous pulse."""
+        """Output one pulse of the joystick.  The time since the previous pulse gives the step rate."""
         self._origin = self._issued
         since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
         self._pulse_ns = self.clock.now
@@ -228,7 +234,7 @@ class PulseGenerator:
         self._pulse_ns = None
 
     def _continue(self, segments: Iterable[Segment]) -> None:
-        """Begin a new profile with these segments; the fraction of a pulse is kept."""
+        """Begin a new profile with these segments, and keep the present fraction of a pulse."""
         pulses, fraction = self._output.phase_at(self._elapsed_ns)
         self._origin += self.sign * pulses
         self._begin(Profile(segments, fraction, self.rate))
@@ -263,9 +269,10 @@ class PulseGenerator:
 
 @lru_cache(maxsize=64)
 def one_pulse(since_ns: int | None) -> Profile:
-    """Return a profile with one pulse, in the next nanosecond, at the rate 1 / `since_ns`.
+    """Return a profile with a single pulse, whose rate follows from the time since the previous pulse.
 
-    `since_ns` is the time since the previous pulse; the profile ends before a second pulse.
+    The pulse is in the next nanosecond.  `since_ns` is the time since the previous pulse; the profile ends before a
+    second pulse.
     """
     if not since_ns:
         return Profile((Segment(Fraction(S), Fraction(1, S)),))

@@ -20,30 +20,36 @@ FULL = 65_536
 
 @dataclass(frozen=True)
 class VelocityRange:
-    """A velocity range.  `unit`: pulses/s for velocity number 1; `clock`: the effective clock in Hz."""
+    """One of the velocity ranges, with its smallest velocity and its clock.
+
+    `unit`: pulses/s for velocity number 1; `clock`: the effective clock in Hz.
+    """
 
     unit: Fraction
     clock: Fraction
 
     @cached_property
     def resolution(self) -> Fraction:
-        """Resolution in pulses/s: all rates are multiples of it."""
+        """Resolution in pulses/s: all rates of the range are multiples of the resolution."""
         return self.clock / FULL
 
     @cached_property
     def maximum(self) -> Fraction:
-        """Maximum rate in pulses/s."""
+        """Maximum step rate of the velocity range in pulses/s."""
         return self.clock / 2
 
     def rate(self, number: int) -> Fraction | None:
-        """Return the pulse rate of a velocity number, rounded to the resolution; None beyond the range."""
+        """Return the pulse rate of a velocity number, rounded to the resolution; None if the number is too high."""
         if number > self.highest:
             return None
         return ((2 * number * self.unit + self.resolution) // (2 * self.resolution)) * self.resolution
 
     @cached_property
     def highest(self) -> int:
-        """Highest velocity number, which is the maximum rounded: 1,092,267 for 1,092,266.67."""
+        """Highest velocity number of the range.
+
+        The number is that of the maximum rate, rounded: 1,092,267 for 1,092,266.67.
+        """
         return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:

@@ -11,7 +11,7 @@ from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 
 @dataclass(frozen=True)
 class Stored:
-    """A command in a sequence buffer."""
+    """A command that is stored in a sequence buffer."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -31,27 +31,30 @@ class Sequences:
         return self.buffers.get(number)
 
     def __iter__(self) -> Iterator[int]:
-        """Return the numbers of the defined sequences, in order."""
+        """Iterate over the numbers of the defined sequences, in ascending order."""
         return iter(sorted(self.buffers))
 
     @property
     def free(self) -> int:
-        """Number of free bytes of memory; a command takes as many bytes as its command string has."""
+        """Number of free bytes in the memory for sequences.
+
+        Each stored command takes the length of its command string.
+        """
         return self.memory - sum(len(stored.string) for buffer in self.buffers.values() for stored in buffer)
 
     def store(self, stored: Stored) -> None:
-        """Store a command in the buffer being defined; without enough memory the command is lost."""
+        """Store a command in the sequence that is being defined.  Without enough free memory, the command is lost."""
         assert self.defining is not None
         if len(stored.string) <= self.free:
             self.buffers[self.defining].append(stored)
 
 
 class Order(Enum):
-    """Action of the sequencer after its present command: continue, suspend, end."""
+    """Action of the sequencer after its present command, e.g. continue or suspend the sequence."""
 
     CONTINUE = auto()
     SUSPEND = auto()
-    KILL = auto()  # discontinues the present SINGULAR command, and then suspends the sequence
+    KILL = auto()  # KILL ends the present SINGULAR command, and then suspends the sequence
     LEAVE = auto()
 
 
@@ -60,7 +63,10 @@ SUSPENDED = (Order.SUSPEND, Order.KILL)
 
 @dataclass
 class Loop:
-    """A loop over commands `first` to `last`, repeated `left` more times; `left` None: until CONTINUE."""
+    """A loop over the commands `first` to `last` of a sequence.
+
+    `left`: number of remaining passes, or None for a loop that only CONTINUE ends.
+    """
 
     first: int
     last: int
@@ -98,7 +104,7 @@ class Sequencer:
         self.process, self.waiting = None, None
 
     def wait(self) -> Procedure:
-        """Wait for CONTINUE."""
+        """Pause the sequence until the command CONTINUE (48h)."""
         self.waiting = self.clock.event()
         try:
             yield self.waiting
@@ -111,7 +117,10 @@ class Sequencer:
             self.waiting.succeed()
 
     def advance(self, length: int) -> None:
-        """Go to the next command of a buffer of this length, or back to the first command of the loop."""
+        """Go to the next command of the sequence, or back to the first command of the present loop.
+
+        `length`: number of commands in the sequence.
+        """
         loop = self.loop
         if loop is None or self.at < min(loop.last, length - 1):
             self.at += 1

@@ -24,7 +24,10 @@ Entry = tuple[int, ...]
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """A streaming mode with its parameters.  `alarm` is in bytes; `period_ms` is 0 in a mode without update rate."""
+    """A streaming mode and its parameters.
+
+    `alarm`: a number of bytes; `period_ms`: 0 in a mode without update rate.
+    """
 
     mode: int
     base: int
@@ -39,7 +42,7 @@ class Setting:
 
     @cached_property
     def maximum(self) -> Fraction:
-        """The upper bound of the velocity in pulses/s, which no velocity number reaches."""
+        """Upper bound of the velocity in pulses/s, which even the highest velocity number does not reach."""
         return self.clock / 2
 
     @cached_property
@@ -58,7 +61,7 @@ class Setting:
 
     @property
     def parameters(self) -> bytes:
-        """The parameter bytes with which the host entered the mode."""
+        """Parameter bytes of the command with which the host entered the streaming mode."""
         rate = self.period_ms.to_bytes(2, "big") if self.period_ms else b""
         return bytes([self.base, self.divisor]) + self.alarm.to_bytes(4, "big") + rate
 
@@ -72,7 +75,7 @@ class Marker:
 
 
 class Stream:
-    """The streaming buffer and the process that performs it."""
+    """The streaming buffer, and the process that outputs its contents."""
 
     def __init__(
         self, clock: Clock, memory: int, send: Callable[[int, bytes], None], refresh: Callable[[], None]
@@ -89,31 +92,31 @@ class Stream:
 
     @property
     def performing(self) -> bool:
-        """True while the buffer is being performed."""
+        """True while the board outputs the contents of the streaming buffer."""
         return self.process is not None
 
     @property
     def free(self) -> int:
-        """Free bytes of the buffer."""
+        """Number of free bytes in the streaming buffer."""
         return self._memory - self._used
 
     @property
     def empty(self) -> bool:
-        """True if the buffer is empty."""
+        """True if the streaming buffer has no entries."""
         return not self._entries
 
     def enter(self, setting: Setting | None) -> None:
-        """Enter a streaming mode, or None for indexer mode, with an empty buffer."""
+        """Enter a streaming mode with an empty buffer.  If `setting` is None, enter indexer mode."""
         self.setting = setting
         self.clear()
 
     def clear(self) -> None:
-        """Empty the buffer."""
+        """Remove all entries from the streaming buffer."""
         self._entries.clear()
         self._used, self._alarm_on = 0, False
 
     def store(self, mode: int, entries: Iterable[Entry]) -> None:
-        """Store data for this mode; in any other mode, or without enough memory, the data is lost."""
+        """Store data for the streaming mode `mode`.  In another mode, or without enough memory, the data are lost."""
         if self.setting is None or self.setting.mode != mode or self.free < LEAST_FREE:
             return
         stored = tuple(entries)
@@ -122,39 +125,42 @@ class Stream:
         self._alarm_on |= self._used > self.setting.alarm
 
     def take(self) -> Entry:
-        """Remove and return the first entry."""
+        """Remove and return the first entry of the streaming buffer."""
         entry = self._entries.popleft()
         self._used -= WORD * len(entry)
         self.alarm(self._used)
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the first entries, at most `most`, that can be taken without an alarm; each is one word."""
+        """Return up to `most` entries at the head of the buffer that can be output before the buffer empty alarm.
+
+        Each entry is one word.
+        """
         assert self.setting is not None
         if self._alarm_on:
             most = min(most, (self._used - self.setting.alarm - 1) // WORD)
         return list(islice(self._entries, max(0, most)))
 
     def drop(self, count: int) -> None:
-        """Remove the first `count` entries, each of which is one word."""
+        """Remove the first `count` entries of the streaming buffer, each of which is one word."""
         self._used -= WORD * count
         for _ in range(count):
             self._entries.popleft()
 
     def alarm(self, left: int) -> None:
-        """Send the buffer empty alarm once, if the alarm is on and `left` bytes are within its threshold."""
+        """Send the buffer empty alarm if the alarm is on and `left` bytes do not exceed its threshold."""
         assert self.setting is not None
         if self._alarm_on and left <= self.setting.alarm:
             self._alarm_on = False
             self._send(self.setting.mode, self.setting.parameters)
 
     def start(self, procedure: Procedure) -> None:
-        """Begin to perform the buffer."""
+        """Begin to output the contents of the streaming buffer."""
         self.process = self._clock.process(procedure)
         self._refresh()
 
     def finish(self) -> None:
-        """Record the end of the stream; called by the process that performs the buffer."""
+        """Record the end of the stream.  The process that outputs the buffer calls this method."""
         self.process = None
         self._refresh()
 
@@ -162,13 +168,13 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # the active process ends by itself, because `performing` is False
+            # the active process ends by itself when `performing` is False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """End the stream and the command of a marker, at power-off or for the test function."""
+        """End the stream and the command of a marker, at power-off or before the test function."""
         for process in (self.process, self.marker_process):
             if process is not None and process is not self._clock.active_process:
                 kill(process)

@@ -12,13 +12,16 @@ from axistwin.plant.stepper import StepperAxis
 
 
 def wrapped(count: int) -> int:
-    """Return a count as a signed 32-bit counter shows it."""
+    """Return a count as a signed 32-bit counter holds it, after a possible overflow."""
     return (count + 0x8000_0000) % (1 << 32) - 0x8000_0000
 
 
 @dataclass(frozen=True)
 class Law:
-    """The correction law of B3h.  `maximum` is in units of the velocity range in the upper nibble of `ranges`."""
+    """The correction law that command B3h defines.
+
+    `maximum` is in units of the velocity range in the upper nibble of `ranges`.
+    """
 
     algorithm: int
     gain: int
@@ -26,7 +29,10 @@ class Law:
     maximum: int
 
     def velocity_profile(self, error: int) -> VelocityProfile:
-        """Return endless motion at the velocity that corrects an error, which is at least the resolution."""
+        """Return endless motion at the velocity that corrects an error of this size.
+
+        The velocity is at least the resolution of the velocity range.
+        """
         e = abs(error)
         wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
         velocities = VELOCITY_RANGES[self.ranges >> 4]
@@ -35,7 +41,7 @@ class Law:
 
 
 class Encoder:
-    """The counter of the encoder's quadrature edges, whose + direction 14h defines.
+    """Counter of the encoder's quadrature edges.  Command 14h defines the + direction of the count.
 
     Without an encoder, and on an 1810, the count stays at 0.
     """
@@ -51,9 +57,10 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def per_pulses(self, physical: int) -> tuple[int, int, int] | None:
-        """Return counts per number of pulses in the direction +1 (CW) or -1, and the largest deviation, in counts.
+        """Return the ratio of encoder counts to motor pulses in one direction, and the largest deviation in counts.
 
-        None while the motor loses steps.
+        `physical`: +1 (CW) or -1 (CCW).  The ratio is a number of counts and a number of pulses.  None while the motor
+        loses steps.
         """
         if self._axis is None:
             return 0, 1, 0
@@ -64,7 +71,7 @@ class Encoder:
         return counts * physical * self._sense, pulses, deviation
 
     def face(self, sense: int) -> None:
-        """Define CW (+1) or CCW (-1) as the + direction.  The count does not change."""
+        """Define CW (+1) or CCW (-1) as the + direction of the encoder.  The count does not change."""
         before, self._sense = self.count, sense * self._wired
         self._origin += before - self.count
 
@@ -82,7 +89,10 @@ class Tracking:
     """Parameters and state of position tracking; all positions are encoder pulses since reset."""
 
     def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
-        """`moves`: True if closed-loop moves are available, by an encoder or by the option `encoder_commands`."""
+        """`moves`: True if the board can perform closed-loop moves.
+
+        An encoder or the option `encoder_commands` makes closed-loop moves available.
+        """
         self._pulses, self.encoder, self.moves = pulses, encoder, moves
         # Parameters
         self.ratio: tuple[int, int] | None = None
@@ -97,7 +107,7 @@ class Tracking:
         """True if a stall ends a move (19h)."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
-        # State of the present or most recent move
+        # State of the present or last move
         self.use = Use.OPEN_LOOP
         self._began = 0
         self.ended: int | None = 0
@@ -114,7 +124,7 @@ class Tracking:
 
     @property
     def relative(self) -> int:
-        """Encoder pulses since the start of the present move, or of the whole last move."""
+        """Encoder pulses of the present move, or of the last move if no move is in progress."""
         return wrapped((self.encoder.count if self.ended is None else self.ended) - self._began)
 
     @property
@@ -128,19 +138,22 @@ class Tracking:
         return self.deadband is not None and abs(self.error) <= self.deadband
 
     def slipped(self, pulses: int, counts: int) -> int:
-        """Return the slip in rotor teeth: motor position minus encoder position, less the backlash."""
+        """Return the slip in rotor teeth: the difference between motor and encoder position, less the backlash."""
         if self.ratio is None or not (self.resolution and self.teeth):
             return 0
         return self._teeth(abs(self._difference(pulses, counts)))
 
     def _difference(self, pulses: int, counts: int) -> int:
-        """Return motor position minus encoder position, in units of 1 / (encoder pulses of the ratio) motor pulses."""
+        """Return the difference between motor position and encoder position as an integer.
+
+        The unit is a motor pulse divided by the encoder pulses of the ratio.
+        """
         assert self.ratio is not None
         motor, encoder = self.ratio
         return pulses * encoder - counts * motor
 
     def _teeth(self, difference: int) -> int:
-        """Return the rotor teeth of a difference, less the backlash."""
+        """Convert a difference between motor and encoder to rotor teeth, less the backlash."""
         assert self.ratio is not None and self.resolution and self.teeth
         encoder = self.ratio[1]
         beyond = difference - (self.sigma or 0) * encoder
@@ -148,7 +161,7 @@ class Tracking:
 
     @property
     def detects_stalls(self) -> bool:
-        """True if all parameters for the detection of stalls are defined."""
+        """True if the host has defined all parameters that the detection of stalls needs."""
         return self.ratio is not None and self.sigma is not None and bool(self.resolution and self.teeth)
 
     @property
@@ -158,13 +171,16 @@ class Tracking:
 
     @property
     def since_reference(self) -> tuple[int, int]:
-        """Motor pulses and encoder counts since the start of the move; only while `watches`."""
+        """Motor pulses and encoder counts since the start of the move.
+
+        Valid only while `watches` is True.
+        """
         assert self.reference is not None
         pulses, counts = self.reference
         return self._pulses.position - pulses, self.encoder.count - counts
 
     def cannot_stall(self, within_ns: int) -> bool:
-        """True if no stall can be detected within this time, unless the motion or the machine changes."""
+        """True if no stall can be detected during the next `within_ns`, unless the motion or the machine changes."""
         if not self.watches:
             return True
         per_pulses = self.encoder.per_pulses(self._pulses.physical)
@@ -177,7 +193,7 @@ class Tracking:
 
     @property
     def complete(self) -> bool:
-        """True if all parameters of B0h to B4h are defined."""
+        """True if the host has defined all closed-loop parameters (commands B0h to B4h)."""
         return None not in (self.ratio, self.resolution, self.sigma, self.law, self.teeth)
 
     @property

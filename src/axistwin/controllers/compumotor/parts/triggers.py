@@ -17,7 +17,8 @@ class Triggers:
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
         """`response_ns`: time from the edge to the function, during which the input must stay high."""
         self.clock, self._response_ns = clock, response_ns
-        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # opcode and action, by trigger
+        # opcode and action of each trigger's function, by trigger number
+        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
         self._unsubscribe = [pin.subscribe(partial(self._changed, number)) for number, pin in pins.items()]
@@ -34,7 +35,10 @@ class Triggers:
         self._edges.clear()
 
     def assign(self, trigger: int, opcode: int, action: Callable[[], None], on: bool) -> None:
-        """Switch a function of a trigger on or off.  Ignored while the trigger has a function of another opcode."""
+        """Switch a function of a trigger on or off.
+
+        Ignored while the trigger has a function of another opcode.
+        """
         if self._functions.get(trigger, (opcode,))[0] != opcode:
             return
         if on:
@@ -43,7 +47,7 @@ class Triggers:
             self._functions.pop(trigger, None)
 
     def drop(self, opcode: int) -> None:
-        """Switch the functions of this opcode off."""
+        """Remove the functions that the command with this opcode has assigned to triggers."""
         self._functions = {t: f for t, f in self._functions.items() if f[0] != opcode}
 
     def edge(self, trigger: int) -> Event:
@@ -60,7 +64,7 @@ class Triggers:
             self.clock.call_later(self._response_ns[trigger], partial(self._respond, trigger, self._fell_ns[trigger]))
 
     def _respond(self, trigger: int, fell_ns: int) -> None:
-        if self._fell_ns[trigger] != fell_ns:  # the pulse was too short
+        if self._fell_ns[trigger] != fell_ns:  # the trigger pulse was too short to have an effect
             return
         if (waiting := self._edges.pop(trigger, None)) is not None:
             waiting.succeed()

@@ -25,18 +25,21 @@ class Retained:
     """Format of the lock command, in which it must be unlocked; None: any format."""
 
     def save(self, store: Store) -> None:
-        """Store the data as JSON text."""
-        import json  # lazy import: needed only for a memory with contents
+        """Store the data in the battery-backed memory, as JSON text."""
+        import json  # lazy import: only a memory with contents needs `json`
 
         store.save(json.dumps(asdict(self), indent=1).encode())
 
     @classmethod
     def recall(cls, store: Store) -> "Retained":
-        """Return the stored data, or the defaults.  Raise UsageError if the file is damaged."""
+        """Return the data in the memory, or default values if the memory is empty.
+
+        Raises UsageError if the file is damaged.
+        """
         contents = store.load()
         if contents is None:
             return cls()
-        import json  # lazy import: needed only for a memory with contents
+        import json  # lazy import: only a memory with contents needs `json`
 
         try:
             kept = json.loads(contents)
@@ -46,17 +49,18 @@ class Retained:
             retained = cls(frame=frame, parameters=parameters, lock=lock, **kept)
             retained.check()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-            raise UsageError(f"{store} is not the memory of an IF2 ({excerpt(error)}): delete it") from None
+            reason = excerpt(error)
+            raise UsageError(f"{store} is not the memory of an IF2 ({reason}): delete the file") from None
         return retained
 
     def check(self) -> None:
-        """Raise ValueError if no interface can have stored these data."""
-        for name, holds in self._checks():
-            if not holds:
-                raise ValueError(f"invalid value of {name}")
+        """Raise ValueError if the stored data contain a value that an interface cannot store."""
+        for parameter, valid in self._checks():
+            if not valid:
+                raise ValueError(f"expected a valid {parameter} in the stored data")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
-        """Yield the name of each datum, and True if its value is valid."""
+        """Yield the name of each stored value, and True if the value is valid."""
         for name, (low, high) in RANGES.items():
             value = getattr(self.parameters, name)
             yield name, type(value) is int and low <= value <= high

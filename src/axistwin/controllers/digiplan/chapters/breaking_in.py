@@ -10,7 +10,10 @@ from axistwin.sim.serial import LevelAt
 
 
 class BreakIn:
-    """Detects a `(` in the interface's own format and, while locked, in the default format at any baud rate."""
+    """Detects a `(` by which the host begins a new initialisation of a locked interface.
+
+    The `(` is in the interface's own format, or in the default format at any baud rate.
+    """
 
     def __init__(self, state: State) -> None:
         self._state = state
@@ -19,19 +22,22 @@ class BreakIn:
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Start or stop the detection of other formats; during the detection, character errors set no fault bits."""
+        """Start or stop the detection of `(` in the default format.
+
+        During the detection, character errors set no fault bits.
+        """
         self._state.buffer.checking = not on
         self._state.uart.second_look = self._offer if on else None
 
     @property
     def _possible(self) -> bool:
-        """True if the interface is locked, DSR is active, and no axis moves."""
+        """True if a `(` can begin a new initialisation: the interface is locked, DSR is active, and no axis moves."""
         state = self._state
         held = state.lines.dsr.level and not state.uart.sending
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the default format at the measured baud rate, if a `(` in this format could have this shape."""
+        """Return the default format at the measured baud rate, if the signal can be a `(` in this format."""
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None
         if rate is not None:
@@ -42,7 +48,7 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """True if a character was read in another format; if it is `(`, set the UART to that format."""
+        """Return True if the character was read in the default format.  A `(` also sets the UART to this format."""
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:
             self._state.uart.format = self._detected = other
@@ -50,7 +56,7 @@ class BreakIn:
         return other is not None
 
     def begins_with(self, character: int) -> bool:
-        """True if this character breaks into the interface; the UART then uses the format of that character."""
+        """True if this character begins a new initialisation.  The UART then uses the format of the character."""
         if character & 0x7F != BAUD_DETECT or not (self._detected or self._possible):
             return False
         self._state.uart.format = self._detected or uart_format(self._state.baudrate, Frame())

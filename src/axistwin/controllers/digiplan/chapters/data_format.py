@@ -14,10 +14,9 @@ PARITIES: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7
 
 @dataclass(frozen=True)
 class Frame:
-    """A data format, as a host selects it: terminator by `U` or `V`, frame by x1 = 1 to 8, other settings by x2 = 1 to
-    9.
+    """A data format, as the host selects it by a message such as `U61`: terminator, frame and parity.
 
-    x2 selects parity, echo, and X-on/X-off.
+    `U` or `V` selects the terminator, x1 (1 to 8) the frame, x2 (1 to 9) parity, echo, and X-on/X-off.
     """
 
     terminator: str = "U"
@@ -26,7 +25,7 @@ class Frame:
 
     @property
     def uart(self) -> tuple[int, Parity, int]:
-        """Data bits, parity and stop bits."""
+        """Data bits, parity and stop bits of this data format."""
         return (7 if self.x1 <= 2 else 8), PARITIES[self.x2], (1 if self.x1 % 2 else 2)
 
     @property
@@ -45,34 +44,34 @@ class Frame:
         return CR if self.terminator == "U" else LF
 
     def answer(self, text: bytes) -> bytes:
-        """Return a text as it is sent to the host, with its terminator."""
+        """Return the bytes of an answer to the host, including the terminator."""
         end = b"\r" if self.terminator == "U" else b"\r\n"
         return (text + end).translate(self._texts)
 
     @cached_property
     def _texts(self) -> bytes:
-        """Each byte as a character of a text."""
+        """Table that converts each byte to a character of an answer."""
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Return a byte as it is sent.  Depending on the format, bit 8 is data, always 0, always 1, or (7 data bits)
-        absent.
+        """Return a byte as the interface sends it.  Bit 8 depends on the data format.
 
-        The quick status needs all eight bits, so the byte is unchanged if the format fixes bit 8 at 1.
+        Bit 8 is data, always 0, always 1, or (7 data bits) absent.  The quick status needs all eight bits, so the byte
+        is unchanged if the format fixes bit 8 at 1.
         """
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
     def text(self, byte: int) -> int:
-        """Return a character of a text as it is sent."""
+        """Return a character of an answer as the interface sends it."""
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Format in which a message was received: baud rate, data bits, parity, and bit 8 of the command and of the
-    terminator.
+    """Format in which a message was received: baud rate, data bits, parity and bit 8.
 
-    A receiver with 8 bits and no parity reads the parity bit of a 7-bit sender as bit 8.
+    `eighth`: bit 8 of the command, and bit 8 of the terminator.  A receiver with 8 bits and no parity reads the parity
+    bit of a 7-bit sender as bit 8.
     """
 
     baudrate: int

@@ -51,7 +51,10 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Accept or refuse characters with errors; they are accepted only until the data format is known."""
+        """Accept or refuse characters with receive errors.
+
+        Such characters are accepted only until the data format is known.
+        """
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
@@ -76,8 +79,9 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the characters of the first message for whose text `wanted` is True; empty if there is
-        none.
+        """Remove and return the first buffered message for whose text the function `wanted` returns True.
+
+        The list is empty if there is no such message.
         """
         begin = 0
         for end, character in enumerate(self.characters, 1):
@@ -99,7 +103,7 @@ class InputBuffer:
         return self._arrived
 
     def drop_before_cancel(self) -> None:
-        """Drop the characters before a received `#`."""
+        """Drop the buffered characters before a received `#`, which cancels them."""
         while self.characters[0] & 0x7F != ord("#"):
             self.take()
 
@@ -122,7 +126,7 @@ class InputBuffer:
             self._enter(*character)
 
     def _enter(self, byte: int, errors: LineError) -> None:
-        if errors is not SOUND and not self.tolerant:  # the character is discarded; a locked interface reports no fault
+        if errors is not SOUND and not self.tolerant:  # a character with receive errors is discarded
             self._flag(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
             self._flag(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
             return
@@ -162,7 +166,7 @@ class InputBuffer:
 
 
 class Transmitter:
-    """The transmitter: "the interface will not transmit data until DSR and CTS are both set"."""
+    """Sends characters to the host, but only while DSR and CTS are both set."""
 
     def __init__(self, clock: Clock, uart: Uart, lines: ControlLines) -> None:
         self.clock, self.uart, self.lines = clock, uart, lines
@@ -180,7 +184,10 @@ class Transmitter:
         return self._held_back > 0
 
     def send(self, data: bytes) -> Procedure | None:
-        """Send characters; return a procedure if sending has to wait for the lines, the delay or the UART."""
+        """Send characters to the host.  Return a procedure if sending must wait, otherwise None.
+
+        Sending waits for the lines, for the inter-character delay, or for the UART.
+        """
         if not self.delay and (self.uart.instant or len(data) == 1):
             self.lines.rts.set(True)
             if self._clear_to_send and not self.uart.queue:
@@ -201,7 +208,7 @@ class Transmitter:
             self._transmit(bytes([byte]))
 
     def _until_clear(self) -> Procedure:
-        """Wait until DSR and CTS are set, or until the character is cancelled."""
+        """Wait until DSR and CTS are set, so that the next character can be sent."""
         self._held_back += 1
         try:
             while not self._clear_to_send:

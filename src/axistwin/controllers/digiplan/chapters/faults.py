@@ -12,7 +12,10 @@ from axistwin.sim.pins import Pin
 
 
 class MotionFault(IntFlag):
-    """Bits 16 to 128 of K: three faults that inhibit motion, and COMMUNICATION, which does not inhibit motion."""
+    """Fault bits of the motion status K.  All faults except COMMUNICATION inhibit motion.
+
+    The bits are 16 to 128 of K.
+    """
 
     NONE = 0
     DRIVE = 16
@@ -50,7 +53,7 @@ CLOSED = tuple(FAULTS)
 
 
 class Faults:
-    """The fault bits, and the fault lamp."""
+    """The fault bits and the fault lamp of the interface."""
 
     def __init__(self, pins: Mapping[str, Pin], show: Callable[[bool], None]) -> None:
         self.pins, self._show = pins, show
@@ -63,11 +66,11 @@ class Faults:
                 self.motion |= FAULTS[name]
 
     def inputs(self) -> int:
-        """Return the byte of the command I."""
+        """Return the input status as one byte, which command I reports."""
         return sum(bit for pin, bit in self._inputs if not pin.level)
 
     def status(self) -> MotionFault:
-        """Return the fault bits of K."""
+        """Return the fault bits that command K reports."""
         return self.motion | MotionFault.COMMUNICATION if self.line else self.motion
 
     def raise_motion(self, fault: MotionFault) -> None:
@@ -82,7 +85,7 @@ class Faults:
         self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
-        """Clear the fault bits whose causes no longer exist, after an answer to K or Q.
+        """Clear the fault bits whose causes no longer exist, after K or Q has reported the motion status.
 
         LIMIT is always cleared, so that the axis can leave the switch.  While locked, EMERGENCY_STOP stays set.
         """
@@ -94,7 +97,7 @@ class Faults:
         self.show()
 
     def show(self) -> None:
-        """Switch the lamp on if a fault bit is set or a stop input is open, otherwise off."""
+        """Switch the fault lamp on if a fault bit is set or a stop input is open, otherwise off."""
         self._show(bool(self.motion) or not all(self.pins[name].level for name in CLOSED))
 
     def blocked(self, directions: Mapping[str, int]) -> bool:
@@ -106,7 +109,7 @@ class Faults:
 
 
 class StopInputs:
-    """Emergency stop, limit switches and drive faults: a change of these inputs raises a fault and stops motion.
+    """Inputs that stop the motion and raise a fault when they open: emergency stop, limit switches and drive faults.
 
     `limits`: the directions of motion that an opening limit switch stops.
     """
@@ -117,7 +120,7 @@ class StopInputs:
         self._unsubscribe = [self._pins[name].subscribe(self._changed) for name in CLOSED]
 
     def close(self) -> None:
-        """Unsubscribe from the inputs."""
+        """Stop observing the inputs that stop motion."""
         for unsubscribe in self._unsubscribe:
             unsubscribe()
 
@@ -132,12 +135,15 @@ class StopInputs:
             return
         self._faults.raise_motion(FAULTS[pin.name])
         if pin.name in DRIVES:
-            self._motion.drop(DRIVES[pin.name])  # an open input stops this axis without deceleration
+            self._motion.drop(DRIVES[pin.name])  # an open drive fault input stops its axis without deceleration
         if pin.name not in LIMITS or self._limit_stops(pin.name):
             self._cancel()
 
     def _limit_stops(self, name: str) -> bool:
-        """True if this limit switch stops the present motion; never if the motion leads away from the switch."""
+        """True if the limit switch `name` stops the present motion.
+
+        A motion away from the switch continues.
+        """
         ahead = LIMITS[name] in self._motion.directions.values()
         behind = self._limits == "any motion" and name not in self._leaving
         return self._motion.running and (ahead or behind)

@@ -12,7 +12,7 @@ REVERSAL_NS = 3 * MS
 
 
 def axis(name: str, step: Step, direction: int, distance: int | None) -> str | None:
-    """Commands X Y Z: an axis, its direction (default +) and optionally the distance, 0 to 999,999,999 steps.
+    """Commands X Y Z: select an axis, its direction (default +) and optionally the distance, 0 to 999,999,999 steps.
 
     Several axes share one distance, the last one stated.  Later indexes use this distance again, but not the direction.
     Axes after `/` are minor axes, which have a distance of their own.  Chapter Index mode instructions.
@@ -26,9 +26,9 @@ def axis(name: str, step: Step, direction: int, distance: int | None) -> str | N
 
 
 def backlash(step: Step, distance: int | None) -> str | None:
-    """Command B: with a sign and 0 to 255 steps, store the backlash distance; without a number, correct this index.
+    """Command B: store the backlash distance (-255 to +255 steps), or correct the backlash of this index.
 
-    Chapter Backlash correction.
+    Without a number, this index is corrected.  Chapter Backlash correction.
     """
     if distance is not None:
         step.settings["backlash"] = distance
@@ -38,7 +38,7 @@ def backlash(step: Step, distance: int | None) -> str | None:
 
 
 def index(state: State, step: Step) -> Procedure:
-    """Move all axes of the step by the distance, up and down the ramp; return when the axes are at rest.
+    """Move all axes of the step by the stored distance.  Return when the axes are at rest.
 
     With correction, a move against the backlash direction overshoots by the backlash distance and returns at the
     start/stop speed, so that every index ends in the same direction.  No return is made towards an open limit switch.
@@ -61,15 +61,14 @@ def index(state: State, step: Step) -> Procedure:
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """True if the index is corrected: its length is not 0, and its direction is against the backlash direction."""
+    """True if the index overshoots, because correction is requested and the move is against the backlash direction."""
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0
 
 
 def cancel(state: State) -> None:
-    """Command #: stop every axis with deceleration, and end a sequence, a wait or a pulse.  The rest of the index is
-    lost.
+    """Command #: stop all axes with deceleration, and end the sequence, the wait or the output pulse in progress.
 
-    Characters before # in the message are dropped.  Chapter Index mode instructions.
+    The rest of an index is lost.  Characters before # in the message are dropped.  Chapter Index mode instructions.
     """
     state.work.cancel()

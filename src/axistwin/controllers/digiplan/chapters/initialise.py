@@ -14,23 +14,26 @@ TOLERANCE = 10  # A baud rate is recognised within ±10 %.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # answer of the interface, which sample program 4 of the manual sends back to the interface
+ECHOED = "U"  # the interface answers U, which sample program 4 of the manual sends back
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
-FLASH_NS = 250 * MS  # The lamp "flashes twice per second".
+FLASH_NS = 250 * MS  # Half a period of the lamp, which "flashes twice per second".
 REINITIALISE_NS = 5 * MS  # Time to set up the UART after the data format message.
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
-    """Return the baud rate at which the start of `(` holds the line low for this time."""
-    low, per = low_ns.numerator, low_ns.denominator  # integers instead of fractions, which are slow
+    """Return the baud rate of a `(` whose first bits hold the line low for this time; None if no rate matches."""
+    low, per = low_ns.numerator, low_ns.denominator  # calculation with integers is faster than with fractions
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)
 
 
 def detect_baud_rate(state: State) -> Procedure:
-    """Wait for the first `(` and set its baud rate; other characters are dropped."""
+    """Wait for the first `(`, and set the UART to the baud rate of this character.
+
+    Other characters are dropped.
+    """
     uart, detected = state.uart, state.clock.event()
     measured: UartFormat | None = None
 
@@ -55,7 +58,7 @@ def detect_baud_rate(state: State) -> Procedure:
 
 
 def set_data_format(state: State) -> Procedure:
-    """Answer the `(`, wait for the data format, and set the UART."""
+    """Answer a received `(`, wait for the data format message, and set the UART to this format."""
     uart, buffer = state.uart, state.buffer
     assert uart.format is not None
     state.baudrate = uart.format.baudrate
@@ -79,7 +82,7 @@ def set_data_format(state: State) -> Procedure:
 
 
 def _data_format(state: State) -> Procedure:
-    """Wait for a valid `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`, and return its Frame.
+    """Wait for a valid data format message, `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`, and return the format.
 
     Characters with framing errors are accepted, so that a host can use its own format from the beginning.  The answer
     to each `(` is `U <CR>`; `*` erases the memory and gets the same answer.  A wrong message is dropped without an
@@ -111,7 +114,7 @@ class FormatReader:
         """True if the last character ended a wrong message."""
 
     def take(self, character: int) -> Frame | None:
-        """Return the data format if this character ends a valid message."""
+        """Add a received character.  If the character ends a valid message, return the data format."""
         self.dropped = False
         if character in (CR, LF):
             if frame := read_format(self.text, character):
@@ -125,9 +128,10 @@ class FormatReader:
 
 
 def only_at_initialisation(_: Step) -> str:
-    """Commands ( * U V: baud rate detection, erasing, data format.  Obeyed during initialisation.
+    """Commands ( * U V: valid during initialisation only.
 
-    After initialisation these commands are a data fault.  While the interface is locked, `(` begins the initialisation
-    again if DSR is active and nothing moves.  Chapters Initialisation, Breaking into a locked state.
+    They detect the baud rate, erase the memory, and set the data format.  After initialisation these commands are a
+    data fault.  While the interface is locked, `(` begins the initialisation again if DSR is active and nothing moves.
+    Chapters Initialisation, Breaking into a locked state.
     """
     return "for initialisation only"

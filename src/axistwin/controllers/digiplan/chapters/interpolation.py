@@ -8,14 +8,14 @@ from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.sim.clock import Procedure
 
-MOST_SPEED = 10_000  # Highest speed in steps/s.
-LEAST_ACCELERATION = 5  # Lowest acceleration in units of 1000 steps/s².
-MOST_DISTANCE = 65_535  # Largest number of steps of the major axis.
+MOST_SPEED = 10_000  # Highest speed of an interpolated move in steps/s.
+LEAST_ACCELERATION = 5  # Lowest acceleration of an interpolated move in units of 1000 steps/s².
+MOST_DISTANCE = 65_535  # Largest number of steps of the major axis in an interpolated move.
 ONLY_RANGE = 1
 
 
 def minor_axis(step: Step) -> str | None:
-    """Command /: the next axes, one or two, are minor axes.
+    """Command /: declare the next one or two axes of the message as minor axes of an interpolation.
 
     The minor axis runs its own distance at speed x minor / major.  The speed must be at most 10,000 steps/s, the
     acceleration at least 5000 steps/s², the major distance at most 65,535 steps, the speed range 1; otherwise the move
@@ -30,7 +30,7 @@ def minor_axis(step: Step) -> str | None:
 
 
 def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
-    """Return the problem of an interpolated move that breaks a constraint of the manual; otherwise None."""
+    """Return the problem of an interpolated move that breaks a limit in the manual, or None if the move is valid."""
     p = parameters
     if p.speed > MOST_SPEED:
         about, text = "speed", f"speed {p.speed} is above {MOST_SPEED} steps/s"
@@ -50,7 +50,7 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
 
 
 def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
-    """Return the problem of a move that is too fast or breaks a constraint of interpolation; otherwise None."""
+    """Return the problem of a move that is too fast or breaks a limit of interpolation, or None."""
     return too_fast(parameters) or (constraint(parameters, step.run) if step.interpolated else None)
 
 

@@ -4,16 +4,16 @@ from axistwin.controllers.digiplan.state import State
 
 
 def lock(state: State) -> None:
-    """Command [: from now on only status requests and `]` are obeyed, and communication errors are not flagged.
+    """Command [: lock the communication, so that only status requests and `]` are obeyed.
 
-    From then on an IF2 keeps parameters, sequence, baud rate and data format without power.
-    Chapters Communication lockout commands, Storing a sequence in the IF2.
+    While locked, communication errors are not flagged.  From then on an IF2 keeps parameters, sequence, baud rate and
+    data format without power.  Chapters Communication lockout commands, Storing a sequence in the IF2.
     """
     state.set_locked(True)
 
 
 def unlock(state: State) -> None:
-    """Command ]: all commands are obeyed again.
+    """Command ]: unlock the communication, so that all commands are obeyed again.
 
     Valid only with the baud rate, number of bits and parity of the lock command.  Chapter Communication lockout
     commands.

@@ -43,9 +43,10 @@ class RampGenerator:
         *,
         further: bool = False,
     ) -> None:
-        """Start the axes; `further`: True if the step count of the previous motion continues.
+        """Start a motion of these axes.
 
-        `minor`: for each minor axis of an interpolation, the ratio of its step rate to the rate of the profile.
+        `further`: True if the step count of the previous motion continues.  `minor`: for each minor axis of an
+        interpolation, the ratio of its step rate to the rate of the profile.
         """
         self._steps_before = self.steps if further else 0
         self._ratios, self.interpolating = dict(minor or {}), minor is not None
@@ -77,7 +78,7 @@ class RampGenerator:
 
     @property
     def rate(self) -> Fraction:
-        """Steps per second of the common clock."""
+        """Step rate of the clock that all moving axes share, in steps/s."""
         return self.profile.rate_at(self._elapsed_ns)
 
     @property
@@ -87,18 +88,18 @@ class RampGenerator:
 
     @property
     def levels(self) -> Sequence[Fraction]:
-        """The rates of the ramp, from the start/stop speed upwards; empty if the motion has no ramp."""
+        """Step rates of the ramp, from the start/stop speed upwards; empty if the motion has no ramp."""
         return () if self.ramp is None else self.ramp.levels
 
     @property
     def steps(self) -> int:
-        """Pulses of the common clock since the last index or run began."""
+        """Pulses of the clock that all moving axes share, since the last index or run began."""
         made = self._steps_before + self.profile.pulses_by(self._elapsed_ns)
         unmade = (abs(self.axes[axis].unmade - before) for axis, before in self._unmade_before.items())
         return max(made - max(unmade, default=0), 0)
 
     def clock_level(self, axis: str) -> bool:
-        """Return the level of the clock output of an axis: high for 5 µs from each pulse."""
+        """Return the level of the clock output of an axis, which is high for 5 µs at each pulse."""
         if axis not in self.directions:
             return False
         share, elapsed_ns = self._share(axis), self._elapsed_ns

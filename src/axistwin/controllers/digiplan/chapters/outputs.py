@@ -12,7 +12,7 @@ OUTPUTS = range(1, 6)
 
 
 class Outputs:
-    """The five opto-isolated outputs: their programmed states, and their transistors, which need the 24 V supply.
+    """The five opto-isolated outputs.  An output is on only if it is programmed on and the 24 V supply is present.
 
     `follow_led`: True if link 3 of the card is in position b; output 5 then follows the LED and cannot be programmed.
     """
@@ -27,9 +27,7 @@ class Outputs:
             pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
-        """True if the program has switched this output on, even if the supply voltage is missing; False for output
-        0.
-        """
+        """True if the program has switched this output on, even without supply voltage.  Output 0 is never on."""
         return self._on.get(number, False)
 
     def switch(self, number: int, on: bool) -> None:
@@ -52,27 +50,39 @@ class Outputs:
 
 
 def wait_high(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command H with inputs 1 to 3: wait until all of them are high.  Chapter Combining inputs and outputs."""
+    """Command H: wait until all given inputs (1 to 3) are high.
+
+    Chapter Combining inputs and outputs.
+    """
     step.high = inputs
 
 
 def wait_low(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command L with inputs 1 to 3: after H, wait until all of them are low.  Chapter Combining inputs and outputs."""
+    """Command L: wait until all given inputs (1 to 3) are low.  Command H of the same step comes first.
+
+    Chapter Combining inputs and outputs.
+    """
     step.low = inputs
 
 
 def set_outputs(step: Step, outputs: tuple[int, ...]) -> None:
-    """Command S with outputs 1 to 5: turn them on, at the end of the move.  Chapter Output switching commands."""
+    """Command S: turn the given outputs (1 to 5) on at the end of the move.
+
+    Chapter Output switching commands.
+    """
     step.set = outputs
 
 
 def reset_outputs(step: Step, outputs: tuple[int, ...]) -> None:
-    """Command R with outputs 1 to 5: turn them off, at the end of the move.  Chapter Output switching commands."""
+    """Command R: turn the given outputs (1 to 5) off at the end of the move.
+
+    Chapter Output switching commands.
+    """
     step.reset = outputs
 
 
 def pulse_output(step: Step, output: int, length: int | None) -> None:
-    """Command P with output 1 to 5, length 1 to 99 x 10 ms: invert the output for this time; output 0 is only a delay.
+    """Command P: invert output 1 to 5 for 1 to 99 x 10 ms.  With output 0, the command is only a delay.
 
     Later P commands without a length use the same length.  Chapters Output switching commands, Adding time delays.
     """
@@ -82,7 +92,7 @@ def pulse_output(step: Step, output: int, length: int | None) -> None:
 
 
 def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
-    """Wait until all inputs of H are high at the same time, then until all inputs of L are low."""
+    """Wait until all inputs of command H are high at the same time, then until all inputs of command L are low."""
     for inputs, wanted in ((step.high, True), (step.low, False)):
         while waiting := _missing(pins, inputs, wanted):
             yield pins[waiting[0]].changed()
@@ -101,7 +111,7 @@ def awaited(pins: Mapping[str, Pin], step: Step) -> tuple[str, str]:
 
 
 def switch_outputs(outputs: Outputs, step: Step, pulse_length: int) -> Procedure:
-    """Switch the outputs of a step, first those of S, then those of R; or pulse one output for the length of P."""
+    """Perform the commands S (set), R (reset) and P (pulse) on the outputs of a step."""
     for number in step.set:
         outputs.switch(number, True)
     for number in step.reset:

@@ -6,11 +6,11 @@ from axistwin.controllers.digiplan.state import State
 IN_MOTION, AT_SPEED, ACCELERATING, DECELERATING = 1, 2, 4, 8
 COUNTER = 1 << 32
 SHORT_COUNTER = 1 << 16
-COARSE = 256  # resolution of the position above the start/stop speed, in steps
+COARSE = 256  # resolution of the reported position above the start/stop speed, in steps
 
 
 def motion_bits(state: State) -> int:
-    """Return the motion status, as K and Q report it."""
+    """Return the motion status that commands K and Q report."""
     motion = state.motion
     status = int(state.faults.status())
     if motion.running:
@@ -27,10 +27,10 @@ def _number(state: State, value: int) -> bytes:
 
 
 def motion_status(state: State) -> bytes:
-    """Command K: 1 in motion, 2 at programmed speed, 4 accelerating, 8 decelerating, 16 drive fault, 32 emergency stop,
-    64 limit, 128 communication fault, as a decimal number.
+    """Command K: report the motion status as a decimal number, in which each bit means one state or fault.
 
-    K clears fault bits whose cause no longer exists.  Chapter Motion status.
+    1 in motion, 2 at programmed speed, 4 accelerating, 8 decelerating, 16 drive fault, 32 emergency stop, 64 limit, 128
+    communication fault.  K clears fault bits whose cause no longer exists.  Chapter Motion status.
     """
     status = motion_bits(state)
     state.faults.motion_has_been_read(state.locked)
@@ -38,7 +38,7 @@ def motion_status(state: State) -> bytes:
 
 
 def quick_status(state: State) -> bytes:
-    """Command Q: the motion status as one raw byte without a terminator; Q clears the same bits as K.
+    """Command Q: report the motion status as one raw byte without a terminator.  Q clears the same fault bits as K.
 
     The byte is complete only with 8 data bits of which bit 8 is data or 1; otherwise the highest bit is lost.  Chapter
     Quick status.
@@ -49,9 +49,10 @@ def quick_status(state: State) -> bytes:
 
 
 def communication_status(state: State) -> bytes:
-    """Command F: 1 parity, 2 overrun, 4 framing, 8 data fault or buffer overflow, 16 out of range, 32 locked.
+    """Command F: report the communication status as a decimal number, in which each bit means one fault or state.
 
-    F clears all bits except 32.  Chapter Motion status.
+    1 parity, 2 overrun, 4 framing, 8 data fault or buffer overflow, 16 out of range, 32 locked.  F clears all bits
+    except 32.  Chapter Motion status.
     """
     status = communication_bits(state)
     state.faults.line = LineFault.NONE
@@ -59,27 +60,36 @@ def communication_status(state: State) -> bytes:
 
 
 def communication_bits(state: State) -> int:
-    """Return the communication status, as F reports it."""
+    """Return the communication status that command F reports."""
     return state.faults.line.value | (LineFault.LOCKED.value if state.locked else 0)
 
 
 def input_status(state: State) -> bytes:
-    """Command I: a bit for each input in which no current flows.  Chapter Input status."""
+    """Command I: report a number with one bit for each input in which no current flows.
+
+    Chapter Input status.
+    """
     return _number(state, state.faults.inputs())
 
 
 def sequence_status(state: State) -> bytes:
-    """Command O: the step of the sequence, 1 to 63; 0 before the first step.  Chapter Sequence status."""
+    """Command O: report the number of the latest sequence step (1 to 63), or 0 before the first step.
+
+    Chapter Sequence status.
+    """
     return _number(state, state.step_number)
 
 
 def busy_status(state: State) -> bytes:
-    """Command E: `[` locked, `F` a fault, `E` busy, `C` clear for new commands.  Chapter Busy status."""
+    """Command E: report `[` if locked, `F` after a fault, `E` while busy, `C` when ready for new commands.
+
+    Chapter Busy status.
+    """
     return state.frame.answer(busy_letter(state).encode("ascii"))
 
 
 def busy_letter(state: State) -> str:
-    """Return the busy status, as E reports it."""
+    """Return the busy status that command E reports."""
     if state.locked:
         return "["
     if state.faults.status():
@@ -88,7 +98,7 @@ def busy_letter(state: State) -> str:
 
 
 def position(state: State) -> bytes:
-    """Command N: steps since the last index or run began, modulo 2^32.
+    """Command N: report the steps since the last index or run began, modulo 2^32.
 
     During motion above the start/stop speed the count rises in steps of 256.  Above that speed an interpolated
     run has a counter of 16 bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters
@@ -98,7 +108,7 @@ def position(state: State) -> bytes:
 
 
 def steps(state: State) -> int:
-    """Return the position, as N reports it."""
+    """Return the position in steps that command N reports."""
     motion = state.motion
     made, levels = motion.steps, motion.levels
     if motion.running and levels and motion.rate > levels[0]:

@@ -9,7 +9,7 @@ from axistwin.sim.clock import Procedure
 
 
 def go(step: Step) -> str | None:
-    """Command G: run the axes of this step until they are stopped; the stored distance becomes zero."""
+    """Command G: run the axes of this step until they are stopped.  The stored distance is set to zero."""
     if step.run:
         return "G is repeated"
     if not step.major:
@@ -19,7 +19,7 @@ def go(step: Step) -> str | None:
 
 
 def abort(step: Step) -> None:
-    """Command A, in a sequence only: stop the run begun by `G` in an earlier step.
+    """Command A: in a sequence, stop the run that `G` has begun in an earlier step.
 
     Chapter Aborting a run-mode move in a sequence.
     """
@@ -27,7 +27,7 @@ def abort(step: Step) -> None:
 
 
 def run(state: State, step: Step) -> None:
-    """Begin a run, which continues during the next steps of a sequence; set the index length to 0."""
+    """Begin a run, which continues during the next steps of a sequence.  The index length is set to 0."""
     parameters = state.in_force
     table = ramp(parameters)
     minor = None
@@ -38,7 +38,7 @@ def run(state: State, step: Step) -> None:
 
 
 def stop_run(state: State) -> Procedure:
-    """Decelerate the run, and wait until the axes are at rest."""
+    """Stop a run with deceleration, and wait until all axes are at rest."""
     state.motion.decelerate()
     while state.motion.running:
         yield state.motion.ended

@@ -15,8 +15,7 @@ CYCLE_NS = 1 * MS
 
 
 def repeat(step: Step, times: int, first: int) -> None:
-    """Command =, in a sequence only: go back to step `first` (1 to 63).  `times` is the number of repeats (1 to 255),
-    or 0 for ever.
+    """Command =: in a sequence, go back to step `first`.  `times` is the number of repeats (1 to 255), or 0 for ever.
 
     Chapter Repeating parts of a sequence.
     """
@@ -33,7 +32,10 @@ def hand_over(step: Step) -> None:
 
 
 def sequence(state: State, steps: Sequence[Step]) -> Procedure:
-    """Carry out the steps.  An inner repeat starts again in each pass of the outer repeat."""
+    """Carry out the steps of a sequence.
+
+    An inner repeat starts again in each pass of the outer repeat.
+    """
     left: dict[int, int] = {}
     number, state.ended_by = 1, MotionFault.NONE
     try:
@@ -66,7 +68,10 @@ def _next(step: Step, number: int, left: dict[int, int]) -> int:
 
 
 def perform(state: State, step: Step) -> Procedure:
-    """Carry out one step, or one direct message; the order is that of the commands in the message format."""
+    """Carry out a step of a sequence, or a direct message.
+
+    The order is that of the commands in the message format.
+    """
     if step.high or step.low:
         state.waiting = step
         try:
@@ -85,7 +90,7 @@ def perform(state: State, step: Step) -> Procedure:
 
 
 def _move(state: State, step: Step) -> Procedure:
-    while state.motion.running:  # a run must be stopped first, because there is only one ramp generator
+    while state.motion.running:  # a move waits for the end of a run, because there is only one ramp generator
         yield state.motion.ended
     if interpolation.out_of_range(state.in_force, step):
         state.faults.raise_line(LineFault.RANGE)
@@ -101,7 +106,10 @@ def _move(state: State, step: Step) -> Procedure:
 
 
 def _intervention(state: State) -> Procedure:
-    """Report to the host that it has control, and carry out its steps until it gives control back."""
+    """Report to the host that it has control, and carry out the steps that the host sends.
+
+    The host gives control back by sending `%`.
+    """
     yield from state.transmit(state.frame.answer(b"%"))
     while (step := (yield state.work.give_control())) is not None:
         yield from perform(state, step)

@@ -10,7 +10,7 @@ from axistwin.motion.ramp import Ramp
 
 
 class SpeedRange(NamedTuple):
-    """One of the four speed ranges; all values are in steps/s."""
+    """One of the four speed ranges of the interface, with values in steps/s."""
 
     maximum: int
     resolution: Fraction
@@ -26,19 +26,25 @@ RANGES = {
 
 
 def actual_speed(speed_range: int, speed: int) -> Fraction:
-    """Return the speed rounded to the resolution of the range, but never to 0.  In range 1, 503 becomes 500."""
+    """Return the speed rounded to the resolution of the speed range, but never to 0.
+
+    In range 1, 503 becomes 500 steps/s.
+    """
     resolution = RANGES[speed_range].resolution
     return resolution * max(1, round(speed / resolution))
 
 
 def actual_start_stop(speed_range: int, hundreds: int) -> Fraction:
-    """Return the speed rounded down to the ramp increment of the range.  In range 4, 300 steps/s become 288."""
+    """Return the start/stop speed rounded down to a multiple of the ramp increment.
+
+    In range 4, 300 steps/s become 288.
+    """
     increment = RANGES[speed_range].increment
     return Fraction(increment * max(1, hundreds * 100 // increment))
 
 
 def ramp(parameters: Parameters) -> Ramp:
-    """Return the ramp table: the rate rises by one increment every `increment / acceleration` seconds."""
+    """Return the ramp table, in which the rate rises by one increment every `increment / acceleration` seconds."""
     return _ramp(parameters.speed_range, parameters.speed, parameters.start_stop, parameters.acceleration)
 
 
@@ -54,7 +60,7 @@ def _ramp(speed_range: int, speed: int, start_stop: int, acceleration: int) -> R
 
 
 def too_fast(parameters: Parameters) -> Problem | None:
-    """Return the problem of a speed above the maximum of the speed range; otherwise None."""
+    """Return the problem of a speed above the maximum of the speed range, or None if the speed is valid."""
     maximum = RANGES[parameters.speed_range].maximum
     if parameters.speed <= maximum:
         return None
@@ -63,7 +69,7 @@ def too_fast(parameters: Parameters) -> Problem | None:
 
 
 def setting(name: str, step: Step, value: int) -> None:
-    """Commands > < ^ @ D: store a parameter, which is used until it is overwritten.
+    """Commands > < ^ @ D: set a parameter, which keeps its value until it is set again.
 
     `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
     `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.

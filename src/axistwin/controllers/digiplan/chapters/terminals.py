@@ -32,7 +32,10 @@ TERMINALS = {
 
 
 class Cable(NamedTuple):
-    """A cable, given by the sources of DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
+    """A cable, described by the source of DSR and the source of CTS.
+
+    A source is `host`, the interface's own `dtr` or `rts`, or "" for no connection.
+    """
 
     dsr: str
     cts: str

@@ -13,7 +13,7 @@ _DISTANCE = re.compile(r"[XYZ] *[+-]? *(\d[\d ]*\d|\d)")
 
 
 def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
-    """Return a fix for this problem of a message, or None if no fix is known."""
+    """Return a fix for a problem in a message, or None if no fix is known."""
     if problem.rule is rules.UNKNOWN:
         return _upper_case(text, message, problem)
     if problem.rule is rules.SEQUENCE_END:
@@ -22,7 +22,10 @@ def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
 
 
 def start(text: Sequence[Sent]) -> Fix | None:
-    """Return a fix that adds `$`.  The fix is not sure, because a message that only sets parameters is valid too."""
+    """Return a fix that adds `$` at the end of a message.
+
+    The fix is not sure, because a message that only sets parameters is valid, too.
+    """
     return fixing("end the message with $", put_behind(text[-1], "$"), sure=False)
 
 

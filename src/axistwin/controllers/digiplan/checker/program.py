@@ -18,11 +18,14 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
-LONGEST = 4000  # number of characters of a message that are checked; an interface accepts fewer
+LONGEST = 4000  # the checker reads at most this number of characters of a message
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
-    """Return all problems of the messages to an IF1 or, with `battery`, to an IF2; sorted by place."""
+    """Return all problems in the messages to an IF1 or, if `battery` is True, to an IF2.
+
+    The problems are sorted by their place in the file.
+    """
     checker = _Checker(battery)
     for session in sessions:
         checker.follow(session)
@@ -44,13 +47,13 @@ class _Checker:
         """The last message that gave a distance without `$`, if no move has been started since."""
 
     def end(self) -> None:
-        """Report a distance that no message has started."""
+        """Report a distance that was sent without `$`, if no later message starts the move."""
         if self.not_started:
             note = "without $ this message starts no move, and no later message does"
             self._say(rules.NO_START, self.not_started[-1:], note, fix=fixes.start(self.not_started))
 
     def follow(self, session: Session) -> None:
-        """Check the characters from power-on to power-off."""
+        """Check all characters that a host sends between power-on and power-off."""
         characters = [sent._replace(byte=sent.byte & 0x7F) for sent in session.characters]
         self._switch_on(session.initialised, characters)
         rest = iter(characters)
@@ -58,7 +61,7 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            # DSR is assumed to be active and all axes at rest
+            # the checker assumes that DSR is active and all axes are at rest
             if self.locked_in is not None and sent.byte == BAUD_DETECT:
                 self._data_format(sent, rest)
                 text = []
@@ -192,8 +195,9 @@ class _Checker:
             self._keep(text, step)
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
-        """Report a problem of a sequence at its step.  The message `:$` has no steps, so its report gives the step's
-        number.
+        """Report a problem of a sequence at the step that causes the problem.
+
+        The message `:$` has no steps, so its report gives the number of the step.
         """
         assert self.sequence is not None
         number, problem = finding.number, finding.problem
@@ -208,8 +212,9 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report conflicting values at the value in this message; name the lines of the other values, except `known`
-        ones.
+        """Report parameter values that conflict, with the lines of other messages that have set them.
+
+        `known`: names of parameters whose lines are not given.
         """
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]

@@ -11,7 +11,10 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 
 @dataclass(frozen=True)
 class Finding:
-    """A problem, and the number of the step that has it; the first step is 1."""
+    """A problem of a sequence, with the number of the step that has the problem.
+
+    The first step has number 1.
+    """
 
     number: int
     problem: Problem
@@ -19,7 +22,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """A possible state at the start of a step: the parameters, and the step whose run continues (0: no run)."""
+    """A possible state at the start of a step: the parameters, and the number of the step whose run continues.
+
+    The number is 0 if no run continues.
+    """
 
     number: int
     parameters: Parameters
@@ -27,8 +33,9 @@ class _Arrival:
 
 
 def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
-    """Yield the problems of all passes through the steps.  In a repeat, a value set in a later step applies to earlier
-    steps.
+    """Follow all paths through a sequence, and yield the problems of its steps.
+
+    In a repeat, a value set in a later step applies to earlier steps.
     """
     yield from _never_reached(steps)
     todo, seen = [_Arrival(1, parameters, 0)], set[_Arrival]()
@@ -45,7 +52,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
             if finding is not None:
                 yield finding
                 if finding.problem.rule.severity is Severity.ERROR or running:
-                    continue  # this path ends, because the sequence cannot continue after this step
+                    continue  # a sequence cannot continue after a step with such a problem
             running = arrival.number if step.run else running
         todo += [_Arrival(number, arrival.parameters.left_by(step), running) for number in _next(step, arrival.number)]
 

@@ -9,42 +9,54 @@ SIGNALS = {"C": PIN_C, "G": PIN_G}
 
 
 def servo(motor: Processor) -> None:
-    """BRKSRV: the brake is released while the servo is on (Bo = 0).  The default.  Section 5.2."""
+    """BRKSRV: release the brake while the servo is on, Bo = 0.  This is the default (5.2)."""
     motor.brake_control = Control.SERVO
 
 
 def trajectory_brake(motor: Processor) -> None:
-    """BRKTRJ: the brake is released while a trajectory is in progress (Bt = 1); otherwise MTB is active.  5.2."""
+    """BRKTRJ: release the brake only while a trajectory is in progress, Bt = 1 (5.2).
+
+    Otherwise mode torque brake is active.
+    """
     motor.brake_control = Control.TRAJECTORY
 
 
 def release(motor: Processor) -> None:
-    """BRKRLS: release the brake.  A later OFF deactivates mode torque brake until the next command MTB.  5.2."""
+    """BRKRLS: release the brake (5.2).
+
+    A later OFF deactivates mode torque brake until the next command MTB.
+    """
     motor.brake_control = Control.RELEASED
 
 
 def engage(motor: Processor) -> None:
-    """BRKENG: the brake is engaged.  BRKENG does not activate MTB.  5.2."""
+    """BRKENG: engage the brake, without activating MTB (5.2)."""
     motor.brake_control = Control.ENGAGED
 
 
 def internal(motor: Processor) -> None:
-    """BRKI: the brake signal is on the internal brake pin only.  The default.  5.1."""
+    """BRKI: put the brake signal on the internal brake pin only.  This is the default (5.1)."""
     motor.i[s.BRAKE_PIN] = 0
 
 
 def pin_c(motor: Processor) -> None:
-    """BRKC: the brake signal is also on pin C, if UCO has made C an output.  BRKC ends BRKG.  5.1."""
+    """BRKC: put the brake signal also on pin C, if UCO has made pin C an output (5.1).
+
+    BRKC ends BRKG.
+    """
     motor.i[s.BRAKE_PIN] = PIN_C
 
 
 def pin_g(motor: Processor) -> None:
-    """BRKG: the brake signal is also on pin G, if UGO has made G an output.  BRKG ends BRKC.  5.1."""
+    """BRKG: put the brake signal also on pin G, if UGO has made pin G an output (5.1).
+
+    BRKG ends BRKC.
+    """
     motor.i[s.BRAKE_PIN] = PIN_G
 
 
 def mode_torque_brake(motor: Processor) -> None:
-    """MTB: short the windings now and whenever the motor is off, until BRKRLS followed by OFF.  5.2."""
+    """MTB: short the windings now, and whenever the motor is off until BRKRLS followed by OFF (5.2)."""
     motor.mtb_enabled = True
     switch_off(motor)
 
@@ -58,8 +70,9 @@ def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
 
 
 def update_outputs(motor: Processor) -> None:
-    """Update windings, static brake and brake signals after a change of the flags Bt or Bo, or of the signal that
-    controls the brake.
+    """Update the windings, the static brake and the brake signals.
+
+    Called after a change of the flags Bt or Bo, or of the signal that controls the brake.
     """
     i = motor.i
     if motor.brake_control is Control.TRAJECTORY and motor.mtb_enabled and not i[s.BT] and i[s.MODE] >= s.M_HOLD:

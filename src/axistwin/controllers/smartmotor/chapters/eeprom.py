@@ -17,7 +17,10 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """A range of variables or array elements: kind, first index, and number of elements to the end of the group."""
+    """A range of variables or array elements, up to the end of their group.
+
+    The fields are kind, first index, and number of elements to the end of the group.
+    """
 
     kind: int
     first: int
@@ -29,7 +32,7 @@ FindRun = Callable[[Processor], Run | None]
 
 
 def pointer(motor: Processor, value: int) -> None:
-    """EPTR=exp: address of the first byte of the next VST or VLD, 0 to 7999; any other value sets Bs."""
+    """EPTR=exp: set the EEPROM address of the next VST or VLD, 0 to 7999; any other value sets Bs."""
     if 0 <= value < motor.options.data_bytes:
         motor.i[s.EPTR] = value
     else:
@@ -37,7 +40,7 @@ def pointer(motor: Processor, value: int) -> None:
 
 
 def store_variables(motor: Processor, find: FindRun, count: int) -> None:
-    """VST(variable,n): store n variables of a group, beginning with the named one.
+    """VST(variable,n): store n variables in the EEPROM, beginning with the named variable.
 
     The groups are a…z, aa…zz, aaa…zzz and each array.  If the values exceed the group or the EEPROM, Bs is set, nothing
     is stored and EPTR does not change.
@@ -54,8 +57,9 @@ def store_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def load_variables(motor: Processor, find: FindRun, count: int) -> None:
-    """VLD(variable,n): load n variables, beginning with the named one.  The limits are those of VST; erased bytes are
-    -1.
+    """VLD(variable,n): load n variables from the EEPROM, beginning with the named variable.
+
+    The limits are those of VST; erased bytes are -1.
     """
     run = _checked(motor, find(motor), count)
     if run is None:

@@ -34,8 +34,9 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Handle an asserted limit, a switch or a software limit.  The motor stops unless it moves away from the limit
-    (3.1).
+    """Handle an asserted limit: the motor stops unless the motor moves away from the limit (3.1).
+
+    The limit is a switch or a software limit.
     """
     i = motor.i
     i[flag] = 1
@@ -50,7 +51,10 @@ def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
 
 
 def shut_down(motor: Processor, mode: int) -> None:
-    """Switch the amplifier off and apply MTB, unless MTB is deactivated; with F=1, decelerate at A first (4.1)."""
+    """Switch the amplifier off after a fault; with F=1, decelerate with the acceleration A first (4.1).
+
+    While MTB is enabled, mode torque brake follows.
+    """
     i = motor.i
     if i[s.MODE] < s.M_HOLD or not i[s.F] & DECELERATE or i[s.MODE] == s.M_TORQUE:
         switch_off(motor, mode)
@@ -71,7 +75,7 @@ def stopped(motor: Processor) -> None:
 
 
 def _interrupt(motor: Processor, *, ends_program: bool) -> None:
-    """With F=32 call C1 after the present statement; without F=32 a motor protection fault ends the program.
+    """Call C1 after a fault if F=32 is set; otherwise a motor protection fault ends the program.
 
     C1 is called even if the main program has ended, as in the example of 4.3.  A fault within C1 calls C1 again.
     """
@@ -86,7 +90,7 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
 
 
 def may_move(motor: Processor, way: int) -> bool:
-    """True if a movement may begin in this direction (0: unknown, or none).
+    """True if no fault prevents a movement in the direction `way`; 0 is an unknown direction.
 
     Once the fault is acknowledged, the motor may move away from an asserted limit.  An attempt to move towards the
     limit requires a new acknowledgement.

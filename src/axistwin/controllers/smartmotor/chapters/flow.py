@@ -13,7 +13,10 @@ NOWHERE = -1
 
 
 def begin(motor: Processor, by_run: bool = False) -> None:
-    """Start the stored program, if any, from the top, at power-up or because of RUN."""
+    """Start the stored program from the top, at power-up or because of RUN.
+
+    Without a stored program, nothing happens.
+    """
     if motor.program.statements:
         interpreter.forget(motor.i)
         motor.i[s.RUN_GIVEN] = int(by_run)
@@ -21,7 +24,9 @@ def begin(motor: Processor, by_run: bool = False) -> None:
 
 
 def run(motor: Processor) -> None:
-    """RUN: start the stored program from the top; variables and motion do not change, the return stack is cleared.
+    """RUN: start the stored program from the top, with an empty return stack.
+
+    Variables and motion do not change.
 
     RUN is ignored without a program, and during a motor protection fault, Be or Bh (4.1).
     """
@@ -36,7 +41,10 @@ def run_wait(motor: Processor) -> None:
 
 
 def end(motor: Processor) -> None:
-    """END: the program ends; motion continues.  The return stack is cleared, and pin G may call C2 again (7, F=64)."""
+    """END: end the program and clear the return stack; the motion continues.
+
+    Pin G may call C2 again (chapter 7, F=64).
+    """
     interpreter.forget(motor.i)
     motor.i[s.PROGRAM] = s.STOPPED
     _wait_no_more(motor)
@@ -52,8 +60,9 @@ def goto(motor: Processor, label: int) -> None:
 
 
 def gosub(motor: Processor, label: int) -> None:
-    """GOSUBn: execute the subroutine at label n, 0…999, and continue; without a running program, stop after the
-    subroutine.
+    """GOSUBn: execute the subroutine at label n, 0…999.
+
+    Without a running program, stop after the subroutine.
 
     A statement that takes time (WAIT, TWAIT, PRINT) is finished first.  An unknown label, or ten return addresses on
     the stack, sets Bs.
@@ -66,9 +75,10 @@ def gosub(motor: Processor, label: int) -> None:
 
 
 def call(motor: Processor, label: int, kind: int) -> bool:
-    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).  Return True if the call was possible.  C2
-    ends a WAIT early, and cannot be called again before RETURNI, STACK or END.  Nothing changes if the program has no
-    such label; a full return stack sets Bs.
+    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64); return True if the call was possible.
+
+    C2 ends a WAIT early, and cannot be called again before RETURNI, STACK or END.  Nothing changes if the program has
+    no such label; a full return stack sets Bs.
     """
     target = motor.program.labels.get(label)
     if target is None or (kind == s.CALL_INPUT and within(motor, kind)) or not _call(motor, target, kind):
@@ -80,56 +90,62 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """True if a call of this kind (GOSUB, C1 or C2) is in progress.  Only RETURNI, STACK and END end a C2 call."""
+    """True while a call of GOSUB, C1 or C2 is in progress; `kind` selects one of these calls.
+
+    Only RETURNI, STACK and END end a C2 call.
+    """
     if kind == s.CALL_INPUT:
         return bool(motor.i[s.C2_CALLED])
     return any(motor.i[s.RETURNS + number] & 3 == kind for number in range(motor.i[s.DEPTH]))
 
 
 def return_(motor: Processor) -> None:
-    """RETURN: continue after the GOSUB.  If no GOSUB is in progress, Bs is set and the program ends."""
+    """RETURN: return from a GOSUB.  Without a GOSUB in progress, RETURN sets Bs and ends the program."""
     interpreter.go_back(motor.i)
 
 
 def return_fault(motor: Processor) -> None:
-    """RETURNF: return from C1, which was called because of a fault (7, F=32)."""
+    """RETURNF: return from C1, which a fault has called (chapter 7, F=32)."""
     interpreter.go_back(motor.i)
 
 
 def return_interrupt(motor: Processor) -> None:
-    """RETURNI: return from C2, which was called because of pin G; pin G may then call C2 again (7, F=64)."""
+    """RETURNI: return from C2, so that pin G may call C2 again (chapter 7, F=64)."""
     motor.i[s.C2_CALLED] = 0
     interpreter.go_back(motor.i)
 
 
 def stack(motor: Processor) -> None:
-    """STACK: discard all return addresses; pin G may call C2 again (7, F=64)."""
+    """STACK: discard all return addresses, so that pin G may call C2 again (chapter 7, F=64)."""
     interpreter.forget(motor.i)
 
 
 def wait(motor: Processor, value: int) -> None:
-    """WAIT=exp: execute the next statement `value` samples after this one; only a call of C2 ends the wait early."""
+    """WAIT=exp: execute the next statement after `value` samples.
+
+    Only a call of C2 ends the wait early.
+    """
     motor.i[s.WAIT_UNTIL] = motor.i[s.SAMPLE] + 1 + value * motor.i[s.PID_RATE]
 
 
 def twait(motor: Processor) -> None:
-    """TWAIT: hold the program while Bt is 1."""
+    """TWAIT: hold the program while a trajectory is in progress (Bt = 1)."""
     motor.i[s.TWAITING] = 1
 
 
 def pause(motor: Processor) -> None:
-    """!: pause the program until a serial character arrives (channel.py)."""
+    """!: pause the program until a character arrives on a serial channel."""
     motor.i[s.PROGRAM] = s.BLOCKED
     motor.i[s.PAUSED] = 1
 
 
 def reset(motor: Processor) -> None:
-    """Z: total reset; everything is as at power-up."""
+    """Z: restart the motor as at power-up."""
     motor.reset()
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, SWITCH, the other parts of a block, and labels: the compiler replaces all of them by jumps."""
+    """IF, WHILE, SWITCH and similar: parts of a block or labels, which the compiler replaces by jumps."""
     motor.syntax_error()
 
 

@@ -10,9 +10,10 @@ ALL = 255
 
 
 def functions(motor: Processor, value: int) -> None:
-    """F=exp: the sum of the selected functions, 0 to 255 (table 7.1); any other value sets Bs.  F=2 reverses the
-    shaft's direction at once, in every mode; the position keeps its value.  In mode cam, a change of the bits 16 or 128
-    takes effect after CI, and invalidates an earlier CI (9.5).
+    """F=exp: select the functions of table 7.1 by a sum of bits, 0 to 255; any other value sets Bs.
+
+    F=2 reverses the shaft's direction at once, in every mode; the position keeps its value.  In mode cam, a change of
+    the bits 16 or 128 takes effect after CI, and invalidates an earlier CI (9.5).
     """
     if not 0 <= value <= ALL:
         motor.syntax_error()

@@ -19,13 +19,18 @@ def clear(motor: Processor) -> None:
 
 
 def position(motor: Processor, value: int) -> None:
-    """Record 0xFA: a position in counts.  A preceding position without a clock value gets the last clock difference."""
+    """Record 0xFA: receive a position in counts for the trajectory of host mode.
+
+    A preceding position without a clock value gets the last clock difference.
+    """
     complete(motor)
     motor.reception.position = value
 
 
 def clock(motor: Processor, value: int) -> None:
-    """Record 0xFB: the clock value, in samples, of the preceding position.  Repeating the last value ends host mode.
+    """Record 0xFB: receive the clock value, in samples, of the preceding position.
+
+    Repeating the last value ends host mode.
 
     The clock has 32 bits; 0 follows FFFFFFFFh.  A value earlier than the last point's sets Bs.
     """
@@ -41,14 +46,16 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Complete a position that has no clock value; the last clock difference gives the value."""
+    """Give a position without a clock value the last clock value plus the last clock difference."""
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:
         _point(motor, waiting.clock + waiting.delta)
 
 
 def status(motor: Processor) -> bytes:
-    """Return status byte S, free places in the buffer, and the clock of the trajectory (4 bytes, big-endian).
+    """Return the status of host mode in six bytes: S, free places in the buffer, and clock (big-endian).
+
+    S is the status byte; the clock is that of the trajectory.
 
     The answer to the byte 0xF9 and to Q; the layout is a guess (section 11 of the base language).
     """
@@ -57,7 +64,7 @@ def status(motor: Processor) -> bytes:
 
 
 def _free(motor: Processor) -> int:
-    """Return the number of points for which there is room."""
+    """Return the number of free places for points in the buffer of host mode."""
     return len(motor.ring) // 2 - motor.i[s.HOST_COUNT]
 
 

@@ -66,7 +66,7 @@ class Inputs:
         self.motor.i[s.ANALOG + bit] = pin.analog
 
     def _count(self, bit: int, before: int) -> None:
-        """Count an edge on pin A or B: a quarter of an encoder's period, or a step on A in the direction of B."""
+        """Count an edge on pin A or B, as an encoder edge or as a step."""
         i = self.motor.i
         if i[s.STEPS]:
             step = (1 if i[s.PINS] & 2 else -1) if bit == 0 and i[s.PINS] & 1 else 0
@@ -75,7 +75,7 @@ class Inputs:
         i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.PREDICTED] = 0  # predicted edges are no longer valid
+        i[s.PREDICTED] = 0  # The predicted encoder edges are no longer valid.
 
     def _wiring(self) -> None:
         """Store which of the pins A and B have the level of the external encoder."""
@@ -94,7 +94,7 @@ class Inputs:
         return quadrature(count)
 
     def _master(self) -> None:
-        """Start a run of the external encoder: the kernel computes the counts from the next sample on.
+        """Update the kernel after a change of the external encoder's motion.
 
         The kernel computes as if the run began one sample earlier, so that each sample adds equal counts and carries
         the remainder.
@@ -122,15 +122,13 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return the external encoder's number of edges now and at these times, up to the last time that is certain."""
+        """Return the external encoder's counts now and at the given times, as far as the counts are certain."""
         if not self._follows():
             self.motor.core.read_ahead = None
         return self.axis.master.read_ahead(times_ns, self.motor.i[s.PIN_EDGES])
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
-        """Return the external encoder's number of edges in these samples, predicted for an axis whose motion does not
-        change.
-        """
+        """Return the external encoder's counts in the next samples, predicted for an axis that keeps its motion."""
         core = self.motor.core
         if not self._follows():
             core.predict = None
@@ -146,20 +144,20 @@ class Inputs:
         self.motor.catch_up()
 
     def position(self) -> int:
-        """Return the shaft's position in encoder counts, in the machine's own direction."""
+        """Return the shaft's position in encoder counts, independent of the commands O= and F=2."""
         return self.motor.core.position_now()
 
     def commanded(self) -> int:
-        """Return the commanded position in counts, in the controller's coordinates."""
+        """Return the commanded position in counts, in the coordinates that the commands O= and F=2 define."""
         self.refresh()
         return self.motor.i[s.COMMANDED] >> 16
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at these times, up to the last time at which the position is certain."""
+        """Return the shaft's positions now and at the given times, as far as the positions are certain."""
         return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
-        """Return the commanded position in counts, in the machine's coordinates."""
+        """Return the commanded position in encoder counts, independent of the commands O= and F=2."""
         return self.motor.core.commanded_now()
 
     def velocity(self) -> float:

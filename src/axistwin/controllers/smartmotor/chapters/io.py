@@ -23,17 +23,16 @@ def power_up(motor: Processor) -> None:
 
 
 def direction_in(motor: Processor, pin: str) -> None:
-    """UAI … UGI: make the pin an ordinary input.  The pin is no longer a limit (C, D), the go input (G), a wire of
-    channel 1 (E, F), or the brake's signal (5.1).
-    """
+    """UAI … UGI: make the pin an ordinary input, no longer a limit, go input, RS-485 wire or brake signal (5.1)."""
     _take(motor, pin)
     _take_from_brake(motor, pin)
     motor.pins[pin].input()
 
 
 def direction_out(motor: Processor, pin: str) -> None:
-    """UAO … UGO: make the pin an output with the level of its latch.  Pins C and D are then no longer limits, pins E
-    and F no longer channel 1.  A pin that carries the brake signal (5.1) takes the level of the brake signal at once.
+    """UAO … UGO: make the pin an output with the level of its latch, or of the brake signal (5.1).
+
+    Pins C and D are then no longer limits, pins E and F no longer channel 1.
     """
     _take(motor, pin)
     bit = 1 << s.USER_PINS.index(pin)
@@ -41,8 +40,9 @@ def direction_out(motor: Processor, pin: str) -> None:
 
 
 def latch(motor: Processor, pin: str, value: int) -> None:
-    """UA= … UG=: set the latch, high for any value but 0; an output changes at once.  The pin is no longer the
-    brake's signal (5.1).
+    """UA= … UG=: set the latch of the pin, high for any value but 0.
+
+    An output changes at once.  The pin is no longer the brake's signal (5.1).
     """
     _take_from_brake(motor, pin)
     bit = 1 << s.USER_PINS.index(pin)
@@ -52,14 +52,15 @@ def latch(motor: Processor, pin: str, value: int) -> None:
 
 
 def go_pin(motor: Processor) -> None:
-    """UG: make pin G an input whose falling edge has the effect of G."""
+    """UG: make pin G an input whose falling edge has the effect of the command G."""
     direction_in(motor, "G")
     motor.i[s.GO_PIN] = 1
 
 
 def take_for_channel(motor: Processor, number: int) -> None:
-    """Reserve the pins of an RS-485 channel: G as the direction line of channel 0, E and F as the two wires of
-    channel 1.
+    """Reserve the pins of an RS-485 channel, G for channel 0 or E and F for channel 1.
+
+    Pin G is the direction line of channel 0; pins E and F are the two wires of channel 1.
     """
     if number == 0:
         _take(motor, "G")
@@ -71,7 +72,7 @@ def take_for_channel(motor: Processor, number: int) -> None:
 
 
 def _take(motor: Processor, pin: str) -> None:
-    """End the role of the pin as limit, go input or wire of channel 1."""
+    """Remove the role of a pin as limit, go input or wire of channel 1."""
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:
@@ -79,14 +80,15 @@ def _take(motor: Processor, pin: str) -> None:
 
 
 def _take_from_brake(motor: Processor, pin: str) -> None:
-    """Remove the brake's signal from the pin, until BRKC or BRKG selects the pin again (5.1)."""
+    """Remove the brake signal from a pin, until BRKC or BRKG selects the pin again (5.1)."""
     if motor.i[s.BRAKE_PIN] == 1 << s.USER_PINS.index(pin):
         motor.i[s.BRAKE_PIN] = 0
 
 
 def give_up_brake_pin(motor: Processor) -> None:
-    """Make the pin of the brake's signal an ordinary input, because `<variable>=UG` or `=UC` has read the pin (5.1,
-    note 2).  A pin that is an input carries no brake signal and keeps its role.
+    """Make the pin with the brake signal an ordinary input after an assignment has read the pin (5.1, note 2).
+
+    Such an assignment is `<variable>=UG` or `=UC`.  A pin that is an input carries no brake signal and keeps its role.
     """
     motor.i[s.BRAKE_READ] = 0
     for pin in ("C", "G"):
@@ -95,13 +97,19 @@ def give_up_brake_pin(motor: Processor) -> None:
 
 
 def fetch_input(_motor: Processor) -> int:
-    """AINpc, DINpc: analog or digital input of an AniLink device.  No device is emulated, so the value is 0."""
+    """AINpc, DINpc: read an input of an AniLink device.  No device is emulated, so the value is 0."""
     return 0
 
 
 def analog_out(_motor: Processor, _port: str, _value: int) -> None:
-    """AOUTp,value: analog output of the AniLink device p, A to H.  No device is emulated: no effect."""
+    """AOUTp,value: set an analog output of an AniLink device.  No device is emulated, so nothing happens.
+
+    The device p is A to H.
+    """
 
 
 def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: digital output of AniLink device p, A to H, channel c, 0 to 63.  No device is emulated."""
+    """DOUTpc,value: set a digital output of an AniLink device.  No device is emulated, so nothing happens.
+
+    The device p is A to H, the channel c 0 to 63.
+    """

@@ -7,25 +7,25 @@ from axistwin.controllers.smartmotor.processor import Processor
 
 
 def enable_soft(motor: Processor) -> None:
-    """SLE: enable the software limits: a measured position at or beyond SLN or SLP is a fault.  Section 3.2."""
+    """SLE: enable the software limits.  A position at or beyond SLN or SLP is then a fault (3.2)."""
     motor.i[s.SOFT_LIMITS] = 1
 
 
 def disable_soft(motor: Processor) -> None:
-    """SLD: disable the software limits.  The default.  3.2."""
+    """SLD: disable the software limits.  This is the default (3.2)."""
     motor.i[s.SOFT_LIMITS] = 0
 
 
 def soft_negative(motor: Processor, value: int) -> None:
-    """SLN=exp: set the negative limit, in counts.  Ignored while the limits are enabled, "SLD before their values are
-    changed" (3.2).
+    """SLN=exp: set the negative software limit, in counts.  While the software limits are enabled, SLN= only sets Bs
+    (3.2).
     """
     _set(motor, s.SLN, value)
 
 
 def soft_positive(motor: Processor, value: int) -> None:
-    """SLP=exp: set the positive limit, in counts.  Ignored while the limits are enabled, "SLD before their values are
-    changed" (3.2).
+    """SLP=exp: set the positive software limit, in counts.  While the software limits are enabled, SLP= only sets Bs
+    (3.2).
     """
     _set(motor, s.SLP, value)
 
@@ -38,7 +38,7 @@ def _set(motor: Processor, slot: int, value: int) -> None:
 
 
 def limit_pin_c(motor: Processor) -> None:
-    """UCP: pin C is the input of the positive (right) limit; a high level is a fault.  The default.  3.1.
+    """UCP: make pin C the input of the positive (right) limit; a high level is a fault.  This is the default (3.1).
 
     The pin is no longer the brake's signal (5.1).
     """
@@ -47,13 +47,13 @@ def limit_pin_c(motor: Processor) -> None:
 
 
 def limit_pin_d(motor: Processor) -> None:
-    """UDM: pin D is the input of the negative (left) limit; a high level is a fault.  The default.  3.1."""
+    """UDM: make pin D the input of the negative (left) limit; a high level is a fault.  This is the default (3.1)."""
     io.direction_in(motor, "D")
     motor.i[s.LIMIT_D] = 1
 
 
 def directional(motor: Processor) -> None:
-    """LIMD: no effect; in 4.76 limits are always directional."""
+    """LIMD: no effect, because limits are always directional in firmware 4.76."""
 
 
 def update_flags(motor: Processor) -> None:

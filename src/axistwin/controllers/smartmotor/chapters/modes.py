@@ -16,8 +16,9 @@ FULL = 4
 
 
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:
-    """Set a buffered parameter; a value outside the range sets Bs and changes nothing.  BASE= and SIZE= invalidate
-    an earlier CI (9.5).
+    """Set a buffered parameter; a value outside the range sets Bs and changes nothing.
+
+    BASE= and SIZE= invalidate an earlier CI (9.5).
     """
     if not low <= value <= high:
         motor.syntax_error()
@@ -28,14 +29,18 @@ def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -
 
 
 def position(motor: Processor, value: int) -> None:
-    """P=exp, FEh and four bytes: the absolute target of MP in counts; the next G is an absolute move."""
+    """P=exp, or record FEh: set the absolute target position of mode MP, in counts.
+
+    The next G is then an absolute move.
+    """
     motor.i[s.P] = value
     motor.i[s.RELATIVE] = 0
 
 
 def distance(motor: Processor, value: int) -> None:
-    """D=exp: the distance of a relative move of MP, in counts.  In mode cam D is the dwell, and takes effect after CI
-    (9.3).
+    """D=exp: set the distance of a relative move of mode MP, or the dwell of mode cam, in counts (9.3).
+
+    In mode cam, the dwell takes effect after CI.
     """
     motor.i[s.D] = value
     motor.i[s.RELATIVE] = 1
@@ -48,8 +53,9 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def origin(motor: Processor, value: int) -> None:
-    """O=exp: define the present position of the shaft as this value, in counts.  Nothing moves; SLN and SLP keep
-    their values (3.2).
+    """O=exp: define the present shaft position as `value` counts; nothing moves.
+
+    SLN and SLP keep their values (3.2).
     """
     i = motor.i
     shift = value - position_of_shaft(i)
@@ -66,8 +72,9 @@ def tune(motor: Processor) -> None:
 
 
 def pid(motor: Processor, rate: int) -> None:
-    """PIDn: update trajectory and servo law every n = 1, 2, 4 or 8 samples.  The time unit of V, A and WAIT is then n
-    samples. Other values set Bs.
+    """PIDn: update trajectory and servo law every n samples, where n is 1, 2, 4 or 8.
+
+    The time unit of V, A and WAIT is then n samples.  Other values set Bs.
     """
     if rate in PID_RATES:
         motor.i[s.PID_RATE] = rate
@@ -76,14 +83,15 @@ def pid(motor: Processor, rate: int) -> None:
 
 
 def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
-    """MP, MV, MFR, MSR, MD: select the mode that the next G starts.  MFR and MSR use the present MFMUL/MFDIV; MFDIV=0
-    sets Bs.  MD empties the buffer of points (10.1).
+    """MP, MV, MFR, MSR, MD: select the mode that the next G starts.
+
+    MFR and MSR use the present MFMUL/MFDIV; MFDIV=0 sets Bs.  MD empties the buffer of points (10.1).
     """
     i = motor.i
     if mode == s.M_HOST:
-        if i[s.MODE] != s.M_HOST:  # in any other mode, the present motion continues
+        if i[s.MODE] != s.M_HOST:  # MD empties the buffer only while host mode is not in progress.
             host_mode.clear(motor)
-        i[s.HOST_ARMED] = 1  # after host mode, the mode that was buffered before MD is used again (10.2)
+        i[s.HOST_ARMED] = 1  # The end of host mode starts the mode that was buffered before MD (10.2).
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:
@@ -94,9 +102,10 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
 
 
 def cam(motor: Processor, factor: int) -> None:
-    """MC, MC2, MC4, MC8: select mode cam at the next G, or with CI at the next zero point, with the present BASE and
-    SIZE.  SIZE is the highest index of the table, up to 101.  BASE counts are divided among SIZE intervals, so BASE
-    is at least SIZE.  Otherwise Bs is set and nothing changes.  Chapter 9.
+    """MC, MC2, MC4, MC8: select mode cam for the next G, or for the next zero point after CI (chapter 9).
+
+    MCn uses the present BASE and SIZE.  SIZE is the highest index of the table, up to 101.  BASE counts are divided
+    among SIZE intervals, so BASE is at least SIZE.  Otherwise Bs is set and nothing changes.
     """
     i = motor.i
     if not 1 <= i[s.SIZE] <= TABLE_MOST or i[s.BASE] < i[s.SIZE]:
@@ -158,7 +167,10 @@ def start(motor: Processor, mode: int) -> None:
 
 
 def turn_on(motor: Processor, mode: int) -> None:
-    """Switch the amplifier on and enter this mode; the flag Bt reports a trajectory in progress."""
+    """Switch the amplifier on and enter the given mode.
+
+    The flag Bt then reports a trajectory in progress.
+    """
     i = motor.i
     if i[s.BO] or i[s.MODE] == s.M_TORQUE:
         i[s.COMMANDED] = position_of_shaft(i) << 16
@@ -178,8 +190,8 @@ def _begin_cam(motor: Processor) -> None:
 
 
 def may_stop(motor: Processor) -> bool:
-    """True if S and X are allowed: a fault inhibits S and X as well as G (3.2), unless the motor moves away from a
-    limit.
+    """True if the commands S and X are allowed; a fault inhibits S and X, unless the motor moves away from a limit
+    (3.2).
     """
     i = motor.i
     leaving = i[s.VELOCITY] != 0 and not (i[s.STOPPING] or i[s.BE] or i[s.BH])
@@ -187,7 +199,9 @@ def may_stop(motor: Processor) -> bool:
 
 
 def stop(motor: Processor) -> None:
-    """S: stop the trajectory at once and hold the position; the next G is a position move (option `stop_buffers`).
+    """S: stop the trajectory at once and hold the position.
+
+    The next G is a position move (option `stop_buffers`).
 
     Without effect while the motor is off.
     """
@@ -199,7 +213,9 @@ def stop(motor: Processor) -> None:
 
 
 def decelerate(motor: Processor) -> None:
-    """X: decelerate to a stop at A, then hold; the next G is a position move (option `stop_buffers`).
+    """X: decelerate to a stop with the acceleration A, then hold the position.
+
+    The next G is a position move (option `stop_buffers`).
 
     Without effect while the motor is off.
     """
@@ -211,13 +227,13 @@ def decelerate(motor: Processor) -> None:
 
 
 def _buffer_position(motor: Processor) -> None:
-    """Make the next G a position move: absolute if P was assigned last, relative if D was."""
+    """Make the next G a position move, to P or by D, whichever was assigned last."""
     if motor.options.stop_buffers == "position":
         buffer(motor, s.M_POSITION)
 
 
 def torque(motor: Processor) -> None:
-    """MT: enter mode torque at once; T, -1023 to 1023, sets the PWM.  A fault that is not cleared inhibits MT."""
+    """MT: enter mode torque at once; T sets the PWM value, -1023 to 1023.  An uncleared fault inhibits MT."""
     if may_move(motor, motor.i[s.T]):
         motor.i[s.BUFFERED_MODE] = s.M_TORQUE
         turn_on(motor, s.M_TORQUE)
@@ -231,12 +247,12 @@ def off(motor: Processor) -> None:
 
 
 def follow(motor: Processor, factor: int) -> None:
-    """MF1, MF2, MF4: follow the external encoder, with 1, 2 or 4 edges per period.  CTR begins at 0."""
+    """MF1, MF2, MF4: follow the external encoder with 1, 2 or 4 counts per period, and set CTR to 0."""
     _follow(motor, s.M_FOLLOW, factor)
 
 
 def step_and_direction(motor: Processor) -> None:
-    """MS: follow steps (pin A) in the direction of pin B, at once; CTR begins at 0."""
+    """MS: follow the steps on pin A, in the direction of pin B, and set CTR to 0."""
     _follow(motor, s.M_STEP, FULL)
 
 
@@ -247,12 +263,12 @@ def _follow(motor: Processor, mode: int, factor: int) -> None:
 
 
 def quadrature(motor: Processor) -> None:
-    """MF0: pins A and B are the lines of an encoder; CTR begins at 0.  The mode does not change."""
+    """MF0: use pins A and B as the inputs of an encoder, and set CTR to 0.  The mode does not change."""
     _count(motor, FULL, steps=False)
 
 
 def count_steps(motor: Processor) -> None:
-    """MS0: pins A and B are step and direction; CTR begins at 0.  The mode does not change."""
+    """MS0: use pin A for steps and pin B for the direction, and set CTR to 0.  The mode does not change."""
     _count(motor, FULL, steps=True)
 
 
@@ -269,7 +285,5 @@ def internal_encoder(_motor: Processor) -> None:
 
 
 def external_encoder(motor: Processor) -> None:
-    """ENC1: the servo loop uses an encoder on pins A and B, in motors without an encoder of their own.  This motor has
-    one and sets Bs.
-    """
+    """ENC1 (servo loop with an external encoder): set Bs, because this motor always uses its own encoder."""
     motor.syntax_error()

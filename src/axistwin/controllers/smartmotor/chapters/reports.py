@@ -31,24 +31,24 @@ LETTERS = {
 
 
 def variable(motor: Processor, name: str) -> str:
-    """RP, RV, RW, RBt, RUA …: the value of a variable, in decimal digits, with a minus sign if it is negative."""
+    """RP, RV, RW, RBt, RUA …: report the value of a variable as a decimal number."""
     found, stack = NAMES[name], [0]
     evaluate(motor.i, motor.v, stack, (found.operation, found.place, ops.RESULT), 0)
     return str(stack[0])
 
 
 def value(_motor: Processor, number: int) -> str:
-    """Ra, Raw[exp], RAINpc …: the value of the operand."""
+    """Ra, Raw[exp], RAINpc …: report the value of a variable, an array element or an AniLink input."""
     return str(number)
 
 
 def position_and_status(motor: Processor) -> str:
-    """RPW: `position,word`: the actual position in counts and the status word W."""
+    """RPW: report the actual position in counts and the status word W."""
     return f"{computed(motor.i, ops.POSITION)},{computed(motor.i, ops.STATUS_WORD)}"
 
 
 def mode(motor: Processor) -> str:
-    """RMODE: a letter for the mode in force.
+    """RMODE: report a letter for the mode in force.
 
     P absolute and R relative position, V velocity, T torque, F and S follow the external encoder or steps, X with a
     ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops reports the mode
@@ -63,20 +63,26 @@ def mode(motor: Processor) -> str:
 
 
 def sample_rate(motor: Processor) -> str:
-    """RSP: the firmware version, and the time between two servo updates in units of 10 ns, multiplied by n of PIDn."""
+    """RSP: report the firmware version and the time between two servo updates, in units of 10 ns.
+
+    The time is that of one sample, multiplied by n of PIDn.
+    """
     return f"{SAMPLE_PERIOD * motor.i[s.PID_RATE]}/{FIRMWARE}"
 
 
 def channel_errors(motor: Processor, channel: int | None = None) -> str:
-    """RCHN, RCHN0, RCHN1 (RCS, RCS1): the sum of error bits: 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN reports
-    both channels.
+    """RCHN, RCHN0, RCHN1 (RCS, RCS1): report the errors of both channels or of one channel as a sum of bits.
+
+    The bits are 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN reports both channels.
     """
     first, second = (one.status() for one in motor.channels)
     return str(int((first, second)[channel] if channel is not None else first | second))
 
 
 def print_(motor: Processor, *items: str | int | bytes, channel: int | None = None) -> None:
-    """PRINT(…), PRINT1(…): print texts unchanged, values in decimal, `#n` as one character, without a terminator.
+    """PRINT(…), PRINT1(…): print texts unchanged, numbers in decimal, and `#n` as one character.
+
+    No terminator is added.
 
     PRINT1 prints on channel 1; the text is lost while the channel is closed.  PRINT of a host prints on channel 0,
     even if the command came on channel 1 (6.1).  PRINT of a program prints on channel 1 with F=4.

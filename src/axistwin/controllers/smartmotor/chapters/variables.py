@@ -30,7 +30,7 @@ class Variable(NamedTuple):
     """Function that fetches an external value; the statement reads it from a hidden variable."""
 
 
-# Chapters of the 4.76 manual, and of the guide to the base language
+# Titles of chapters in the 4.76 manual and in the guide to the base language
 IO, ARRAYS, CAM, FUNCTIONS, SOFT = "6.0 Inputs/outputs", "8.2 Arrays", "9.1 Cam", "7.0 F=", "3.2 Software limits"
 STATUS, FAULTS, MOTION, TUNING = "Status word", "4.0 Fault handling", "Motion parameters", "PID filter"
 MODES, SERIAL, EEPROM, NAMED, ANILINK = "Modes", "Communications", "EEPROM", "Variables", "AniLink"
@@ -121,7 +121,10 @@ ANALOG_CHANNELS, DIGITAL_CHANNELS = range(1, 5), range(64)
 
 
 def find(name: str) -> Variable | None:
-    """Return the variable of this name.  AINpc and DINpc: device p = A…H, channel c = 1…4 analog, 0…63 digital."""
+    """Return the variable or AniLink input with this name, such as `aa` or AINA1; None for an unknown name.
+
+    AINpc and DINpc: device p = A…H, channel c = 1…4 analog, 0…63 digital.
+    """
     return NAMES.get(name) or _input(name)
 
 
@@ -135,14 +138,17 @@ def _input(name: str) -> Variable | None:
 
 
 def assign(motor: Processor, place: int, value: int) -> None:
-    """a…z, aa…zz, aaa…zzz =exp: set a variable of 32 bits, signed.  A value that does not fit sets Bd and changes
-    nothing.
+    """a=exp, aa=exp, aaa=exp …: set a signed 32-bit variable; a value that does not fit sets Bd.
+
+    A value that does not fit changes nothing.
     """
     motor.v[place] = value
 
 
 def assign_elements(motor: Processor, code: Sequence[int]) -> None:
-    """ab[], aw[], al[] =exp: 8, 16 or 32 bits of the value; ab[0…203], aw[0…101], al[0…50], other indices set Bu (8.2).
+    """ab[]=, aw[]=, al[]=: set an array element to the low 8, 16 or 32 bits of the value.
+
+    The elements are ab[0…203], aw[0…101], al[0…50]; other indices set Bu (8.2).
 
     `aw[0] 0 100 500.` sets consecutive elements (1.1).  An invalid index ends the list; the elements before it are set.
     """
@@ -150,8 +156,9 @@ def assign_elements(motor: Processor, code: Sequence[int]) -> None:
 
 
 def values(letters: str) -> range | None:
-    """Return the indices in the array `v` of a variable and of the variables after it in its group; None if the
-    variable does not exist.
+    """Return the indices of a variable and of the later variables in its group; None for an unknown name.
+
+    The indices are those in the array `v`.
     """
     variable = NAMES.get(letters)
     if variable is None or variable.chapter != NAMED:

@@ -22,7 +22,7 @@ LEAVING = frozenset(
 
 @dataclass
 class _Cam:
-    """Values of the cam parameters before a statement; None for a value that is not constant."""
+    """Values of the cam parameters at the current statement; None for an unknown value."""
 
     findings: Findings
     size: int | None = None

@@ -9,7 +9,7 @@ from axistwin.controllers.smartmotor.language.program import Program, word
 
 
 class Findings:
-    """A program's source and its diagnostics.  Statements are identified by their numbers."""
+    """Collects the diagnostics of a program; each statement is identified by its number."""
 
     def __init__(self, characters: Sequence[Sent]) -> None:
         self.characters = characters
@@ -36,17 +36,17 @@ class Findings:
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:
-        """Yield the numbers of all statements with these keywords."""
+        """Yield each statement that has one of the given keywords, and its number."""
         for number, keyword in enumerate(self.words):
             if keyword in words:
                 yield number, self.statements[number]
 
     def has(self, *words: str) -> bool:
-        """True if any of these keywords is in the program."""
+        """True if the program contains any of the given keywords."""
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:
-        """True if a statement F= in the program may set this bit."""
+        """True if a statement F= in the program may set the function bit `bit`."""
         return any(
             constant_value(statement) is None or (constant_value(statement) or 0) & bit
             for _, statement in self.all("F=")
@@ -64,6 +64,6 @@ def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, 
 
 
 def constant_value(statement: Statement) -> int | None:
-    """Return the constant that a statement assigns; None if it does not assign a constant."""
+    """Return the constant that a statement assigns, or None if the assigned value is not constant."""
     value = statement.operands[-1] if statement.operands else None
     return value.constant if isinstance(value, Expression) else None

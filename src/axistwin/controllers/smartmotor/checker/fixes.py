@@ -27,7 +27,7 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
 
 
 def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
-    """Replace a Class 5 word by its 4.76 form, if that form is valid."""
+    """Return a fix that replaces a Class 5 word by its 4.76 form, if that form is valid."""
     if any(read(word).problem is not None for word in later.here.split()):
         return None
     return fixing(f"write {later.here}", replaced(sent, later.here), later.sure)
@@ -48,13 +48,13 @@ def _removed(findings: Findings, number: int) -> Fix | None:
 
 
 def _blanks(findings: Findings, number: int) -> Fix | None:
-    """Remove the blanks on both sides of `=`, if the result is one valid statement."""
+    """Return a fix that removes the blanks around `=`, if the result is one valid statement."""
     text = findings.statements[number].text
     first, last = number - text.startswith("="), number + text.endswith("=")
     if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
         return None
     if first == number and findings.statements[last].problem is None:
-        return None  # no fix for `a= S`, because S may be a value or a command
+        return None  # `a= S` has no fix, because S may be a value or a command
     parts = range(first, last + 1)
     whole = "".join(findings.statements[part].text for part in parts)
     if read(whole).problem is not None:
@@ -63,7 +63,7 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
 
 
 def _unfinished(findings: Findings, number: int) -> Fix | None:
-    """Join the parts of an assignment with a blank, such as `a= 1`."""
+    """Return a fix for an assignment with a blank after the equal sign, such as `a= 1`."""
     return _blanks(findings, number) if findings.statements[number].text.endswith("=") else None
 
 
@@ -73,8 +73,9 @@ def _gap(findings: Findings, left: int, right: int) -> Edit:
 
 
 def _upper_case(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that changes the line to upper case.  The fix is sure if the whole line becomes valid; otherwise the
-    line may be a comment.
+    """Return a fix that changes the statement to upper case.
+
+    The fix is sure if the whole line becomes valid; otherwise the line may be a comment.
     """
     statement = findings.statements[number]
     line = findings.line(number)

@@ -25,7 +25,10 @@ NO_RETURN = frozenset({"RUN", "Z"})
 
 @dataclass
 class Routine:
-    """The code that runs from a label, or from the top (label None), without the subroutines that it calls."""
+    """The code from a label, or from the top of the program, without the called subroutines.
+
+    `label` is None for the top of the program.
+    """
 
     label: int | None
     pcs: set[int] = field(default_factory=set)
@@ -36,7 +39,7 @@ class Routine:
 
 
 class Flow:
-    """The routines of a program."""
+    """The routines of a program, and the statements that each routine can reach."""
 
     def __init__(self, findings: Findings) -> None:
         self.findings, self.program = findings, findings.program
@@ -49,7 +52,7 @@ class Flow:
 
     @cached_property
     def interrupts(self) -> dict[int, Routine]:
-        """C1 and C2, if they exist and a fault or pin G may call them."""
+        """The interrupt routines C1 and C2, if the program contains them and F= enables their calls."""
         wanted = {FAULT: CALL_C1, INPUT: CALL_C2}
         return {
             label: self.routine(label)
@@ -81,7 +84,7 @@ class Flow:
         return frozenset(called - self._reached(None))
 
     def _reached(self, label: int | None) -> set[int]:
-        """Return the statements of a routine and of all that it calls."""
+        """Return the statements of a routine and of all subroutines that the routine calls."""
         done: set[int | None] = set()
         waiting, numbers = [label], set[int]()
         while waiting:
@@ -123,7 +126,7 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the place in the code after an expression."""
+        """Return the index in the code after an expression."""
         code = self.program.code
         while code[at] != ops.RESULT:
             at += 2 if code[at] in WITH_ARGUMENT else 1
@@ -191,7 +194,10 @@ def _stack(findings: Findings, flow: Flow) -> None:
 
 
 class _Depths:
-    """The number of return addresses that each routine needs, without recursive calls."""
+    """The number of return addresses that each routine of a program needs.
+
+    Recursive calls are not counted.
+    """
 
     def __init__(self, findings: Findings, flow: Flow) -> None:
         self._findings, self._flow = findings, flow
@@ -204,7 +210,10 @@ class _Depths:
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Compute a routine's depth with an explicit stack, because a program may have a thousand routines."""
+        """Compute how many return addresses a routine needs, without recursion in Python.
+
+        A program may have a thousand routines.
+        """
         path = [(start, self._calls(start))] if start not in self._known else []
         while path:
             label, calls = path[-1]
@@ -225,7 +234,7 @@ class _Depths:
 
 
 def _interrupts(findings: Findings, flow: Flow) -> None:
-    """Report F=32 and F=64 without their labels, and STACK without GOTO."""
+    """Report F=32 without label C1, F=64 without label C2, and STACK without a following GOTO."""
     for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
         for number, statement in findings.all("F="):
             if (constant_value(statement) or 0) & bit and label not in flow.program.labels:
@@ -236,7 +245,7 @@ def _interrupts(findings: Findings, flow: Flow) -> None:
 
 
 def _unreachable(findings: Findings, flow: Flow) -> None:
-    """Report the first statement of each part that neither the program nor a host can reach."""
+    """Report the first statement of each unreachable part of the program."""
     reached = {flow.program.code[pc + 1] for routine in flow.routines.values() for pc in routine.pcs}
     quiet = {"Cn", "ENDIF", "ENDS", "CASE", "DEFAULT", "ELSE", "ELSEIF", "LOOP", "BREAK", "END", ""}
     before = True

@@ -16,7 +16,7 @@ BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
 
 
 def check(findings: Findings) -> None:
-    """Apply the rules for programs of older firmware."""
+    """Report parts of a program that work differently since firmware 4.76."""
     _limits(findings, Flow(findings))
     _direction(findings)
     _faults_end_programs(findings)
@@ -26,8 +26,7 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Report a move without limit switches.  Limits that are not wired are active, so power-up is a limit fault (2.0,
-    3.1).
+    """Report a move without limit switches, because unconnected limit inputs cause a fault at power-up (2.0, 3.1).
 
     The limit faults at power-up do not call C1, so commands that only C1 reaches do not count.
     """
@@ -48,7 +47,7 @@ def _limits(findings: Findings, flow: Flow) -> None:
 
 
 def _direction(findings: Findings) -> None:
-    """Report F=2, which concerned scan errors before 4.76 (1.4)."""
+    """Report F=2, whose meaning has changed in firmware 4.76 (1.4)."""
     for number, statement in findings.all("F="):
         if (constant_value(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
@@ -56,7 +55,7 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report tests of Be and Bh, because these faults end the program before the test, unless F=32 calls C1 (4.1)."""
+    """Report each IF, ELSEIF and WHILE that tests Be or Bh.  Without F=32, these faults end the program (4.1)."""
     if findings.sets_function(CALL_C1):
         return
     for number in range(len(findings.statements)):

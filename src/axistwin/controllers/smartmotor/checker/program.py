@@ -28,7 +28,7 @@ ENDING = b"\r\n\0"
 
 
 def check(sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Return the diagnostics of stored programs and of the characters that a host sends, in order of place."""
+    """Return the diagnostics of stored programs and of host commands, sorted by their place in the text."""
     found: list[Diagnostic] = []
     for session in sessions:
         if session.stored:
@@ -79,11 +79,13 @@ def _range(statement: Statement) -> Iterator[Problem]:
     value, found = constant_value(statement), statement.command
     if found is None or found.form is not Form.LET or value is None or found.parameters[0].allows(value):
         return
-    yield Problem(len(str(found.code)), f"{value} is out of range: {found.parameters[0]}", found.chapter, rules.RANGE)
+    yield Problem(
+        len(str(found.code)), f"{value} is out of range: expected {found.parameters[0]}", found.chapter, rules.RANGE
+    )
 
 
 def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
-    """Yield numbers that do not fit 32 bits, and divisions by a constant zero."""
+    """Yield a problem for each number that does not fit 32 bits, and for each division by a constant zero."""
     at, before = 0, (ops.RESULT, 0)
     while at < len(code):
         operation = code[at]
@@ -109,7 +111,7 @@ class _Host:
         self._loading = False
 
     def follow(self) -> None:
-        """Check all characters."""
+        """Check all characters of the host."""
         while self._at < len(self._characters):
             sent = self._characters[self._at]
             self._at += 1
@@ -141,7 +143,7 @@ class _Host:
         self._report(rules.LONG_COMMAND, self._begin, "this command is longer than 64 characters: Bc is set")
 
     def _load(self) -> None:
-        """Check the program that follows, unless it is a compiled image."""
+        """Check the program that a host sends after LOAD.  A compiled image is not checked."""
         self._loading = False
         end = next((at for at in range(self._at, len(self._characters)) if self._characters[at].byte == END), None)
         source = self._characters[self._at : end]

@@ -25,7 +25,7 @@ def entry(i: Ints, v: Ints, n: int) -> int:
 
 @sampled
 def take_over(i: Ints) -> None:
-    """Put the buffered cam parameters in force, at G, or at the zero point after CI."""
+    """Put the buffered cam parameters in force, because of the command G or CI."""
     i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_FACTOR] = i[s.MC_BASE], i[s.MC_SIZE], i[s.MC_FACTOR]
     i[s.CAM_F] = i[s.F] & DWELLING
     i[s.CAM_DWELL] = max(i[s.D], 0) if i[s.CAM_F] else 0
@@ -33,8 +33,9 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a CI that waits for the zero point, because a cam parameter has changed.  A new MCn must precede the next
-    CI (9.5).
+    """Cancel a CI that waits for the zero point, because a cam parameter has changed.
+
+    A new MCn must precede the next CI (9.5).
     """
     if i[s.CI_PENDING]:
         i[s.CI_PENDING], i[s.CI_SPOILT] = 0, 1
@@ -42,18 +43,18 @@ def invalidate(i: Ints) -> None:
 
 @sampled
 def cross(i: Ints, v: Ints, way: int) -> None:
-    """Cross the zero point forwards (+1) or backwards (-1)."""
+    """Handle a crossing of the cam's zero point, forwards (+1) or backwards (-1)."""
     end = entry(i, v, i[s.CAM_SIZE])
     cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
     word = i[s.CAM_F]
-    left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle  # number of counts beyond the zero point
+    left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle  # number of encoder counts after the zero point
     if way > 0 and i[s.CI_PENDING]:
         take_over(i)
     elif i[s.CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[s.CAM_SIZE])  # last position of the table for the next cycle
+        end = entry(i, v, i[s.CAM_SIZE])  # CI has changed the parameters, so the table may have another last position.
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
-    if word & MODULO_CAM:  # position and counter begin again at the zero point
+    if word & MODULO_CAM:  # With F=128, position and counter restart at the zero point.
         shift = i[s.CAM_ORIGIN] + end * way
         i[s.CAM_ORIGIN] = 0
         i[s.COMMANDED] -= shift << 16
@@ -62,13 +63,13 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         i[s.CTR] = i[s.CAM_PHASE] // factor
     elif word & RELATIVE_CAM:
         i[s.CAM_ORIGIN] += end * way
-    if i[s.CAM_F] == 0:  # from here on, positions are absolute
+    if i[s.CAM_F] == 0:  # Without F=16 and F=128, cam positions are absolute.
         i[s.CAM_ORIGIN] = 0
 
 
 @sampled
 def turn(i: Ints, v: Ints, moved: int) -> None:
-    """Update the place in the cycle after the external encoder has moved.
+    """Update the phase of the cam cycle after a movement of the external encoder.
 
     A movement of a quarter of BASE or more in one sample is too fast: the zero point may be missed.
     """
@@ -84,7 +85,10 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 
 @sampled
 def cam_position(i: Ints, v: Ints) -> int:
-    """Return the interpolated position in counts at the present place in the cycle, and set CX."""
+    """Return the interpolated cam position in counts at the present phase of the cam cycle.
+
+    Sets CX, the index of the present interval in the table.
+    """
     base, size, phase = i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_PHASE]
     if phase >= base:
         i[s.CX] = size
@@ -92,7 +96,7 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[s.CX] = n
     here = entry(i, v, n)
-    # otherwise the table is a closed cycle, and its first point follows the last
+    # Without F=16 or F=128, the first table entry follows the last entry.
     following = n + 1 if i[s.CAM_F] or n + 1 < size else 0
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 

@@ -61,7 +61,10 @@ class Phase(Enum):
 
 
 class _Block(NamedTuple):
-    """A block of samples computed ahead, or a time of rest.  `why`: the event that ends it."""
+    """A number of samples that are computed ahead, or during which the motor rests.
+
+    `why`: the event that ends the block.
+    """
 
     first: int
     samples: int
@@ -69,9 +72,7 @@ class _Block(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Number of the sample at which this block ends; if the kernel stopped before a sample, the number of that
-        sample.
-        """
+        """Number of the sample at which the block ends, or before which the kernel has stopped."""
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
 
@@ -119,17 +120,23 @@ class Core:
         return self.zero_ns + sample * SAMPLE_NS
 
     def position_now(self) -> int:
-        """Return the present position of the shaft; the block that is computed ahead stays valid."""
+        """Return the present position of the shaft.
+
+        The block that is computed ahead stays valid.
+        """
         past = self._past()
         return self._engine.shaft[past - 1] if past else self.i[s.SHAFT] + self.i[s.SLIPPED]
 
     def commanded_now(self) -> int:
-        """Return the present commanded position in the machine's coordinates; the block stays valid."""
+        """Return the present commanded position of the shaft.
+
+        The block that is computed ahead stays valid.
+        """
         past = self._past()
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at these times, up to the last time at which the position is certain.
+        """Return the shaft's positions now and at the given times, as far as the positions are certain.
 
         The times are later than now, one sample apart.  A position is certain before the end of the block, and always
         while the motor sleeps.
@@ -141,7 +148,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        if due == first < following:  # the first time is before the block
+        if due == first < following:  # The first requested time is that of the last committed sample.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
@@ -173,8 +180,9 @@ class Core:
         return self._phase is not Phase.STOPPED
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state to the last sample up to now, and handle the events until then.  The state may then be
-        changed.  Without `changing` the state is only read, and a motor at rest stays at rest.
+        """Advance the committed state to the last sample at or before now, and handle all events until then.
+
+        The state may then be changed.  Without `changing` the state is only read, and a motor at rest stays at rest.
         """
         if self._phase in (Phase.ACTING, Phase.STOPPED) or (not changing and self._up_to_date()):
             return
@@ -194,7 +202,10 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the committed state is that of the last sample; the block then stays valid."""
+        """True if the committed state is already the state of the last sample.
+
+        The block that is computed ahead then stays valid.
+        """
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
             self._rest(missing)
@@ -210,12 +221,15 @@ class Core:
             self.on_replan.emit()
 
     def speed(self) -> float:
-        """Return the shaft's mean speed in the last sample (PIDn: the last n samples), in counts/sample."""
+        """Return the mean speed of the shaft in the last n samples (n of PIDn), in counts/sample."""
         rate = self.i[s.PID_RATE]
         return sum(self._moves_by(self._past())[-rate:]) / rate
 
     def _moves_by(self, computed: int) -> list[int]:
-        """Return the counts moved in each of the last samples, up to sample `computed` of the block."""
+        """Return the counts that the shaft has moved in each of the last samples.
+
+        `computed`: the last of these samples, counted from the begin of the block.
+        """
         shaft, first = self._engine.shaft, max(computed - PID_MOST, 0)
         before = shaft[first - 1] if first else self.i[s.SHAFT] + self.i[s.SLIPPED]
         places = [before, *shaft[first:computed]]
@@ -229,9 +243,11 @@ class Core:
         self._plan += 1
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """Report each change of these numbers to `follower`.  A number is given by its kind (an operation of the
-        interpreter) and its index.  No change of a number that was followed before is lost.  `restless`: some of the
-        numbers change while the motor rests, so that the samples must be computed.
+        """Call `follower` with each change of the given values of the motor's processor.
+
+        A value is given by its kind (an operation of the interpreter) and its index.  No change of a value that was
+        followed before is lost.  `restless`: some of the values change while the motor rests, so that the samples must
+        be computed.
         """
         self.catch_up()
         self.log = log.following(numbers, self.i, self.v, log.last_values(self.log))
@@ -239,19 +255,19 @@ class Core:
         self._follower, self._restless = follower, restless
 
     def unfollow(self) -> None:
-        """Stop the reports to the follower."""
+        """Stop reporting changes to the follower."""
         self.catch_up()
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report the changes that Python, not the kernel, has made to followed numbers at the present time."""
+        """Report each followed value that Python code, not the kernel, has changed."""
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Report the changes that the kernel has made to observed quantities, from the log of a committed block."""
+        """Report to the follower the changes that the log of a committed block contains."""
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
@@ -285,7 +301,9 @@ class Core:
         return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
-        """Read the external encoder's edges for at most `most` samples; return the number of samples."""
+        """Read the external encoder's counts for the next samples, and return the number of these samples, at most
+        `most`.
+        """
         kept, self._keeps_read = self._keeps_read and self.i[s.PREDICTED] > 0, False
         if not kept:
             sample = self.i[s.SAMPLE]
@@ -295,8 +313,10 @@ class Core:
         return min(most, self.i[s.PREDICTED])
 
     def _schedule_end(self, block: _Block) -> None:
-        """Schedule the end of the block.  If several blocks were computed as one, each of them still gets its own
-        event, because a run without a given length ends with the last event.
+        """Schedule the event at the end of the block.
+
+        If several blocks were computed as one, each of them still gets its own event, because a run without a given
+        length ends with the last event.
         """
         plan, end = self._plan, block.end
         if self._phase is Phase.AHEAD:
@@ -317,7 +337,7 @@ class Core:
         self.clock.call_later(self.time_ns(end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
-        """Compute the next block; after a block without events, let a motor at rest sleep."""
+        """Compute the next block, or stop computing while the motor is at rest."""
         if self._phase is Phase.STOPPED:
             return
         self._plan += 1
@@ -384,8 +404,9 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # Number of samples in the last of the blocks that were computed as one.
-        self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)  # A host polls at regular times.
+        in_last = samples % LONGEST  # Number of samples in the last block, if several blocks were computed at once.
+        # A polling host probably sends again after the same time, so the next block is slightly longer.
+        self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
 
@@ -399,7 +420,7 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on a copy of the committed state, at first in plain Python, and compiled for long runs.
+    """Runs the kernel on a copy of the committed state, in plain Python or, for long runs, compiled.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
@@ -421,11 +442,11 @@ class _Engine:
 
     @property
     def longest(self) -> int:
-        """Number of samples in the longest block that does not delay a host noticeably."""
+        """Largest number of samples that may be computed at once without a noticeable delay for a host."""
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute up to `most` samples from the committed state.  Return the reason for stopping, and their number."""
+        """Compute up to `most` samples; return the reason for stopping and the number of computed samples."""
         core = self._core
         self._make_room(most)
         if compiled := self._compiled():
@@ -449,7 +470,7 @@ class _Engine:
         return _Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Make the state at the end of the last computed block the committed state."""
+        """Commit the state at the end of the last computed block."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
@@ -458,11 +479,11 @@ class _Engine:
             core.on_samples.emit(block.first + 1, self.shaft[: block.samples], self.commanded[: block.samples])
 
     def forget(self) -> None:
-        """Release the memory of the copies while no samples are computed."""
+        """Release the memory of the computed samples while the motor rests."""
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Enlarge the arrays for `most` samples and for the followed numbers, if necessary."""
+        """Enlarge the arrays, if necessary, for `most` samples and for the followed values."""
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
@@ -472,7 +493,7 @@ class _Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """If an array has been replaced, create the compiled kernel's views of the arrays again."""
+        """Create new views of the kernel's arrays if an array has been replaced."""
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:
             return
@@ -485,7 +506,7 @@ class _Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile now, or load the cached code, if plain Python is too slow for this number of motors.
+    """Compile the kernel, or load its cached machine code, if plain Python is too slow for this number of motors.
 
     Another thread may run motors meanwhile; those motors use the compiled kernel as soon as it is ready.
     """
@@ -504,5 +525,5 @@ def needs_kernel(speed: float | None, motors: int) -> bool:
 
 
 def prepared(speed: float | None, motors: int) -> bool:
-    """True if `prepare` need not compile, because the machine code is cached or not needed."""
+    """True if no compilation is needed, because the machine code is cached or plain Python is fast enough."""
     return _Engine.compiled is not None or not needs_kernel(speed, motors) or jit.is_cached()

@@ -21,22 +21,22 @@ LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 STACK = 64
 """Number of intermediate results that an expression can have at once."""
 
-# Results of a statement
+# Results of the execution of a statement
 DONE, TRAP, HELD, FETCH = range(4)
 
-# Operations of expressions; ADD and all later ones take two values
+# Operation codes of expressions; ADD and all following codes take two values
 RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
 (
     ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,
     EQ, NE, LT, GT, LE, GE,
 ) = range(13, 28)  # fmt: skip
 
-# Arguments of COMPUTED
+# System variables that the operation COMPUTED reads
 POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_REPORTED = (
     range(9)
 )
 
-# Operations of statements
+# Operation codes of statements
 (
     S_IF, S_JUMP, S_LET, S_TRAP, S_ELEMENT, S_WAIT, S_TWAIT, S_SWITCH, S_CASE, S_GOSUB,
     S_RETURN, S_RETURNI, S_STACK, S_END, S_FETCH,
@@ -49,7 +49,7 @@ MOST_POWER = 4
 
 @sampled
 def computed(i: Ints, what: int) -> int:
-    """Return a system variable that is computed on demand (6 of the base language).
+    """Return a system variable that is computed on demand, such as @P or CLK.
 
     Reading `I` clears Bi and enables the capture of the next index.
     """
@@ -77,8 +77,9 @@ def computed(i: Ints, what: int) -> int:
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
-    """Return the level of a pin that an assignment reads; set the slot BRAKE_READ if the pin carries the brake signal
-    (5.1).
+    """Return the level of a pin that an assignment reads.
+
+    Sets the slot BRAKE_READ if the pin carries the brake signal (5.1).
     """
     if i[s.BRAKE_PIN] == 1 << bit:
         i[s.BRAKE_READ] = 1
@@ -107,7 +108,7 @@ def element(i: Ints, v: Ints, kind: int, index: int) -> int:
 
 @sampled
 def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
-    """Set an array element at a valid index; ab[] and aw[] store the low 8 and 16 bits."""
+    """Set an array element at a valid index; ab[] stores the low 8 bits, and aw[] the low 16 bits."""
     if kind == LONG:
         v[i[s.ARRAY_BASE] + index] = value
         return
@@ -119,14 +120,14 @@ def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
 
 @sampled
 def outside(kind: int, index: int) -> bool:
-    """True if an array has no element with this index: ab[0…203], aw[0…101], al[0…50] (8.2)."""
+    """True if an index is outside its array, ab[0…203], aw[0…101] or al[0…50] (8.2)."""
     size = s.BYTES if kind == BYTE else s.WORDS if kind == WORD else s.LONGS
     return index < 0 or index >= size
 
 
 @sampled
 def power(base: int, exponent: int) -> int:
-    """Return base ^ exponent; return a number beyond 32 bits after an overflow, or if the exponent is not 0 to 4."""
+    """Return base ^ exponent, or a number beyond 32 bits after an overflow or for an exponent other than 0 to 4."""
     if exponent < 0 or exponent > MOST_POWER:
         return HIGHEST + 1
     value = 1
@@ -139,14 +140,20 @@ def power(base: int, exponent: int) -> int:
 
 @sampled
 def quotient(left: int, right: int) -> int:
-    """Return the quotient, truncated towards zero; `right` is not 0."""
+    """Return the quotient of two integers, truncated towards zero.
+
+    `right` is not 0.
+    """
     value = abs(left) // abs(right)
     return value if (left < 0) == (right < 0) else -value
 
 
 @sampled
 def combined(operation: int, left: int, right: int) -> int:
-    """Return the result of an operation with two values; a number beyond 32 bits means that no result exists."""
+    """Return the result of an operation with two values.
+
+    A number beyond 32 bits means that no result exists.
+    """
     if operation == ADD:
         return left + right
     if operation == SUBTRACT:
@@ -182,7 +189,10 @@ def combined(operation: int, left: int, right: int) -> int:
 
 @sampled
 def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int:
-    """Evaluate an expression into stack[0]; return the place after it, or -1 after an error (Bd, Bu or Bs is set)."""
+    """Evaluate an expression into stack[0]; return the place after the expression, or -1 after an error.
+
+    An error sets Bd, Bu or Bs.
+    """
     top = -1
     while True:
         operation = code[at]
@@ -225,7 +235,10 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
 
 @sampled
 def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
-    """Execute an assignment to an array, coded as number of values, array, first index and values."""
+    """Execute an assignment to array elements, such as `aw[0]=5` or `aw[0] 1 2 3.`.
+
+    The code is the number of values, the array, the first index, and the values.
+    """
     count, kind = code[at], code[at + 1]
     at = evaluate(i, v, stack, code, at + 2)
     index = stack[0]
@@ -250,8 +263,9 @@ def call_again(i: Ints) -> None:
 
 @sampled
 def go_back(i: Ints) -> None:
-    """RETURN: go to the address on top of the stack.  The program ends if the stack is empty, or if the address is that
-    of a stopped program.
+    """RETURN: continue at the return address on top of the stack.
+
+    The program ends if the stack is empty, or if the address is that of a stopped program.
 
     RETURN without a GOSUB sets Bs.
     """
@@ -270,8 +284,9 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Go to `target` and push the return address `back`, which is -1 if the program was stopped.  A full stack only
-    sets Bs.
+    """Call a subroutine at `target`; a full return stack only sets Bs.
+
+    `back`: the return address, which is -1 if the program was stopped.
     """
     if i[s.DEPTH] >= s.DEPTH_MOST:
         i[s.BS] = 1
@@ -284,7 +299,7 @@ def call(i: Ints, target: int, back: int, kind: int) -> bool:
 
 @sampled
 def forget(i: Ints) -> None:
-    """STACK: discard all return addresses; pin G may call C2 again (7, F=64)."""
+    """STACK: discard all return addresses, so that pin G may call C2 again (chapter 7, F=64)."""
     i[s.DEPTH] = 0
     i[s.C2_CALLED] = 0
     call_again(i)
@@ -292,7 +307,7 @@ def forget(i: Ints) -> None:
 
 @sampled
 def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Execute the statement at i[PC].
+    """Execute the program's statement at the place PC.
 
     Return DONE; TRAP if Python must execute the statement; HELD if TWAIT holds the program; FETCH if Python must fetch
     external values and then execute the statement at once.
@@ -331,7 +346,10 @@ def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
-    """Execute one of the less frequent statements; i[PC] is already the place of the next statement."""
+    """Execute a statement of one of the rarer kinds, such as SWITCH, GOSUB or WAIT.
+
+    i[PC] is already the place of the next statement.
+    """
     operation = code[pc]
     if operation == S_SWITCH:
         at = evaluate(i, v, stack, code, pc + HEAD)
@@ -355,7 +373,7 @@ def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
         if i[s.BT] != 0:
             i[s.TWAITING] = 1
             return HELD
-    else:  # the statement is END, or the program ends here
+    else:  # END, or the end of the code, stops the program.
         forget(i)
         i[s.PROGRAM] = s.STOPPED
     return DONE

@@ -43,7 +43,10 @@ _sampled: dict[tuple[str, str], FunctionType] = {}
 
 
 def sampled(function: F) -> F:
-    """Mark a function that runs in every sample, written in Numba's subset of Python."""
+    """Mark a function that runs in every sample, so that Numba compiles the function.
+
+    The function is written in Numba's subset of Python.
+    """
     _sampled[function.__module__, function.__qualname__] = cast("FunctionType", function)
     return function
 
@@ -59,7 +62,7 @@ def setting() -> str:
 
 @cache
 def available() -> bool:
-    """True if functions will be compiled; raise an error if AXISTWIN_JIT=on and Numba is missing."""
+    """Return True if a compiler is available; raise an error if AXISTWIN_JIT=on and Numba is missing."""
     if setting() == "off":
         return False
     if IN_BROWSER or installed("numba"):
@@ -75,8 +78,9 @@ def note() -> str:
 
 
 def best(function: F) -> F:
-    """Return the compiled copy of a sampled function, or the function itself without a compiler.  The first call
-    compiles.
+    """Return a compiled copy of the function, or the function itself if no compiler is available.
+
+    The first call of the copy compiles.
     """
     if not available():
         return function
@@ -91,7 +95,7 @@ def view(numbers: "array[int] | array[float]") -> Any:
     """Convert an array to the type that compiled functions need."""
     if IN_BROWSER:
         return numbers
-    import numpy as np  # lazy import: needed only for long motions
+    import numpy as np  # lazy import: needed only for compiled code
 
     return np.frombuffer(numbers, numbers.typecode)
 
@@ -131,7 +135,7 @@ class _Sealing:
         self._sealed = False
 
     def __call__(self, *args: object) -> Any:
-        """Call the function."""
+        """Call the compiled function; the first call also marks the cached machine code as complete."""
         result = self._function(*args)
         if not self._sealed:
             self._sealed = True
@@ -141,15 +145,15 @@ class _Sealing:
 
 def _sums(directory: Path) -> dict[str, str]:
     """Return a checksum for each file of machine code in a directory."""
-    from hashlib import sha256  # lazy import: imports OpenSSL
+    from hashlib import sha256  # lazy import: hashlib loads the OpenSSL library
 
     files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
     return {str(path.relative_to(directory)): sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def _seal(directory: Path) -> None:
-    """Mark the machine code as complete by its checksums; remove old caches that are no longer used."""
-    import json  # lazy imports: not needed in plain Python
+    """Store checksums that mark the machine code as complete, and delete caches that were not used for 30 days."""
+    import json  # lazy imports: needed only for compiled code
     from shutil import rmtree
 
     try:
@@ -160,12 +164,12 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # without this mark, the next start compiles again
+        return  # Without stored checksums, the next start compiles again.
 
 
 def _whole(directory: Path) -> bool:
-    """True if the cached machine code is complete and undamaged; remove damaged files."""
-    import json  # lazy import: not needed in plain Python
+    """Check the cached machine code, remove damaged files, and return True if no file is missing or damaged."""
+    import json  # lazy import: needed only for compiled code
 
     try:
         sealed = json.loads((directory / SEAL).read_bytes())
@@ -179,7 +183,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return for each module a copy of its globals, through which the compiled functions call one another."""
+    """Return a copy of each module's globals, in which the functions are replaced by compiled functions."""
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}
@@ -205,28 +209,28 @@ def _numba() -> Any:
     """Import Numba on demand, because the import takes half a second."""
     try:
         import numba
-    except ImportError as error:
-        raise UsageError(
-            f"numba cannot be loaded ({error}): repair the installation, or set AXISTWIN_JIT=off"
-        ) from error
+    except ImportError as reason:
+        raise UsageError(f"numba cannot be loaded ({reason}): install numba again, or set AXISTWIN_JIT=off") from reason
     return numba
 
 
 def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
-    """Return the directory for machine code, or None if it is not writable or the sources are not files."""
+    """Return the cache directory for machine code, or None if the directory is not writable or the sources are not
+    files.
+    """
     if not all(os.path.exists(function.__code__.co_filename) for function in functions):
         return None
     try:
         directory = user_cache() / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # RuntimeError is raised without a home directory
+    except (OSError, RuntimeError):  # user_cache() raises RuntimeError without a home directory
         return None
     return directory if os.access(directory, os.W_OK) else None
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
     """Return a hash of each function's code and globals, and of the versions and options of the compiler."""
-    from hashlib import sha256  # lazy imports: take much time
+    from hashlib import sha256  # lazy imports: these modules load slowly
     from importlib.metadata import version
 
     digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')} {OPTIONS}".encode())

@@ -27,19 +27,19 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Reasons for the kernel to stop.  For the first three the kernel stops before a sample, for the others after a sample.
+# Events at which the kernel stops, before a sample (BEFORE_SAMPLE) or after a sample
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # A statement that Python must execute.
-VALUE_WAITS = 2  # An external value that Python must fetch.
-CALL_WAITS = 4  # Python must call C1 or C2.
-TRAJECTORY = 8  # The flag Bt has changed.
-PLUS, MINUS = 16, 32  # A limit is asserted.
-ERROR, HEAT = 64, 128  # A position error, or overheating.
-GO_EDGE = 256  # Pin G has gone low.
-SWITCH = 512  # The shaft has reached a switch.
-INDEX_MARK = 1024  # The flag Bx has changed.
+STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
+VALUE_WAITS = 2  # The kernel stops before a statement that needs an external value.
+CALL_WAITS = 4  # The kernel stops so that Python can call label C1 or C2.
+TRAJECTORY = 8  # The kernel stops because the flag Bt (trajectory in progress) has changed.
+PLUS, MINUS = 16, 32  # The kernel stops at an asserted limit.
+ERROR, HEAT = 64, 128  # The kernel stops after a position error or an overheat.
+GO_EDGE = 256  # The kernel stops at a falling edge of pin G.
+SWITCH = 512  # The kernel stops because the shaft has reached a switch.
+INDEX_MARK = 1024  # The kernel stops because the flag Bx (index mark) has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
-PIN_TAKEN = 16384  # an assignment has read the pin with the brake's signal
+PIN_TAKEN = 16384  # The kernel stops because an assignment has read the pin with the brake signal.
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 
@@ -160,7 +160,7 @@ def mark(i: Ints) -> int:
 
 @sampled
 def inputs(i: Ints) -> int:
-    """Poll pin G, "once per sample and de-bounced", and check for switches and index marks."""
+    """Debounce pin G, and detect a switch or an index mark that the shaft has reached."""
     why = ALL_DONE
     level = i[s.PINS] >> 6 & 1
     if level == i[s.GO_LEVEL]:
@@ -184,7 +184,7 @@ def inputs(i: Ints) -> int:
 
 @sampled
 def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
-    """Compute motion, protection and inputs of one sample, after its statements."""
+    """Compute the motion, the protection and the inputs of one sample."""
     i[s.SAMPLE] += 1
     i[s.BUDGET] = i[s.STATEMENTS_PER_SAMPLE]
     busy = i[s.BT]
@@ -228,7 +228,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first  # Python may act before the first sample
+            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first  # Python may change values before the first sample
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1
             shaft[n] = i[s.SHAFT] + i[s.SLIPPED]

@@ -31,7 +31,10 @@ CHANGES = 1 << 14
 
 @sampled
 def value(i: Ints, v: Ints, operation: int, place: int) -> int:
-    """Return the present value of a followed number, given by its kind and its index; the state does not change."""
+    """Return the present value of a processor variable that a trace follows.
+
+    The variable is given by its kind and its index; the state does not change.
+    """
     if operation == SLOT:
         return i[place]
     if operation == COMPUTED:
@@ -41,13 +44,13 @@ def value(i: Ints, v: Ints, operation: int, place: int) -> int:
 
 @sampled
 def room(log: Ints) -> bool:
-    """True if the log has room for a change of every number."""
+    """True if the log has room for a change of every followed value."""
     return log[USED] + log[FOLLOWED] <= log[ROOM]
 
 
 @sampled
 def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
-    """Compare the first `numbers` followed numbers with their last values, and log those that have changed."""
+    """Log each change of the first `numbers` followed values since the last call."""
     to = HEAD + NUMBER * log[FOLLOWED] + CHANGE * log[USED]
     for at in range(HEAD, HEAD + NUMBER * numbers, NUMBER):
         now = value(i, v, log[at], log[at + 1])
@@ -59,20 +62,21 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Return a log that follows no numbers."""
+    """Return an empty log, which follows no values."""
     return array("q", [0] * HEAD)
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if this quantity of the motor may change in a sample without an executed statement."""
+    """True if a value of the processor may change without the execution of a statement."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """Return a log of these numbers, each given by its kind and its index; take the last values from `before`, if
-    known.
+    """Return a new log for changes of the given values of the motor's processor.
+
+    A value is given by its kind and its index.  Last values are taken from `before`, if known.
     """
     log = array("q", [len(numbers), 0, max(CHANGES, len(numbers)), sum(moving(*number) for number in numbers)])
     order = sorted(range(len(numbers)), key=lambda k: (KINDS.index(numbers[k][0]), not moving(*numbers[k])))
@@ -84,13 +88,13 @@ def following(
 
 
 def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
-    """Return the last value of each number in this log."""
+    """Return the last known value of each followed variable, by kind and index."""
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
 class Snapshot:
-    """The last values of all followed numbers.  The effect is that of `note`, but fast in plain Python."""
+    """Compares all followed values with their last values, faster than `note` in plain Python."""
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))
@@ -99,7 +103,7 @@ class Snapshot:
         )
 
     def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
-        """Return the changed numbers and their values now, and update the log."""
+        """Return the indices and new values of all followed values that have changed, and update the log."""
         now = array("q", [computed(i, place) for place in self._computed])
         now.extend([i[place] for place in self._slots])
         now.extend([v[place] for place in self._variables])
@@ -113,12 +117,12 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the head of a log, which is the part before the logged changes."""
+    """Return the part of a log before the logged changes, as a slice."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 
 def changes(log: "array[int]") -> "tuple[array[int], array[int], array[int]]":
-    """Return the logged changes: samples, indices of numbers, and new values."""
+    """Return the logged changes as three arrays of samples, indices of values, and new values."""
     first = head(log).stop
     written = log[first : first + CHANGE * log[USED]]
     return written[0::CHANGE], written[1::CHANGE], written[2::CHANGE]

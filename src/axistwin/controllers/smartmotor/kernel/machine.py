@@ -24,32 +24,34 @@ LEAST = 1e-6
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]
 
-# Floats `f`
+# Indices of the floats `f`
 _slots = count()
-SPEED = next(_slots)  # Shaft speed, counts per sample.
-FRACTION = next(_slots)  # Fraction of a count that must be added to SHAFT.
+SPEED = next(_slots)  # Shaft speed in counts per sample.
+FRACTION = next(_slots)  # Part of the shaft's position, less than one count, that SHAFT does not contain.
 OUTSIDE = next(_slots)  # External torque and gravity, as an acceleration in counts/sample².
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # Friction torques, as an acceleration in counts/sample².
 JAM = next(_slots)  # Additional friction of a jammed shaft: 0 or infinite.
-VISCOUS = next(_slots)  # Viscous friction, per count/sample of speed.
-# share of the speed that is left after a sample, with open and with closed windings
+VISCOUS = next(_slots)  # Viscous friction, as the fraction of the speed that is lost in a sample.
+# OPEN_GAIN and CLOSED_GAIN are the damping factors of the speed per sample, for open and closed windings.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
-PER_AMP = next(_slots)  # Torque constant: counts/sample² per A.
-# steady current per PWM unit, and reduction of the current by back-EMF
+PER_AMP = next(_slots)  # Acceleration by the motor current, in counts/sample² per A.
+# Current in A per PWM unit at standstill, and its reduction in A per count/sample of speed
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
-AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample.
-AMPS_KEPT = next(_slots)  # Share of the current that inductance keeps for one sample, 0 to 1.
-# mean share of the old current during a sample, and 1 minus this share
+AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample, in A.
+AMPS_KEPT = next(_slots)  # Fraction of the current (0 to 1) that remains after one sample because of inductance.
+# Weights of the old and of the final current in the mean current of a sample, which add up to 1
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-LAG = next(_slots)  # share of a speed change that does not add to the distance of the same sample, 0 to 1/2
+# LAG is the part of a speed change (0 to 1/2) that moves the shaft only from the next sample on.
+LAG = next(_slots)
 PEAK_AMPS = next(_slots)
-WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures in °C.
-WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # Steady temperature rise, K per A²: over housing, over air.
-# share of a temperature difference that is lost in each block
+WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
+# Final temperature rise of the winding over the housing, and of the housing over the air, in K per A²
+WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
+# Fractions by which a temperature difference decreases in each block of 256 samples
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
-MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # Mean and rated square of the current, in A².
-LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # Energy in a sample: nJ per A², nJ per A and count.
-PER_NM = next(_slots)  # Acceleration by a torque: counts/sample² per N·m.
+MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # Mean square and rated square of the current, in A².
+LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # Energy per sample: heat in nJ/A², and work in nJ per A and count.
+PER_NM = next(_slots)  # Acceleration by a torque, in counts/sample² per N·m.
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
 
@@ -58,7 +60,10 @@ MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """Set up a machine with these data sheets, at rest and at 25 °C.  Without a data sheet the motor is ideal."""
+    """Set up the motor and its load from their data sheets, at rest and at 25 °C.
+
+    Without a data sheet the motor is ideal.
+    """
     i[s.IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
     i[s.TEMP] = floor(AMBIENT_C)
@@ -105,7 +110,10 @@ def _fit_windings(f: Floats, motor: ServoMotor) -> None:
 
 
 def _fit_heat(f: Floats, motor: ServoMotor) -> None:
-    """Set the thermal constants; the flow of heat is calculated at the end of a block (implicit Euler method)."""
+    """Set the thermal constants of winding and housing.
+
+    The flow of heat is calculated at the end of a block (implicit Euler method).
+    """
     block_s, ohm = HEAT_BLOCK * SAMPLE_S, motor.winding_resistance_ohm
     inwards, outwards = motor.winding_to_housing_k_per_w, motor.housing_to_ambient_k_per_w
     f[WINDING_RISE], f[HOUSING_RISE] = ohm * inwards, ohm * outwards
@@ -126,7 +134,7 @@ def set_torque(f: Floats, newton_metres: float) -> None:
     An ideal motor ignores the torque.
     """
     if not isfinite(newton_metres) or abs(newton_metres) > MOST_TORQUE_NM:
-        raise UsageError(f"a torque of {newton_metres} N·m: expected a number from -1000 to 1000")
+        raise UsageError(f"invalid torque of {newton_metres} N·m: expected a number from -1000 to 1000")
     f[TORQUE_NM] = newton_metres
     f[OUTSIDE] = (newton_metres + f[GRAVITY_NM]) * f[PER_NM]
 
@@ -137,7 +145,7 @@ def set_jam(f: Floats, on: bool) -> None:
 
 
 def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
-    """Set the strength of the magnets and the supply voltage, as shares (at most 1) of the data sheet's values."""
+    """Set the strength of the magnets and the supply voltage, as fractions (at most 1) of the data sheet's values."""
     weak = replace(
         motor,
         torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,
@@ -162,13 +170,17 @@ def slip(i: Ints, counts: int) -> None:
 
 
 def push(i: Ints, counts: int) -> None:
-    """Displace the shaft by a number of counts, until the motor moves the shaft back."""
+    """Displace the shaft by a number of counts.
+
+    If the servo is on, the motor then moves the shaft back.
+    """
     i[s.SHAFT] += counts
 
 
 def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
-    """Set the temperature around the motor, -273 … 1000 °C; a motor without a data sheet has this temperature at
-    once.
+    """Set the ambient temperature of the motor, from -273 to 1000 °C.
+
+    A motor without a data sheet has this temperature at once.
     """
     if not isfinite(celsius) or not -273.0 <= celsius <= 1000.0:
         raise UsageError(f"ambient={celsius}: expected a temperature from -273 to 1000 °C")

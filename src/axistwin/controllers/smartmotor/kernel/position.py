@@ -7,29 +7,29 @@ from axistwin.controllers.smartmotor.kernel.state import COMMANDED, DIRECTION, O
 
 @sampled
 def wrapped(value: int) -> int:
-    """Return the low 32 bits as a signed number."""
+    """Return the low 32 bits of a number as a signed integer."""
     return ((value + (1 << 31)) & 0xFFFF_FFFF) - (1 << 31)
 
 
 @sampled
 def position(i: Ints) -> int:
-    """Return the position of the shaft in counts, not limited to 32 bits."""
+    """Return the position of the shaft in counts, as a number of more than 32 bits."""
     return i[DIRECTION] * i[SHAFT] + i[ORIGIN]
 
 
 @sampled
 def commanded_shaft(i: Ints) -> int:
-    """Return the commanded position of the shaft in the machine's coordinates."""
+    """Return the commanded position of the shaft, independent of the commands O= and F=2."""
     return i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
 
 
 @sampled
 def actual_position(i: Ints) -> int:
-    """Return `@P`: the position of the shaft in counts, 32 bits."""
+    """Return `@P`, the position of the shaft in counts, as a 32-bit number."""
     return wrapped(position(i))
 
 
 @sampled
 def following_error(i: Ints) -> int:
-    """Return `@PE`: commanded minus actual position in counts, 32 bits."""
+    """Return `@PE`, the commanded minus the actual position in counts, as a 32-bit number."""
     return wrapped((i[COMMANDED] >> 16) - position(i))

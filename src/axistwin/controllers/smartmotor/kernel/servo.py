@@ -66,26 +66,29 @@ def rotate(i: Ints, f: Floats) -> None:
 
 @sampled
 def stall_amps(i: Ints, f: Floats) -> float:
-    """Return the final current of closed windings at standstill, in A."""
+    """Return the current that closed windings reach at standstill, in A."""
     return i[s.PWM] * f[m.AMPS_PER_PWM] if i[s.DRIVE] == s.DRIVE_ON else 0.0
 
 
 @sampled
 def mean_amps(f: Floats, settled: float) -> float:
-    """Return the mean current in this sample; the current changes from AMPS_NOW towards `settled`."""
+    """Return the mean current in this sample, in A.
+
+    The current changes from AMPS_NOW towards `settled`.
+    """
     return f[m.MEAN_KEPT] * f[m.AMPS_NOW] + f[m.MEAN_REACHED] * settled
 
 
 @sampled
 def amps_after(f: Floats, settled: float) -> float:
-    """Return the current at the end of this sample."""
+    """Return the current at the end of this sample, in A."""
     amps = f[m.AMPS_KEPT] * f[m.AMPS_NOW] + (1.0 - f[m.AMPS_KEPT]) * settled
     return 0.0 if -LEAST_AMPS < amps < LEAST_AMPS else clipped_amps(f, amps)
 
 
 @sampled
 def clipped_amps(f: Floats, amps: float) -> float:
-    """Return a current within the peak of the amplifier."""
+    """Limit a current to the peak current of the amplifier."""
     return min(max(amps, -f[m.PEAK_AMPS]), f[m.PEAK_AMPS])
 
 
@@ -97,7 +100,7 @@ def energy(f: Floats, amps: float, speed: float) -> int:
 
 @sampled
 def miscount(i: Ints, counts: int) -> None:
-    """Count a movement of `counts` with a defective encoder, and correct SHAFT."""
+    """Correct the encoder position SHAFT after a movement of a motor with a defective encoder."""
     counted, of = i[s.UNCOUNTED] + counts * i[s.COUNTS_OF], i[s.COUNTS_OUT_OF]
     whole = counted // of
     i[s.UNCOUNTED] = counted - whole * of
@@ -107,7 +110,7 @@ def miscount(i: Ints, counts: int) -> None:
 
 @sampled
 def friction(i: Ints, f: Floats) -> float:
-    """Return the friction at the shaft in counts/sample²: of bearings, static brake and a jam."""
+    """Return the friction at the shaft in counts/sample², including the static brake and a jam."""
     if i[s.BRAKE] != 0:
         return f[m.COULOMB] + f[m.STATIC_BRAKE] + f[m.JAM]
     return f[m.COULOMB] + f[m.JAM]
@@ -125,7 +128,10 @@ def slowed(push: float, against: float) -> float:
 
 @sampled
 def measure(i: Ints, f: Floats, amps: float) -> None:
-    """Add the current of this sample to CURRENT (0.01 A, filtered) and to the heat."""
+    """Add the current of this sample to the filtered current and to the heat.
+
+    CURRENT is in 0.01 A.
+    """
     centiamps = in_centiamps(amps)
     i[s.CURRENT_SUM] += centiamps - (i[s.CURRENT_SUM] >> CURRENT_BITS)
     i[s.CURRENT] = i[s.CURRENT_SUM] >> CURRENT_BITS
@@ -143,7 +149,7 @@ def in_centiamps(amps: float) -> int:
 
 @sampled
 def warm(i: Ints, f: Floats) -> None:
-    """Update winding, housing and RMS current after 256 samples."""
+    """Update the temperatures of winding and housing, and the RMS current, after 256 samples."""
     square = i[s.HEAT] * (1e-4 / m.HEAT_BLOCK)
     i[s.HEAT], i[s.HEAT_SAMPLES] = 0, 0
     f[m.WINDING_C] += (f[m.HOUSING_C] + square * f[m.WINDING_RISE] - f[m.WINDING_C]) * f[m.WINDING_STEP]
@@ -175,13 +181,13 @@ def ideal_turn(i: Ints) -> int:
 
 @sampled
 def tracked(i: Ints) -> int:
-    """Return the commanded position in the machine's counts."""
+    """Return the shaft position that an ideal motor must have, in counts."""
     return i[s.DIRECTION] * ((i[s.COMMANDED] >> VELOCITY_BITS) - i[s.ORIGIN])
 
 
 @sampled
 def ideal_rests(i: Ints, f: Floats) -> int:
-    """Return 1 if `ideal` would not move the shaft."""
+    """Return 1 if an ideal motor would not move in the next sample."""
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return 1
     if i[s.MODE] == s.M_TORQUE:
@@ -191,7 +197,9 @@ def ideal_rests(i: Ints, f: Floats) -> int:
 
 @sampled
 def overloaded(i: Ints, f: Floats) -> int:
-    """Return 1 if the motor has been too hot, or its RMS current too high, for THD samples; call once per sample.
+    """Return 1 if the temperature or the RMS current has been too high for THD samples.
+
+    Must be called once per sample.
 
     The overload lasts until the motor has cooled to 5 °C below TH and the current is within its limit.
     """
@@ -262,7 +270,10 @@ def cools(i: Ints, f: Floats) -> int:
 
 @sampled
 def rest(i: Ints, f: Floats, samples: int) -> None:
-    """Compute many samples of a motor at rest in one step, with the same results as one by one."""
+    """Compute many samples of a motor at rest in one step.
+
+    The results are the same as if each sample were computed.
+    """
     i[s.SAMPLE] += samples
     if i[s.IDEAL] != 0:
         return
@@ -279,6 +290,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # temperatures are steady, so all further blocks are equal
+            left %= m.HEAT_BLOCK  # At steady temperatures, a block of 256 samples changes nothing.
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

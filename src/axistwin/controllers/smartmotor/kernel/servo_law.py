@@ -24,7 +24,10 @@ FASTEST = 1 << 32
 
 @sampled
 def control(i: Ints) -> None:
-    """Set PWM for the next sample, from T or from the following error; 0 while the drive is off."""
+    """Set PWM for the next sample, from T in mode torque, otherwise from the following error.
+
+    PWM is 0 while the drive is off.
+    """
     if i[s.DRIVE] != s.DRIVE_ON:
         i[s.PWM], i[s.ERROR_BEFORE], i[s.DIFFERENCE] = 0, 0, 0
         clear_integral(i)
@@ -36,7 +39,7 @@ def control(i: Ints) -> None:
 
 @sampled
 def pid(i: Ints, error: int) -> None:
-    """Compute one step of the PID: update integral and difference, set PWM to the output."""
+    """Compute one step of the servo law: update the integral and the difference, and set PWM."""
     i[s.INTEGRAL] = integrated(i, error)
     if i[s.TUNING + 4] <= 1 or (i[s.SAMPLE] // i[s.PID_RATE]) % i[s.TUNING + 4] == 0:
         i[s.DIFFERENCE] = error - i[s.ERROR_BEFORE]
@@ -47,13 +50,13 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """Add this error to the integral, limit the sum by KL, and return the integral term."""
+    """Return the integral term plus KI times the following error, limited by KL."""
     return clipped(i[s.INTEGRAL] + i[s.TUNING + 1] * error, i[s.TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 
 
 @sampled
 def output(i: Ints, error: int) -> int:
-    """Return the PWM value that KP, KI, KD, KV, KA and KG give, limited by AMPS, in the controller's direction."""
+    """Return the sum of all PID and feed-forward terms as a PWM value, limited by AMPS."""
     total = i[s.TUNING] * error + (i[s.INTEGRAL] >> INTEGRAL_BITS) + i[s.TUNING + 2] * i[s.DIFFERENCE] + i[s.TUNING + 7]
     velocity, before = clipped(i[s.VELOCITY], FASTEST), clipped(i[s.VELOCITY_BEFORE], FASTEST)
     forward = i[s.TUNING + 5] * velocity + i[s.TUNING + 6] * (velocity - before)
@@ -62,7 +65,7 @@ def output(i: Ints, error: int) -> int:
 
 @sampled
 def clipped(value: int, limit: int) -> int:
-    """Return the value within -limit … +limit."""
+    """Limit a value to the range from -limit to +limit."""
     if value > limit:
         return limit
     if value < -limit:
@@ -72,7 +75,7 @@ def clipped(value: int, limit: int) -> int:
 
 @sampled
 def clear_integral(i: Ints) -> None:
-    """Set the integral term to 0 (F=8)."""
+    """Set the integral term of the servo law to 0."""
     i[s.INTEGRAL] = 0
 
 

@@ -6,14 +6,14 @@
 
 from itertools import count, islice
 
-# Integers.  Positions are in encoder counts; trajectory positions in 1/65536 count, velocities in 1/65536 count/sample.
+# Positions are in counts, trajectory positions in 1/65536 count, and velocities in 1/65536 count/sample.
 _slots = count()
 
 # Time
 SAMPLE = next(_slots)  # Number of the last computed sample, from 0 at power-up.
 CLK_ZERO = next(_slots)  # Sample in which the counter CLK was 0: CLK = SAMPLE - CLK_ZERO.
 
-# The running program, which interpreter.py executes
+# State of the running program
 (
     PROGRAM,  # State of the program: STOPPED, RUNNING or BLOCKED.
     PC,  # Index into `code` of the next statement.
@@ -23,8 +23,8 @@ CLK_ZERO = next(_slots)  # Sample in which the counter CLK was 0: CLK = SAMPLE -
     WAIT_UNTIL,  # Number of the sample at which a WAIT ends.
     DEPTH,  # Number of return addresses on the stack.
 ) = islice(_slots, 7)
-RETURNS, *_ = islice(_slots, 10)  # Ten return addresses.
-SWITCHES, *_ = islice(_slots, 11)  # Value of the present SWITCH, for each depth of the stack.
+RETURNS, *_ = islice(_slots, 10)  # Stack of ten return addresses.
+SWITCHES, *_ = islice(_slots, 11)  # Value of the SWITCH in progress, at each depth of the return stack.
 (
     TWAITING,  # 1 while TWAIT pauses the program, until Bt is 0.
     PAUSED,  # 1 while the command ! pauses the program, until a serial character arrives.
@@ -37,9 +37,9 @@ A, V, P, D, T, E = islice(_slots, 6)
 AMPS, TH, THD = islice(_slots, 3)
 KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
 F = next(_slots)  # The option bits that F= has set (chapter 7).
-SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # Software limits (3.2); SOFT_LIMITS is 1 if they are enabled.
+SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # Software limits (3.2); SOFT_LIMITS is 1 while the limits are enabled.
 MFMUL, MFDIV = next(_slots), next(_slots)
-RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # the ratio MFMUL/MFDIV, which takes effect with MFR and MSR
+RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # Values of MFMUL and MFDIV at the last MFR or MSR.
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
@@ -48,27 +48,27 @@ EPTR, ADDR = next(_slots), next(_slots)
     BUFFERED_FACTOR,  # Factor of the buffered mode, e.g. 4 for MF4 or MC4.
 ) = islice(_slots, 3)
 
-# The gains in force, which the command F copies from the buffered gains; KS: number of samples between two errors
-TUNING, *_ = islice(_slots, 8)  # The gains in use, in the order KP KI KD KL KS KV KA KG.
+# The command F puts the buffered gains in force.
+TUNING, *_ = islice(_slots, 8)  # Gains in force, in the order KP KI KD KL KS KV KA KG.
 PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
 
-# The trajectory that G has started
+# State of the trajectory that the command G has started
 (
-    MODE,  # a MODE
+    MODE,  # One of MODES.
     FACTOR,
     COMMANDED,  # Commanded position in the controller's coordinates, as a 48.16 fixed-point number.
-    VELOCITY,  # Present velocity of the trajectory per sample, as a 16.16 fixed-point number.
+    VELOCITY,  # Present trajectory velocity in counts per sample, as a 16.16 fixed-point number.
 ) = islice(_slots, 4)
-# the P, V and A in use; in modes with a ratio, the ratio is FACTOR / TARGET
+# TARGET is the end of a position move; in the modes MFR and MSR the ratio is FACTOR / TARGET.
 TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
-# Position of the shaft: controller's position = DIRECTION * shaft + ORIGIN
+# The controller's position is DIRECTION * SHAFT + ORIGIN.
 SHAFT = next(_slots)  # Shaft position in counts since the start of the bench, in the machine's direction.
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
-# Modes follow and cam
+# Slots for the modes that follow the external encoder, including mode cam
 (
     CTR,  # External counter, which the program can read as CTR.
-    MASTER,  # Number of edges received from the external encoder, as in `axis.master`.
+    MASTER,  # Number of edges received from the external encoder.
     MASTER_SEEN,  # Number of external encoder edges that the trajectory has followed.
 ) = islice(_slots, 3)
 MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = islice(_slots, 7)
@@ -77,27 +77,28 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins with the level of the external encoder: 1 for A, 2 for B, 3 for both.
-    PIN_EDGES,  # Number of edges in MASTER that levels forced on the pins have caused.
+    PIN_EDGES,  # Number of counted edges on pins A and B that do not come from the external encoder.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
     RESOLUTION,  # Counted edges per encoder period: 1, 2 or 4 (MF1, MF2, MF4); 4 for steps.
     STEPS,  # 1 if pins A and B are step and direction inputs.
-    FOLLOW_REM,  # Remainder of the division by MFDIV.
+    FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
-CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters that are in force.
-MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Parameters that MCn has set, and that the next CI puts into effect.
-# 1 if a CI waits for the zero point; 1 if CI is invalid until the next MCn
+CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters in force.
+MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that MCn has set, and that the next CI puts in force.
+# CI_PENDING is 1 while a CI waits for the zero point; CI_SPOILT is 1 while a new MCn must precede CI.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the external encoder's counts
 
 # Host mode
-# buffer of points: index of the first, number of points; samples left in the present segment
+# HOST_HEAD and HOST_COUNT give the first point and the number of points in the buffer of host mode.
+# HOST_LEFT is the number of samples left in the present segment of the trajectory.
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
-HOST_SIZE = next(_slots)  # Capacity of the ring buffer as a count of numbers.
+HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode, two for each point.
 HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD.
 
-# The bits of the status word W, one slot each (0 or 1), and the three flags outside W
+# Each bit of the status word W, and each of the three flags outside W, has a slot with the value 0 or 1.
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
 BB, BC, BF = islice(_slots, 3)
 (
@@ -107,32 +108,33 @@ BB, BC, BF = islice(_slots, 3)
 ) = islice(_slots, 3)
 
 # Protection
-LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1 if pin C, or pin D, is the input of a limit switch.
+LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1 if pin C (or pin D) is a limit input.
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
-    OVERLOAD,  # Number of consecutive samples with too high a current or temperature.
+    OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
     STOPPING,  # 1 while the motor decelerates because of a fault with F=1.
-    PENDING,  # C1 and C2 calls that wait for the end of a statement: bits CALL_FAULT, CALL_INPUT.
+    PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
     FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after its return.
     OBSERVE_INDEX,  # 1 if every change of Bx must be reported.
 ) = islice(_slots, 5)
 # positions of the nearest index marks below and above the shaft
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
 
-# Pins: levels as bits 0 (A) to 6 (G), analog values 0 to 1023, range of shaft positions in which no switch changes
+# Levels of the user pins, from bit 0 (pin A) to bit 6 (pin G)
 PINS = next(_slots)
-GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # debounced level of pin G; number of samples with the other level
+GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # Debounced level of pin G, and number of samples at the other level
 (
     DEBOUNCE,  # Number of samples for which a new level of pin G must last.
-    LATCHES,  # Levels set by UA= … UG=, bit by bit; an output pin has this level.
+    LATCHES,  # Output latches: bit 0 has the level that UA= has set, bit 6 the level of UG=.
     GO_PIN,  # 1 if a falling edge of pin G has the effect of the command G (UG).
-    BRAKE_PIN,  # The pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none.
-    BRAKE_READ,  # 1 if an assignment has read BRAKE_PIN (5.1, note 2).
+    BRAKE_PIN,  # Bit in PINS of the pin that carries the brake signal (BRKC, BRKG), or 0.
+    BRAKE_READ,  # 1 after an assignment has read the pin with the brake signal (5.1, note 2).
 ) = islice(_slots, 5)
-ANALOG, *_ = islice(_slots, 7)  # seven values
+ANALOG, *_ = islice(_slots, 7)  # Analog values of pins A to G, 0 to 1023.
+# Range of shaft positions in which no switch changes
 WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
-# State of the drive, which the physical model uses
+# State of the drive, which the physical model reads and updates
 (
     DRIVE,  # State of the amplifier, DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
     PWM,  # Output of the servo law, -1023 to 1023, in the machine's direction.
@@ -145,10 +147,12 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # Internal state of the servo law and of the physical model
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
-CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)  # Filter of CURRENT; sum of (0.01 A)², and number of summands.
+# Sum for the filtered current, sum of the squared currents in (0.01 A)², and number of squares in this sum
+CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Difference in counts between the encoder's reading (SHAFT) and the real shaft position.
-COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # Defective encoder: OF counts per OUT_OF; 0 of 0: no defect.
-UNCOUNTED = next(_slots)  # Remainder of a defective encoder's count.
+# A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts; without a defect both slots are 0.
+COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
+UNCOUNTED = next(_slots)  # Remainder of the division that gives the counts of a defective encoder.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the bench.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 
@@ -185,7 +189,7 @@ STATUS = (BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK)
 USER_PINS = "ABCDEFG"
 """The user pins, from bit 0 of PINS on."""
 
-# Variables `v`: a…z, aa…zz, aaa…zzz, then al[], if `array_overlay=False`.
+# First index in the array `v` of the variables a…z, aa…zz and aaa…zzz, and of a separate al[]
 LETTERS, DOUBLES, TRIPLES, ALONE = 0, 26, 52, 78
 HIDDEN = ALONE + 51
 HIDDEN_MOST = 16

@@ -29,7 +29,10 @@ def stopping_distance(speed: int, acceleration: int) -> int:
 
 @sampled
 def max_stoppable_speed(distance: int, acceleration: int) -> int:
-    """Return the largest speed whose stopping distance is at most `distance` > 0."""
+    """Return the largest speed whose stopping distance is at most `distance`.
+
+    `distance` is greater than 0.
+    """
     n = int((math.sqrt(1.0 + 8.0 * distance / acceleration) - 1.0) / 2.0)
     while acceleration * (n * (n + 1) // 2) < distance:
         n += 1
@@ -40,7 +43,7 @@ def max_stoppable_speed(distance: int, acceleration: int) -> int:
 
 @sampled
 def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration: int) -> int:
-    """Return the velocity of this sample towards a target at the distance `remaining`."""
+    """Return the trajectory velocity for this sample of a move; `remaining` is the distance to the target."""
     way = 1 if remaining >= 0 else -1
     distance = remaining * way
     speed = velocity * way
@@ -49,7 +52,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
         wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
         return wanted * way  # The motor is moving away from the target, or is at rest.
-    # a fast test first: stopping_distance(w) is at most w²/2A + w/2 + A/8
+    # The stopping distance from the velocity w is at most w²/2A + w/2 + A/8.
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
         best = 0 if distance == 0 else max_stoppable_speed(distance, acceleration)
@@ -67,7 +70,7 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Advance the external encoder by one sample, to its predicted count or by its constant speed."""
+    """Advance the count of the external encoder by one sample, as predicted or at constant speed."""
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]
         i[s.PREDICTED_AT] += 1
@@ -117,7 +120,10 @@ def counted(i: Ints) -> int:
 
 @sampled
 def follow(i: Ints, moved: int) -> None:
-    """Follow the counter CTR: one to one in MF1, MF2, MF4 and MS, by the ratio MFMUL/MFDIV in MFR and MSR."""
+    """Compute one sample of a mode that follows the external counter: MF1, MF2, MF4, MS, MFR or MSR.
+
+    The ratio is MFMUL/MFDIV in MFR and MSR, and 1 in all other modes.
+    """
     step = moved
     if i[s.MODE] != s.M_FOLLOW and i[s.MODE] != s.M_STEP:
         owed = moved * i[s.FACTOR] + i[s.FOLLOW_REM]
@@ -158,7 +164,7 @@ def profile(i: Ints) -> None:
 
 @sampled
 def wrap(i: Ints) -> None:
-    """Continue a position beyond 2^31 counts at the other end of the scale, and set Bw.
+    """Wrap a commanded position beyond 32 bits to the other end of the range, and set the flag Bw.
 
     The target is shifted by the same amount, so that the move keeps its length.
     """

@@ -16,8 +16,9 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A pattern for a Class 5 word.  `here`: the 4.76 word that replaces it; `sure`: both words take values in the same
-    unit.
+    """A pattern for a Class 5 word, and its replacement in firmware 4.76.
+
+    `here`: the 4.76 word that replaces it; `sure`: both words take values in the same unit.
     """
 
     form: str
@@ -95,7 +96,7 @@ def message(found: Found) -> str:
 
 
 def find(text: str, table: tuple[Later, ...]) -> Found | None:
-    """Return the Class 5 word that a text matches in a table; None: the text matches no entry."""
+    """Return the first Class 5 word of a table that matches a text, or None."""
     for later in table:
         if match := re.fullmatch(later.form, text, re.ASCII):
             pin = PINS[int(match["pin"])] if "pin" in match.re.groupindex else ""

@@ -40,7 +40,7 @@ _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<
 
 
 class Problem(NamedTuple):
-    """An error in a statement: its place in the text, and the manual's chapter."""
+    """An error in a statement, with its place in the text and the chapter of the manual."""
 
     position: int
     message: str
@@ -51,7 +51,10 @@ class Problem(NamedTuple):
 
 
 class Malformed(Exception):  # noqa: N818  # internal: `read` catches this error
-    """Raised for text that is not an expression or a command; never raised to users."""
+    """Raised by the parser for text that is not a valid expression or command.
+
+    Users never receive this exception.
+    """
 
     def __init__(
         self, message: str, position: int, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
@@ -82,36 +85,37 @@ class Computed:
     """Pins whose level the expression assigns to a variable (5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the external values of the operand into the hidden variables."""
+        """Fetch the external values of the operand, and store each value for the interpreter."""
         for number, fetch in enumerate(self.fetches):
             motor.v[s.HIDDEN + number] = fetch(motor)
 
 
 @dataclass(frozen=True)
 class Expression(Computed):
-    """An operand with one number as its value."""
+    """An operand whose value is one number."""
 
     @cached_property
     def constant(self) -> int | None:
-        """Value of a constant expression; otherwise None."""
+        """The value of the expression if the expression is constant, otherwise None."""
         known = len(self.code) == 3 and self.code[0] == ops.CONSTANT
         return self.code[1] if known else None
 
     def value(self, motor: Processor) -> int | None:
-        """Return the expression's present value; None: no value exists, and a flag is set."""
+        """Return the present value of the expression, or None after an error that has set a flag."""
         self.fetch(motor)
         stack = [0] * STACK
         return stack[0] if evaluate(motor.i, motor.v, stack, self.code, 0) >= 0 else None
 
 
 class Reader:
-    """Parses the expressions of a statement.  `at`: current index; `assigned`: True if the value is assigned to a
-    variable.
+    """Parses the expressions of a statement.
+
+    `at`: current index; `assigned`: True if the value is assigned to a variable.
     """
 
     def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
         self.text, self.at, self._assigned = text, at, assigned
-        self._code: list[list[int]] = []  # code of the expression: operations, each followed by its argument, if any
+        self._code: list[list[int]] = []  # Code of the expression, a list of operations with their arguments
         self._height = self._highest = self._deep = 0
         self._fetches: list[Callable[[Processor], int]] = []
         self._fetched = fetches
@@ -120,18 +124,24 @@ class Reader:
         self._taken: list[str] = []
 
     def expression(self) -> Expression:
-        """Return the expression at the current index.  Raises Malformed."""
+        """Parse an expression, from the current place in the text.
+
+        Raises Malformed.
+        """
         self._binary(0)
         return self._read()
 
     def element(self) -> Expression:
-        """Return the array element at the current index.  Raises Malformed."""
+        """Parse an array element such as aw[3], from the current place in the text.
+
+        Raises Malformed.
+        """
         self._array(self._next())
         return self._read()
 
     def _read(self) -> Expression:
         if self._highest > STACK:
-            raise Malformed("the expression is too long: use several assignments", self.at)
+            raise Malformed("the expression is too long: expected several shorter assignments", self.at)
         code = tuple(number for word in self._code for number in word)
         return Expression(
             (*code, ops.RESULT),
@@ -142,7 +152,10 @@ class Reader:
         )
 
     def index(self) -> Expression:
-        """Return the array index, in brackets, at the current index.  Raises Malformed."""
+        """Parse an array index in brackets, from the current place in the text.
+
+        Raises Malformed.
+        """
         self._nested("]")
         return self._read()
 
@@ -151,10 +164,10 @@ class Reader:
         match = _token.match(self.text, self.at)
         return match[0] if match else ""
 
-    def _expect(self, token: str) -> None:
-        if self._next() != token:
-            raise Malformed(f"{token} is missing", self.at)
-        self.at += len(token)
+    def _expect(self, bracket: str) -> None:
+        if self._next() != bracket:
+            raise Malformed(f"the closing {bracket} is missing: expected e.g. (a+1)*2 or aw[5]", self.at)
+        self.at += len(bracket)
 
     def _emit(self, *word: int) -> None:
         self._code.append(list(word))
@@ -165,7 +178,7 @@ class Reader:
         self._highest = max(self._highest, self._height)
 
     def _binary(self, weakest: int) -> None:
-        """Read a value and the operations that follow, except operations of a priority below `weakest`."""
+        """Parse a value and all following operators whose precedence is at least `weakest`."""
         self._unary()
         while (found := OPERATIONS.get(token := self._next())) is not None and found[0] >= weakest:
             level, operation = found
@@ -194,7 +207,7 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # two negations are not left out, because they may overflow
+            # The code keeps two negations, because a negation may overflow.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
@@ -234,18 +247,26 @@ class Reader:
 
     def _refuse(self, token: str) -> NoReturn:
         if not self.text[self.at :]:
-            raise Malformed("a value is missing at the end of the expression", self.at)
+            raise Malformed("a value is missing at the end of the expression: expected e.g. a+1", self.at)
         if not token or not token[-1].isalnum():
-            raise Malformed(f"a value is missing before {self.text[self.at]!r}", self.at)
+            character = self.text[self.at]
+            raise Malformed(f"a value is missing before {character!r}: expected a number or a variable", self.at)
         if later := class5.find(token, class5.VALUES):
             raise Malformed(message=class5.message(later), position=self.at, rule=rules.LATER, end=self.at + len(token))
-        hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
-        raise Malformed(f"there is no variable {token}{hint}", self.at, rule=rules.VARIABLE, end=self.at + len(token))
+        examples = token.lower() if find(token.lower()) else "aa, al[0] or CLK"
+        raise Malformed(
+            f"there is no variable {token}: expected e.g. {examples}",
+            self.at,
+            rule=rules.VARIABLE,
+            end=self.at + len(token),
+        )
 
     def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
-            raise Malformed(f"more than {s.HIDDEN_MOST} external values in one statement", self.at)
+            raise Malformed(
+                f"too many external values, such as GETCHR, in one statement: expected at most {s.HIDDEN_MOST}", self.at
+            )
         self._fetches.append(fetch)
         self._push(ops.VARIABLE, s.HIDDEN + place)
 
@@ -253,7 +274,7 @@ class Reader:
         self.at += 1
         self._deep += 1
         if self._deep > DEEPEST:
-            raise Malformed(f"more than {DEEPEST} nested parentheses", self.at)
+            raise Malformed(f"the parentheses are nested too deep: expected at most {DEEPEST} levels", self.at)
         self._binary(0)
         self._expect(closing)
         self._deep -= 1
@@ -262,7 +283,7 @@ class Reader:
         self.at += len(name)
         position = self.at + 1
         if self._next() != "[":
-            raise Malformed(f"{name} is an array: [ is missing", self.at)
+            raise Malformed(f"the index of the array {name} is missing: expected e.g. {name}[0]", self.at)
         self._nested("]")
         operation, _ = ARRAY_SIZES[name]
         if self._code[-1][0] == ops.CONSTANT:

@@ -9,10 +9,10 @@ from axistwin.controllers.commandset import Command
 class Accept(Flag):
     """The sources from which a command is accepted."""
 
-    HOST = auto()  # From a host, over a communication channel.
-    PROGRAM = auto()  # From the stored program.
-    BLOCK = auto()  # Only from the stored program, because the command is a label or a part of a block.
-    REMOVED = auto()  # Never accepted, because 4.76 has removed the command (1.3).
+    HOST = auto()  # A host sends the command over a serial channel.
+    PROGRAM = auto()  # The stored program contains the command.
+    BLOCK = auto()  # Only the stored program contains the command, which is a label or a part of a block.
+    REMOVED = auto()  # Firmware 4.76 has removed the command, which is never accepted (1.3).
 
 
 class Form(Enum):
@@ -33,8 +33,9 @@ class Form(Enum):
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A line of the command table.  `code` is the keyword with the characters that must follow: `GOSUBn`, `A=`,
-    `PRINT()`.
+    """A command of the command table; `code` is its keyword, such as `G`, `A=` or `GOSUBn`.
+
+    The code includes the characters that must follow the keyword.
     """
 
     form: Form = Form.BARE

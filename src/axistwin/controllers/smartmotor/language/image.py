@@ -35,13 +35,13 @@ _header = re.compile(r"\$[0-9A-F]([0-9A-F]{3})([0-9A-F]{6})([0-9A-F]{6})[0-9A-F]
 
 
 def strip(source: str) -> str:
-    """Return source text without comments and needless blanks, as the motor stores it."""
+    """Return source text without comments and needless blanks, which the motor does not store."""
     lines = (_word.findall(_code.match(line)[0]) for line in _line_end.split(source))  # type: ignore[index]
     return "".join(" ".join(words) + "\n" for words in lines if words)
 
 
 def labels(text: str) -> dict[int, int]:
-    """Return the place of each label Cn in a text; of a repeated label, the first place."""
+    """Return the place of each label Cn in a text; a repeated label keeps its first place."""
     places: dict[int, int] = {}
     for place, word, _ in _words(text):
         match = _label.fullmatch(word)
@@ -51,7 +51,10 @@ def labels(text: str) -> dict[int, int]:
 
 
 def sums(text: str) -> tuple[int, int]:
-    """Return both checksums that RCKS reports, sums of 24 bits: of the label addresses, and of the text."""
+    """Return the two checksums that RCKS reports, of the label addresses and of the program's text.
+
+    Both are sums of 24 bits.
+    """
     addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
     return addresses & 0xFFFFFF, _sum(text)
 
@@ -73,7 +76,7 @@ class _Block:
 
 
 def encode(text: str) -> bytes:
-    """Return the image of a program's text, as UP sends it."""
+    """Convert the text of a program to the image that the command UP sends."""
     targets = dict(_targets(text))
     program = _flow.sub(lambda match: _with_target(match, targets), text)
     table = "".join(f"{number:04X}{place:04X}" for number, place in labels(text).items())
@@ -93,7 +96,7 @@ class Decoder:
         self._begun = self._ended = False
 
     def feed(self, data: bytes) -> None:
-        """Receive the next bytes.  Data after the end of the text is ignored."""
+        """Receive the next bytes of a program.  Bytes after the end marker FF are ignored."""
         if self._ended:
             return
         text, ended, _ = data.partition(END_OF_TEXT)
@@ -103,14 +106,17 @@ class Decoder:
             self._decode(max(self._rest.rfind(end) for end in "\n\r\0") + 1)
 
     def result(self) -> tuple[str, bool]:
-        """The whole text, and True if the sums in its header are right."""
+        """Return the decoded text, and True if the checksum and the length in the header are right.
+
+        A text without a header is always right.
+        """
         self._begin(whole=True)
         self._decode(len(self._rest))
         text = "".join(self._lines)
         return text, self._header is None or self._header == (_sum(text), len(text))
 
     def _begin(self, *, whole: bool) -> bool:
-        """Skip header and label table if they have been received; return True if they have been skipped."""
+        """Skip the header and the label table of an image; return True if the text has begun."""
         if self._begun or (len(self._rest) < HEADER and not whole):
             return self._begun
         match = _header.match(self._rest)
@@ -143,15 +149,15 @@ def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
 
 
 def _words(text: str) -> Iterator[tuple[int, str, int]]:
-    """Yield each label and word of program flow in a text: its place, the word, and the place after the word."""
+    """Yield the begin, the word and the end of each label and each flow word (such as LOOP) in a text."""
     for match in _flow.finditer(text):
         yield match.start(), match[0], match.end() + 1
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
-    """Yield the place and the target of each word that jumps, such as LOOP, unless its counterpart is missing."""
+    """Yield the place and the jump target of each word that jumps, such as LOOP."""
     blocks: list[_Block] = []
-    left: list[_Block] = []  # by BREAK
+    left: list[_Block] = []  # Open blocks that a BREAK can leave
     for place, word, behind in _words(text):
         if word in ("IF", "WHILE", "SWITCH"):
             blocks.append(_Block(word, place, place))
@@ -171,7 +177,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the place and the target of those jumps of a block whose targets are known once this word has been read."""
+    """Yield the place and the target of each jump whose target becomes known at the given word of a block."""
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place
     block.waiting = None if word == "ELSE" else place

@@ -28,24 +28,27 @@ EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
 
 @dataclass(frozen=True)
 class Elements(Computed):
-    """An assignment to an array, as code for the interpreter: number of values, array, first index, values."""
+    """An assignment to array elements, as code for the interpreter.
+
+    The code is the number of values, the array, the first index, and the values.
+    """
 
     count: int = 1
 
     def value(self, motor: Processor) -> tuple[int, ...]:
-        """Fetch the external values, and return the code."""
+        """Fetch the external values of the assignment, and return its code for the interpreter."""
         self.fetch(motor)
         return self.code
 
 
 @dataclass(frozen=True)
 class First:
-    """The variable or element with which a VST or VLD begins."""
+    """The operand of VST or VLD that names the first variable or array element."""
 
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the range that begins with this variable or element; None if this one does not exist."""
+        """Return the range of variables that begins with this operand; None if the operand does not exist."""
         if "[" not in self.name:
             group = values(self.name)
             return None if group is None else Run(ops.VARIABLE, group.start, len(group))
@@ -68,7 +71,7 @@ Operand = int | str | bytes | Expression | Elements | First
 
 @dataclass(frozen=True)
 class Statement:
-    """A command with its operands, or the error in the text."""
+    """A parsed text, which is either a command with operands or an error."""
 
     text: str
     command: Instruction | None = None
@@ -77,7 +80,7 @@ class Statement:
 
     @property
     def computed(self) -> tuple[Computed, ...]:
-        """The operands that the interpreter computes."""
+        """The operands of the statement that the interpreter evaluates."""
         return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:
@@ -87,7 +90,7 @@ class Statement:
 
     @cached_property
     def read_only(self) -> bool:
-        """True for a report that changes nothing."""
+        """True if the statement is a report that changes nothing."""
         handler = self.command.handler if self.command is not None else None
         asked = {name for part in self.computed for name in part.names}
         if isinstance(handler, partial):
@@ -105,7 +108,7 @@ class Statement:
         for part in self.operands:
             value = part.value(motor) if isinstance(part, Expression | Elements) else part
             if value is None:
-                return None  # the expression has no value and has set Bd or Bu, so the statement ends
+                return None  # an expression without a value has set Bd or Bu, and ends the statement
             given.append(value)
         named = self.command.form is Form.LET
         answer = self.command.handler(motor, value=given[0]) if named else self.command.handler(motor, *given)
@@ -114,7 +117,7 @@ class Statement:
 
 @lru_cache(maxsize=4096)
 def command(text: str) -> Statement:
-    """Return the statement of a host's command, given without its terminator."""
+    """Parse a command of a host, given without its terminator."""
     statement = read(text)
     found = statement.command
     if statement.problem is None and found is not None and Accept.HOST not in found.accepted:
@@ -125,7 +128,7 @@ def command(text: str) -> Statement:
 
 @lru_cache(maxsize=4096)
 def read(text: str) -> Statement:
-    """Return the statement of a text, without the check that a host may send it."""
+    """Parse the text of a statement, including statements that are valid only in a program."""
     found: Instruction | None = None
     try:
         found, begin = _find(text)
@@ -133,14 +136,17 @@ def read(text: str) -> Statement:
             rule, message = _unknown(text)
             raise Malformed(message=message, position=0, chapter=rule.chapter, rule=rule)
         if Accept.REMOVED in found.accepted:
-            raise Malformed(f"{found.code} has been removed in 4.76: {found.instead}", 0, found.chapter, rules.REMOVED)
+            removed_command, replacement = found.code, found.instead
+            raise Malformed(
+                f"{removed_command} has been removed in 4.76: {replacement}", 0, found.chapter, rules.REMOVED
+            )
         return Statement(text, found, _READERS[found.form](text, begin, found))
     except Malformed as malformed:
         condition = found is not None and found.form is Form.AFTER
         return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
-# Functions that find the command in a text, and the place of its operands
+# Functions that find the command at the beginning of a text
 
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
@@ -201,16 +207,17 @@ def _unknown(text: str) -> tuple[Rule, str]:
     return rules.UNKNOWN, f"unknown command {text[:40]}"
 
 
-# Functions that parse the operands after the keyword, one for each form of command
+# Functions that parse the operands of a command, one function for each form of command
 
 _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
 
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     """Parse the number at the end of a command, such as GOSUB5."""
-    digits, field = text[at:].lstrip("0") or "0", found.parameters[0]
-    if len(digits) > 9 or not field.allows(int(digits)):
-        raise Malformed(f"{text[at:][:20]} is out of range: {field}", at, found.chapter, rules.NUMBER)
+    digits, parameter = text[at:].lstrip("0") or "0", found.parameters[0]
+    if len(digits) > 9 or not parameter.allows(int(digits)):
+        number = text[at:][:20]
+        raise Malformed(f"{number} is out of range: expected {parameter}", at, found.chapter, rules.NUMBER)
     return (int(digits),)
 
 
@@ -222,9 +229,13 @@ def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, as
 
 
 def _expect_end(reader: Reader, found: Instruction) -> None:
-    rest = reader.text[reader.at :]
-    if rest:
-        raise Malformed(f"{rest[:20]} is not valid after this expression", reader.at, found.chapter)
+    extra = reader.text[reader.at :]
+    if extra:
+        raise Malformed(
+            f"{extra[:20]} is not valid after an expression: expected a space or the end of the line",
+            reader.at,
+            found.chapter,
+        )
 
 
 def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
@@ -269,12 +280,20 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         at = match.end()
     if not listed:
         raise Malformed(
-            f"{array}[…] must be followed by = and a value, or by a list of values", at, EQUAL_SIGN, rules.ELEMENTS
+            f"the value of {array}[…] is missing: expected e.g. {array}[0]=5", at, EQUAL_SIGN, rules.ELEMENTS
         )
     if at == len(text):
-        raise Malformed("the list of values does not end with a period", at, FEATURES_ADDED, rules.ELEMENTS)
-    if text[at:].strip() != ".":
-        raise Malformed(f"{text[at:][:20]} is not a number", at, FEATURES_ADDED, rules.ELEMENTS)
+        raise Malformed(
+            "the list of values does not end with a period: expected e.g. aw[0] 1 2 3.",
+            at,
+            FEATURES_ADDED,
+            rules.ELEMENTS,
+        )
+    word = text[at:].strip()
+    if word != ".":
+        raise Malformed(
+            f"{word[:20]} is not a number: expected a list such as aw[0] 1 2 3.", at, FEATURES_ADDED, rules.ELEMENTS
+        )
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
     code = (len(listed), kind, *first.code, *(word for value in listed for word in _constant(value)))
@@ -287,7 +306,7 @@ def _constant(value: int) -> tuple[int, ...]:
 
 
 def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse `"text",exp,#n`, the items of PRINT."""
+    """Parse the items of a PRINT, such as `"text",exp,#n`."""
     items: list[Operand] = []
     while True:
         item, at = _item(text, at, found)
@@ -297,9 +316,12 @@ def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
         elif text[at:] == ")":
             return tuple(items)
         elif not text[at:]:
-            raise Malformed(") is missing", at, found.chapter, rules.PRINTED)
+            raise Malformed(f"the closing ) is missing: expected {found.syntax}", at, found.chapter, rules.PRINTED)
         else:
-            raise Malformed(f"{text[at:][:20]} is not valid here", at, found.chapter, rules.PRINTED)
+            extra = text[at:][:20]
+            raise Malformed(
+                f"{extra} is not valid after an item of PRINT: expected a comma or )", at, found.chapter, rules.PRINTED
+            )
 
 
 _byte = re.compile(r"#(\d+)", re.ASCII)
@@ -309,35 +331,50 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
     if text.startswith('"', at):
         end = text.find('"', at + 1)
         if end < 0:
-            raise Malformed("this text has no closing quote", at, found.chapter, rules.PRINTED)
+            raise Malformed(
+                'the closing quote of a text is missing: expected e.g. PRINT("ready")', at, found.chapter, rules.PRINTED
+            )
         return text[at + 1 : end], end + 1
     if text.startswith("#", at):
         match = _byte.match(text, at)
         digits = (match[1].lstrip("0") or "0") if match else "999"
         if match is None or len(digits) > 3 or int(digits) > 255:
-            raise Malformed("# must be followed by the code of a character, 0…255", at, found.chapter, rules.PRINTED)
+            raise Malformed(
+                "the character code after # is missing or out of range: expected 0…255, e.g. #13",
+                at,
+                found.chapter,
+                rules.PRINTED,
+            )
         return bytes((int(digits),)), match.end()
     reader = Reader(text, at)
     return reader.expression(), reader.at
 
 
 def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the operands in parentheses; VST and VLD have a variable and a number of variables."""
+    """Parse the operands in parentheses, such as those of VST(a,3)."""
     if not text.endswith(")"):
-        raise Malformed(") is missing", len(text), found.chapter, rules.ARGUMENTS)
+        raise Malformed(f"the closing ) is missing: expected {found.syntax}", len(text), found.chapter, rules.ARGUMENTS)
     inner = text[at:-1]
     if len(found.parameters) != 2:
         return (inner,)
     name, comma, _ = inner.rpartition(",")
     if not comma:
-        raise Malformed(f"{found.code} needs a variable and a number of variables", at, found.chapter, rules.ARGUMENTS)
+        raise Malformed(
+            f"the number of variables is missing: expected {found.syntax}", at, found.chapter, rules.ARGUMENTS
+        )
     return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the name of the variable after the R of a report: Ra, RAINA1."""
-    if find(text[1:]) is None:
-        raise Malformed(f"{text[1:][:20]} does not exist: {found.syntax}", 1, found.chapter, rules.ARGUMENTS)
+    """Parse the variable in a report such as Ra or RAINA1."""
+    variable = text[1:]
+    if find(variable) is None:
+        raise Malformed(
+            f"the variable {variable[:20]} does not exist: expected a report such as Ra or RAINA1",
+            1,
+            found.chapter,
+            rules.ARGUMENTS,
+        )
     return (_whole(text, 1, found),)
 
 
@@ -352,12 +389,17 @@ _port = re.compile(r"([A-H])(\d{0,2}),", re.ASCII)
 
 
 def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse AOUTp,exp and DOUTpc,exp: device p = A…H; for DOUT, channel c = 0…63."""
+    """Parse the operands of AOUTp,exp and DOUTpc,exp, where p is a device and c a channel."""
     match = _port.match(text, at)
     digital = found.code == "DOUTp"
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):
-        channel = ", channel 0…63" if digital else ""
-        raise Malformed(f"{found.syntax}: device A…H{channel}", at, found.chapter, rules.ARGUMENTS)
+        example = "DOUTA63,1" if digital else "AOUTA,100"
+        raise Malformed(
+            f"invalid device or channel in {text[:20]}: expected {found.syntax}, e.g. {example}",
+            at,
+            found.chapter,
+            rules.ARGUMENTS,
+        )
     value = _whole(text, match.end(), found)
     return (match[1], int(match[2]), value) if digital else (match[1], value)
 

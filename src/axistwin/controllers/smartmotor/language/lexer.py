@@ -29,7 +29,7 @@ def begins_list(text: str) -> bool:
 
 
 def statements(text: str) -> Iterator[tuple[int, int]]:
-    """Yield the begin and the end of each statement of a program."""
+    """Yield the begin and end index of each statement in the text of a program."""
     at = _skip(text, 0)
     while at < len(text):
         match = _word.match(text, at)
@@ -46,7 +46,7 @@ def _skip(text: str, at: int) -> int:
 
 
 def _extended(text: str, begin: int, end: int) -> int:
-    """Return the end of a statement whose first word ends at `end`."""
+    """Return the index at which a statement ends; `end` is the end of its first word."""
     if text[begin:end] in BEFORE_EXPRESSION:
         match = _next_word.match(text, end)
         return match.end() if match else end

@@ -35,7 +35,7 @@ PIECE = 64
 
 
 class Place(NamedTuple):
-    """The place of a statement: line and column from 1, and the characters from `begin` to `end` of the text."""
+    """The place of a statement in the text of a program; line and column are counted from 1."""
 
     line: int
     column: int
@@ -45,7 +45,7 @@ class Place(NamedTuple):
 
 @dataclass
 class _Block:
-    """An IF, WHILE or SWITCH block; its parts are given by the numbers of their statements."""
+    """An IF, WHILE or SWITCH block, described by the numbers of its statements."""
 
     begin: int
     parts: list[int] = field(default_factory=list)
@@ -54,14 +54,17 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """Return the next part of the block after this statement, or the end of the block."""
+        """Return the first part of the block (such as ELSE) after the given statement, or the end of the block."""
         at = bisect_right(self.parts, number)
         return self.parts[at] if at < len(self.parts) else self.end
 
 
 @dataclass(frozen=True)
 class Program:
-    """A compiled program.  `code` is for the interpreter; an empty text is a program without statements."""
+    """A compiled program, with its statements and labels.
+
+    `code` is for the interpreter; an empty text is a program without statements.
+    """
 
     text: str
     code: Sequence[int]
@@ -78,27 +81,28 @@ class Program:
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
-        """Compile a source text; an invalid statement is no error, but sets Bs when it is executed."""
+        """Compile the source text of a program; an invalid statement sets Bs when executed."""
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return the same program, which announces the statements with these numbers before their execution."""
+        """Return an equivalent program that reports these statements to Python before their execution."""
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement whose code begins at `head`; at the end of the code, the number of
-        statements.
+        """Return the number of the statement whose code begins at `head`.
+
+        At the end of the code, this is the number of statements.
         """
         number = self.code[head + 1]
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the number of code words that announce the statement at `head`; 0 without an announcement."""
+        """Return the number of code words that report the statement at `head` to Python, or 0."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 
 class Compilation:
-    """A compilation in progress; it is done in short steps, so that a long program causes no long delay."""
+    """A compilation in short steps, so that a long program does not block the simulation."""
 
     def __init__(self, text: str, announces: frozenset[int] = frozenset()) -> None:
         self._pieces = _pieces(text, announces)
@@ -144,7 +148,7 @@ def _place(lines: Sequence[int], begin: int, end: int) -> Place:
 
 
 def word(statement: Statement) -> str:
-    """Return the keyword of a statement as in the command table; empty if the statement is invalid.
+    """Return the keyword of a statement, or an empty text for an invalid statement.
 
     IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block even if no expression follows.
     """
@@ -165,7 +169,10 @@ class _Matcher:
         self._broken = 0
 
     def match(self) -> Iterator[None]:
-        """Find all blocks; a generator, so that a long program can be matched in pieces."""
+        """Find the parts of all IF, WHILE and SWITCH blocks of a program.
+
+        A generator, so that a long program can be matched in pieces.
+        """
         for number, statement in enumerate(self.statements):
             keyword = word(statement)
             if keyword in OPENS.values():
@@ -190,7 +197,7 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """Return the innermost open block if it is of this kind, otherwise None."""
+        """Return the innermost open block if the block begins with `keyword`, otherwise None."""
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
     def _close(self, number: int, keyword: str) -> None:
@@ -245,7 +252,10 @@ class _Matcher:
 
 
 class _Writer:
-    """Writes the code.  The targets of jumps are inserted after all other code."""
+    """Writes the code of a compiled program.
+
+    The targets of jumps are inserted after all other code.
+    """
 
     def __init__(
         self, statements: Sequence[Statement], blocks: Mapping[int, _Block], announces: frozenset[int]
@@ -265,7 +275,10 @@ class _Writer:
         """Jumps to labels: index of a word in the code, label, and begin and end of the statement."""
 
     def write(self) -> Iterator[None]:
-        """Write the code of all statements; a generator, so that a long program can be written in pieces."""
+        """Write the code of all statements of the program.
+
+        A generator, so that a long program can be written in pieces.
+        """
         for number, statement in enumerate(self.statements):
             self.begins.append(len(self.code))
             self._entries.append(len(self.code))
@@ -279,7 +292,7 @@ class _Writer:
             self._find_label(*call)
 
     def _head(self, operation: int, number: int) -> int:
-        """Write the head of a statement.  Return the place where the target of its jump must be inserted."""
+        """Write the first code words of a statement, and return the place of its jump target in the code."""
         self.heads.append(len(self.code))
         if number in self._announces and not self._within(number):
             self.code += (ops.S_FETCH, ~number, len(self.code) + ops.HEAD)
@@ -288,11 +301,11 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the operation with this number belongs to a statement that has been announced already."""
+        """True if the operation belongs to a statement that has already been reported to Python."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:
-        """Write a statement that continues with the next one."""
+        """Write a statement after which the program continues with the next statement."""
         target = self._head(operation, number)
         for part in statement.operands if statement else ():
             if isinstance(part, Computed):
@@ -336,14 +349,17 @@ class _Writer:
         self._calls.append((target + 1, digits(statement), target - 2, len(self.code)))
 
     def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
-        """Write the place of a label into a GOTO or GOSUB; a statement without its label sets Bs."""
+        """Write the target of a GOTO or GOSUB; a statement whose label does not exist sets Bs."""
         if label in self.labels:
             self.code[at] = self.labels[label]
         else:
             self.code[begin], self.code[begin + 2] = ops.S_TRAP, end
 
     def _condition(self, number: int, statement: Statement) -> None:
-        """Write IF, ELSEIF, WHILE: a jump to the next part of the block if the condition is false."""
+        """Write the condition of an IF, ELSEIF or WHILE, and a jump for the case that the condition is false.
+
+        The jump leads to the next part of the block.
+        """
         block = self.blocks[number]
         if number != block.begin:
             self._jump(number, block.end)
@@ -400,7 +416,7 @@ class _Writer:
 
 
 def digits(statement: Statement) -> int:
-    """Return the number that a label, GOTO, GOSUB or CASE contains."""
+    """Return the number in a label, GOTO, GOSUB or CASE, such as 5 for GOSUB5."""
     value = statement.operands[0]
     assert isinstance(value, int)
     return value

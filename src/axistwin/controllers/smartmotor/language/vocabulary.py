@@ -49,7 +49,7 @@ class Words:
             return
         self._quoted ^= byte == QUOTE
         if len(self._text) < LONGEST:
-            if byte >= SPACE or self._text:  # a control character without a command has no effect
+            if byte >= SPACE or self._text:  # A control character before a command is ignored.
                 self._text.append(byte)
         elif not self._dropping:
             self._dropping = True

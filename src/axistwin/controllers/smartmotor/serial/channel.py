@@ -32,7 +32,7 @@ RECORDS = {POSITION: 6, CLOCK: 6, DIRECT_A: 5, DIRECT_V: 5, DIRECT_P: 5}
 
 
 class ChannelError(IntFlag):
-    """The errors that RCHN reports."""
+    """The errors of a serial channel, as bits of the report RCHN."""
 
     OVERFLOW = 1
     FRAMING = 2
@@ -54,7 +54,7 @@ class Transfer(Protocol):
 
 
 class Dispatcher(Protocol):
-    """The operations of the processor that a channel uses."""
+    """The operations that a serial channel requires from the processor."""
 
     clock: Clock
     i: "array[int]"
@@ -62,10 +62,10 @@ class Dispatcher(Protocol):
     channels: "tuple[Channel, Channel]"
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state to the last sample up to now."""
+        """Advance the motor's state to the last sample at or before the present time."""
 
     def update_outputs(self) -> None:
-        """Update outputs after a change of the state."""
+        """Update the motor's outputs after a change of its state."""
 
     def execute(self, channel: "Channel", text: str) -> None:
         """Execute a command of the host."""
@@ -97,7 +97,7 @@ class Channel:
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
-        # received bytes of a binary record, and True if a byte had a line error
+        # Received bytes of a binary record, and True after a line error in one of these bytes.
         self._record, self._spoilt = bytearray(), False
         self._timeout_ns = 0
         """Time in ns after its first character within which a command must end; 0 for no time-out."""
@@ -113,7 +113,7 @@ class Channel:
         self.uart.on_receive, self.uart.on_idle = lambda byte, errors: None, lambda: None
 
     def receive(self, byte: int, errors: LineError) -> None:
-        """Receive a character; after a line error, set the flag and discard the command with this character."""
+        """Receive a character, and handle its line errors, such as a wrong parity."""
         if not self.open:
             return
         self.received = True
@@ -137,7 +137,7 @@ class Channel:
             self.motor.clock.call_later(self._timeout_ns, lambda: self._expire(began_ns))
 
     def _expire(self, began_ns: int) -> None:
-        """If the command that began at this time is still incomplete, drop the command and set the flag Bs."""
+        """Discard a command that is still incomplete at the end of its time-out, and set the flag Bs."""
         if self._begun_ns == began_ns and self.motor.powered:
             self._begun_ns = None
             self._record.clear()
@@ -151,7 +151,7 @@ class Channel:
         self.motor.update_outputs()
 
     def end_transfer(self) -> None:
-        """End a download or upload, so that characters are commands again."""
+        """End a download or upload, so that received characters are commands again."""
         self.transfer = None
         self._words.forget()
 
@@ -162,7 +162,7 @@ class Channel:
         return byte
 
     def take(self, byte: int) -> None:
-        """Pass a character to its receiver: data, transfer, binary record or command."""
+        """Pass a received character to its receiver, such as the command parser or a download."""
         if self.transfer is not None:
             self.transfer.take(byte)
         elif self._data_mode:
@@ -179,13 +179,16 @@ class Channel:
             self.motor.execute(self, text)
 
     def _take_binary(self, byte: int) -> None:
-        """Receive an address, which is valid until the next address, or the first byte of a binary record."""
-        if self._words.forget() and not self.asleep:  # an address discards an incomplete command
+        """Receive a byte above 7Fh: an address, the start of a binary record, or the status query.
+
+        An address is valid until the next address.
+        """
+        if self._words.forget() and not self.asleep:  # A byte above 7Fh discards an incomplete command.
             self.flag_new(ChannelError.SCAN)
         if byte <= LAST_ADDRESS:
-            # ADDR does not change, because only SADDRn changes it
+            # An address byte selects a motor, and does not change ADDR.
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
-        elif byte in RECORDS:  # a record may be for another motor, but its bytes are neither addresses nor commands
+        elif byte in RECORDS:  # Records for other motors are received and ignored.
             self._record.append(byte)
         elif byte == STATUS_QUERY and self._active:
             self.motor.report_host_mode(self)
@@ -233,17 +236,17 @@ class Channel:
         self.motor.update_outputs()
 
     def flag(self, error: ChannelError) -> None:
-        """Set the flag of an error, and store the error, which RCHN reports for this channel."""
+        """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # errors that were noted before the flag was cleared are no longer valid
+            # An error that was noted before its flag was cleared is no longer valid.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
         self.errors |= error
 
     def status(self) -> ChannelError:
-        """RCHN of this channel: return the stored errors whose flags are still set."""
+        """Return the errors of this channel that RCHN reports, which are those whose flags are still set."""
         return ChannelError(sum(bit for bit, slot in FLAGS.items() if bit & self.errors and self.motor.i[slot]))
 
     def _spoil(self, byte: int, errors: LineError) -> None:

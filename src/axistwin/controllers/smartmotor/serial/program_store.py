@@ -24,16 +24,16 @@ SECOND_END_NS = 50 * MS
 
 
 class Download:
-    """A download: a program from the host."""
+    """Receives a program that a host sends, and stores the program."""
 
     def __init__(self, motor: Processor, channel: Channel) -> None:
-        from axistwin.controllers.smartmotor.language.image import Decoder  # lazy import: few hosts load programs
+        from axistwin.controllers.smartmotor.language.image import Decoder  # lazy import: needed only for downloads
 
         self.motor, self.channel = motor, channel
         self._decoder = Decoder()
-        # number of bytes of the decoded text, and received bytes that are not decoded yet
+        # Number of received bytes of the program, and those bytes that are not decoded yet.
         self._size, self._fresh = 0, bytearray()
-        self._complete = False  # True after FF; all further characters are a note of the compiler
+        self._complete = False  # True after the byte FF, which ends the text of the program.
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
@@ -41,7 +41,7 @@ class Download:
         self._supervise()
 
     def take(self, byte: int) -> None:
-        """Receive a byte of the program.  The motor answers each block except the last with 06."""
+        """Receive a byte of the program, and acknowledge each complete block with the byte 06."""
         ended = byte == self._last == END
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
@@ -86,8 +86,9 @@ class Download:
             acknowledge()
 
     def _supervise(self) -> None:
-        """End the download if the host sends nothing for a long time; if a single FF was received, the program is
-        complete.
+        """End the download after 5 s without a character.
+
+        If a single FF was received, the program is complete.
         """
         if not self._active:
             return
@@ -119,7 +120,7 @@ class Download:
 
 
 class Upload:
-    """An upload: a program to the host."""
+    """Sends the stored program to a host."""
 
     def __init__(self, channel: Channel, data: bytes) -> None:
         self.channel = channel
@@ -155,9 +156,10 @@ def power_up(motor: Processor) -> None:
 
 
 def load(motor: Processor) -> None:
-    """LOAD: stop the program and receive a new one, an image or source text.  Comments and blanks are not stored.
-    LOAD is refused while a fault has not been cleared (2.0 item 6): Bs is set and no 06 is sent.  The new program is
-    not locked.
+    """LOAD: stop the program, and receive a new program as source text or as an image.
+
+    Comments and blanks are not stored.  LOAD is refused while a fault has not been cleared (2.0 item 6): Bs is set and
+    no 06 is sent.  The new program is not locked.
     """
     channel = motor.host
     if channel is None or any(motor.i[fault] for fault in (s.BR, s.BL, s.BE, s.BH)):
@@ -178,7 +180,7 @@ def upload(motor: Processor) -> None:
 
 def upload_image(motor: Processor) -> None:
     """UP: send the image of the program, with header and jumps.  A locked program is not sent, and Bs is set."""
-    from axistwin.controllers.smartmotor.language.image import encode  # lazy import: few hosts load programs
+    from axistwin.controllers.smartmotor.language.image import encode  # lazy import: needed only for uploads
 
     _upload(motor, encode(motor.nonvolatile.program))
 
@@ -190,12 +192,13 @@ def lock(motor: Processor) -> None:
 
 
 def checksum_report(motor: Processor) -> str:
-    """RCKS: report the sums of the label addresses and of the text, six hexadecimal digits each, and P (program valid)
-    or F (invalid).
+    """RCKS: report the two checksums of the program, and P for a valid or F for an invalid program.
+
+    The checksums are those of the label addresses and of the text, six hexadecimal digits each.
 
     For a program of END alone the report is 000000 0000E1 P.  A report with F sets Bk.
     """
-    from axistwin.controllers.smartmotor.language.image import sums  # lazy import: few hosts load programs
+    from axistwin.controllers.smartmotor.language.image import sums  # lazy import: needed only for RCKS
 
     header, program = sums(motor.nonvolatile.program)
     if motor.nonvolatile.broken:

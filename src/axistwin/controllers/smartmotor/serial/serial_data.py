@@ -27,12 +27,12 @@ def echo(motor: Processor, channel: int = 0) -> None:
 
 
 def echo_off(motor: Processor, channel: int = 0) -> None:
-    """ECHO_OFF, ECHO_OFF1: end the echo; the state at power-up."""
+    """ECHO_OFF, ECHO_OFF1: stop sending received characters back, as at power-up."""
     motor.channels[channel].echoing = False
 
 
 def sleep(motor: Processor, channel: int = 0) -> None:
-    """SLEEP, SLEEP1: execute only WAKE on this channel.  The echo continues."""
+    """SLEEP, SLEEP1: execute only WAKE on this channel; the echo continues."""
     motor.channels[channel].asleep = True
 
 
@@ -42,7 +42,7 @@ def wake(motor: Processor, channel: int = 0) -> None:
 
 
 def silent(motor: Processor, channel: int = 0) -> None:
-    """SILENT, SILENT1: suppress the output of the program and its reports on this channel."""
+    """SILENT, SILENT1: suppress the output of the program, including its reports, on this channel."""
     motor.channels[channel].silent = True
 
 
@@ -52,7 +52,10 @@ def talk(motor: Processor, channel: int = 0) -> None:
 
 
 def address(motor: Processor, number: int) -> None:
-    """SADDRn: set the motor's address, 0 to 120; other values set Bs.  The motor stays addressed."""
+    """SADDRn: set the motor's address, 0 to 120; other values set Bs.
+
+    The motor stays addressed.
+    """
     if 0 <= number <= LAST_ADDRESS - GLOBAL:
         motor.i[s.ADDR] = number
     else:
@@ -60,8 +63,10 @@ def address(motor: Processor, number: int) -> None:
 
 
 def baud(motor: Processor, rate: int) -> None:
-    """BAUDn: set channel 0 to 2400, 4800, 9600, 19200 or 38400 bit/s; other values set Bs.  The change takes effect
-    at once: a character on the wire ends at the old rate, the next character is sent at the new rate.
+    """BAUDn: set channel 0 to 2400, 4800, 9600, 19200 or 38400 bit/s; other values set Bs.
+
+    The change takes effect at once: a character on the wire ends at the old rate, the next character is sent at the new
+    rate.
     """
     fmt = motor.channels[0].uart.format
     if rate not in BAUD_RATES or fmt is None:
@@ -80,7 +85,9 @@ CLOSING = re.compile(r"(RS[24]|IIC),(?P<channel>[01])")
 
 
 def open_channel(motor: Processor, parameters: str) -> None:
-    """OCHN(type,channel,parity,baud,stop,data,mode): RS2 or RS4, 0 or 1, N O E, a baud rate, 1 or 2, 7 or 8, C or D.
+    """OCHN(type,channel,parity,baud,stop,data,mode): open a serial channel with the given settings.
+
+    The settings are RS2 or RS4, 0 or 1, N O E, a baud rate, 1 or 2, 7 or 8, C or D.
 
     The mode is C for commands, or D for data that LEN and GETCHR read.  RS4 uses pin G (channel 0) or pins E and F
     (channel 1); channel 1 has no RS2.  Invalid parameters set Bs.  A time-out in ms may follow the mode: a command that
@@ -97,7 +104,10 @@ def open_channel(motor: Processor, parameters: str) -> None:
 
 
 def close_channel(motor: Processor, parameters: str) -> None:
-    """CCHN(type,channel): close the channel for receiving and sending.  Other arguments set Bs."""
+    """CCHN(type,channel): close the channel for receiving and sending.
+
+    Other arguments set Bs.
+    """
     match = CLOSING.fullmatch(parameters)
     if match is None:
         motor.syntax_error()

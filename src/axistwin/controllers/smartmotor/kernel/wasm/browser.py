@@ -14,7 +14,7 @@ _START = """(code, name) => {
 
 
 class Loaded:
-    """A compiled function that returns an integer; its arguments are arrays, and one integer at the end."""
+    """A WebAssembly function that returns an integer; its arguments are arrays, followed by one integer."""
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType]) -> None:
         from pyodide.code import run_js  # type: ignore[import-not-found]
@@ -40,7 +40,7 @@ class Loaded:
         return result
 
     def _divide(self, sizes: Sequence[int]) -> None:
-        """Divide the memory of the module into one part for each array, with these sizes."""
+        """Divide the module's memory into parts of the given sizes, one part for each array."""
         if self._sizes == sizes:
             return
         missing = pages(sum(sizes)) - pages(self._memory.buffer.byteLength)

@@ -63,7 +63,7 @@ def local_get(index: int) -> bytes:
 
 
 def local_set(index: int) -> bytes:
-    """Return the instruction that pops into a local variable."""
+    """Return the instruction that pops the top of the stack into a local variable."""
     return b"\x21" + unsigned(index)
 
 
@@ -73,33 +73,36 @@ def local_tee(index: int) -> bytes:
 
 
 def call(index: int) -> bytes:
-    """Return the call of a function of the module."""
+    """Return the instruction that calls a function of the module."""
     return b"\x10" + unsigned(index)
 
 
 def br(depth: int) -> bytes:
-    """Return a jump out of `depth` enclosing blocks, or to the beginning of a loop."""
+    """Return the instruction that jumps out of `depth` enclosing blocks, or to the beginning of a loop."""
     return b"\x0c" + unsigned(depth)
 
 
 def br_if(depth: int) -> bytes:
-    """Return a conditional jump: like `br`, if the i32 on top of the stack is not 0."""
+    """Return the instruction that jumps like `br` if the i32 on top of the stack is not 0."""
     return b"\x0d" + unsigned(depth)
 
 
 def load(kind: int, offset: int) -> bytes:
-    """Return the instruction that loads 8 bytes as a number of this type."""
+    """Return the instruction that loads 8 bytes as a number of the type `kind`."""
     return (b"\x29" if kind == I64 else b"\x2b") + bytes((_ALIGNED,)) + unsigned(offset)
 
 
 def store(kind: int, offset: int) -> bytes:
-    """Return the instruction that stores a number of this type in 8 bytes."""
+    """Return the instruction that stores a number of the type `kind` in 8 bytes."""
     return (b"\x37" if kind == I64 else b"\x39") + bytes((_ALIGNED,)) + unsigned(offset)
 
 
 @dataclass(frozen=True)
 class Function:
-    """A function of a module; `variables`: the types of its local variables after the parameters."""
+    """A WebAssembly function; `variables` are the types of its local variables.
+
+    The parameters, which come first, are not among the local variables.
+    """
 
     parameters: tuple[int, ...]
     results: tuple[int, ...]
@@ -108,7 +111,10 @@ class Function:
 
 
 def module(functions: Sequence[Function], exported: str) -> bytes:
-    """Return a module with one page of memory, `memory`, that exports its first function under this name."""
+    """Return a WebAssembly module that exports its first function and its memory.
+
+    The first function is exported as `exported`; the memory has one page.
+    """
     types = list(dict.fromkeys((each.parameters, each.results) for each in functions))
     exports = [(exported, 0, 0), ("memory", 2, 0)]
     sections = (
@@ -125,7 +131,7 @@ def module(functions: Sequence[Function], exported: str) -> bytes:
 
 
 def pages(size: int) -> int:
-    """Return the number of pages of memory for `size` bytes."""
+    """Return the number of memory pages that `size` bytes need."""
     return -(-size // _PAGE)
 
 

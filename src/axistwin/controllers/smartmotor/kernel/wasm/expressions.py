@@ -28,7 +28,7 @@ _COMPARISONS = {
 
 
 class Expressions:
-    """Compiles the expressions of one function.
+    """Compiles the expressions of one function to WebAssembly.
 
     `functions`: all sampled functions.  `order`: the functions of the module, in order; a called function is added.
     """
@@ -51,14 +51,14 @@ class Expressions:
             self._code += each
 
     def _new(self, kind: int) -> int:
-        """Return the place of a new local variable."""
+        """Create a local variable, and return its index."""
         self._types.append(kind)
         return len(self._types) - 1
 
     # Types
 
     def _kind(self, node: ast.expr) -> int:
-        """Return the type of an expression."""
+        """Return the type of an expression, integer or float."""
         match node:
             case ast.Name(id=name) if name in self._places:
                 return self._types[self._places[name]]
@@ -78,7 +78,7 @@ class Expressions:
                 return self._common(body, orelse)
             case ast.Call():
                 return self._kind_of_call(node)
-        return w.I64  # the type of a comparison, and of `not`
+        return w.I64  # a comparison or `not` has an integer value
 
     def _kind_of_call(self, node: ast.Call) -> int:
         called = self._called(node)
@@ -95,7 +95,9 @@ class Expressions:
         """Return a number that is written in the source, or is a constant of a module."""
         value = self._global(node)
         if not isinstance(value, int | float):
-            raise NotImplementedError(f"{self._definition.name}: {ast.unparse(node)} is not a number")
+            raise NotImplementedError(
+                f"{ast.unparse(node)} in {self._definition.name} is not a constant: expected an int or a float"
+            )
         return value
 
     def _global(self, node: ast.expr) -> Any:
@@ -106,18 +108,22 @@ class Expressions:
                 return self._globals[name] if name in self._globals else getattr(builtins, name)
             case ast.Attribute(value=ast.Name(id=owner), attr=name) if isinstance(self._globals[owner], ModuleType):
                 return getattr(self._globals[owner], name)
-        raise NotImplementedError(f"{self._definition.name}: no instruction for {ast.unparse(node)}")
+        raise NotImplementedError(
+            f"cannot compile {ast.unparse(node)} in {self._definition.name}: expected a supported expression"
+        )
 
     def _called(self, node: ast.Call) -> Callable[..., Any]:
         called: Callable[..., Any] = self._global(node.func)
         if called not in _BUILT_IN and called not in self._functions:
-            raise NotImplementedError(f"{self._definition.name} calls {ast.unparse(node.func)}, which is not sampled")
+            raise NotImplementedError(
+                f"{self._definition.name} calls {ast.unparse(node.func)}: expected a function marked with @sampled"
+            )
         return called
 
     # Instructions
 
     def _value(self, node: ast.expr, kind: int) -> None:
-        """Push the value of an expression, as a number of this type."""
+        """Compile an expression so that its value is pushed as a number of the type `kind`."""
         own = self._kind(node)
         match node:
             case ast.Name(id=name) if name in self._places:
@@ -153,7 +159,7 @@ class Expressions:
         self._convert(own, kind)
 
     def _address(self, node: ast.Subscript) -> int:
-        """Push an address for a number in an array; return the number's constant offset from this address."""
+        """Compile the address of an array element; return the constant offset of the element from this address."""
         assert isinstance(node.value, ast.Name), "an array is a parameter"
         array, index = w.local_get(self._places[node.value.id]), node.slice
         if isinstance(index, ast.Constant | ast.Attribute) or (
@@ -181,7 +187,7 @@ class Expressions:
         self._emit(instruction)
 
     def _division(self, *, modulo: bool) -> None:
-        """Divide two integers, rounding down; a quotient by 0 is 0, as in Numba."""
+        """Compile an integer division that rounds down; the quotient of a division by 0 is 0, as in Numba."""
         left, right, result = self._new(w.I64), self._new(w.I64), self._new(w.I64)
         a, b, q = w.local_get(left), w.local_get(right), w.local_get(result)
         self._emit(w.local_set(right), w.local_set(left), b, w.I64_EQZ, w.IF, bytes((w.I64,)), w.i64_const(0), w.ELSE)
@@ -192,7 +198,7 @@ class Expressions:
             self._emit(b, w.I64_MUL, w.local_set(result), a, q, w.I64_SUB)
 
     def _either(self, node: ast.BoolOp, kind: int) -> None:
-        """Push the value of `and` or `or`, which is the value of one of its operands."""
+        """Compile `and` or `or`, whose value is that of one of the operands, as in Python."""
         *before, last = node.values
         decides = self._new(kind)
         for value in before:
@@ -210,7 +216,7 @@ class Expressions:
         self._emit(*((w.f64_const(0.0), w.F64_NE) if kind == w.F64 else (w.i64_const(0), w.I64_NE)))
 
     def _condition(self, node: ast.expr) -> None:
-        """Push 1 (i32) if an expression is true, otherwise 0."""
+        """Compile an expression as a condition, which pushes 1 (i32) for true or 0 for false."""
         match node:
             case ast.Compare():
                 self._compare(node)
@@ -250,7 +256,7 @@ class Expressions:
             self._emit(w.ELSE, w.i32_const(0), w.END)
 
     def _kept(self, node: ast.expr) -> ast.expr:
-        """Store the value of an expression in a new variable, and return the variable."""
+        """Store the value of an expression in a new local variable, and return the variable."""
         kind = self._kind(node)
         place = self._new(kind)
         self._value(node, kind)
@@ -283,7 +289,10 @@ class Expressions:
         self._emit(w.call(self._order.index(called)))
 
     def _choice(self, called: Callable[..., Any], arguments: Sequence[ast.expr], kind: int) -> None:
-        """Compile `abs`, or `min` and `max` of two or more values; of equal values, the first is returned."""
+        """Compile a call of `abs`, `min` or `max`.
+
+        Of equal values, `min` and `max` return the first.
+        """
         if called is abs:
             if kind == w.F64:
                 self._value(arguments[0], kind)

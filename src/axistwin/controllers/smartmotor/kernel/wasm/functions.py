@@ -15,7 +15,7 @@ from axistwin.controllers.smartmotor.kernel.wasm.expressions import Expressions
 
 
 def compiled(entry: FunctionType, functions: Collection[FunctionType]) -> bytes:
-    """Return a module that exports `entry` under its name, and contains those of `functions` that `entry` calls."""
+    """Return a WebAssembly module that exports `entry`, and contains all functions that `entry` calls."""
     order = [entry]
     found: list[w.Function] = []
     while len(found) < len(order):
@@ -24,7 +24,7 @@ def compiled(entry: FunctionType, functions: Collection[FunctionType]) -> bytes:
 
 
 class _Function(Expressions):
-    """Compiles the statements of one function."""
+    """Compiles the statements of one function to WebAssembly."""
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType], order: list[FunctionType]) -> None:
         super().__init__(function, functions, order)
@@ -57,7 +57,7 @@ class _Function(Expressions):
         if name not in self._places:
             self._places[name] = self._new(kind)
         elif self._types[self._places[name]] != kind:
-            raise NotImplementedError(f"{self._definition.name}: {name} has two types, integer and float")
+            raise NotImplementedError(f"variable {name} of {self._definition.name} changes its type: expected one type")
 
     # Statements
 
@@ -90,7 +90,9 @@ class _Function(Expressions):
             case ast.Continue():
                 self._emit(w.br(self._depth("next")))
             case _:
-                raise NotImplementedError(f"{self._definition.name}: no instruction for {ast.unparse(node)}")
+                raise NotImplementedError(
+                    f"cannot compile {ast.unparse(node)} in {self._definition.name}: expected a supported statement"
+                )
 
     def _depth(self, block: str) -> int:
         return self._blocks[::-1].index(block)
@@ -107,7 +109,10 @@ class _Function(Expressions):
         self._emit(w.END)
 
     def _loop(self, node: ast.While | ast.For) -> None:
-        """Compile a loop to nested blocks, exit { again { leave at the end; next { body } step; go to again } }."""
+        """Compile a while loop or a for loop to nested WebAssembly blocks.
+
+        The blocks are exit { again { leave at the end; next { body } step; go to again } }.
+        """
         counter, stop, step = self._range(node) if isinstance(node, ast.For) else (0, 0, 0)
         void = bytes((w.NO_RESULT,))
         self._emit(w.BLOCK, void, w.LOOP, void)
@@ -128,7 +133,7 @@ class _Function(Expressions):
         self._emit(w.br(0), w.END, w.END)
 
     def _range(self, node: ast.For) -> tuple[int, int, int]:
-        """Evaluate the arguments of `range`; return the places of the counter and of its end, and the step."""
+        """Compile the arguments of `range`; return the indices of the variables for counter and end, and the step."""
         assert isinstance(node.iter, ast.Call) and self._called(node.iter) is range, "a loop over a range"
         first, *others = node.iter.args
         begin, end = (first, others[0]) if others else (ast.Constant(0), first)
@@ -141,7 +146,10 @@ class _Function(Expressions):
         return counter, stop, step
 
     def _assign(self, node: ast.Assign) -> None:
-        """Evaluate all values, and then store them from left to right."""
+        """Compile an assignment that evaluates all values before the first value is stored.
+
+        The values are stored from left to right.
+        """
         values = {id(value): value for _, value in _pairs(node)}
         places = {}
         for key, value in values.items():
@@ -162,7 +170,10 @@ class _Function(Expressions):
         self._emit(w.store(kind, offset))
 
     def _change(self, node: ast.AugAssign) -> None:
-        """Compile an assignment such as `x += 1`; the address is calculated once."""
+        """Compile an assignment such as `x += 1`.
+
+        The address of an array element is calculated once.
+        """
         changed = ast.BinOp(node.target, node.op, node.value)
         kind = self._kind(node.target)
         assert self._kind(changed) == kind, "an assignment does not change the type"
@@ -181,7 +192,7 @@ class _Function(Expressions):
 
 
 def _pairs(node: ast.Assign) -> list[tuple[ast.expr, ast.expr]]:
-    """Return the targets of an assignment and their values."""
+    """Return a pair of target and value for each variable that an assignment sets."""
     pairs: list[tuple[ast.expr, ast.expr]] = []
     for target in node.targets:
         if isinstance(target, ast.Tuple):
