@@ -22,7 +22,7 @@ DEFAULT_MODEL = "1811"
 
 
 def language_of(target: str) -> Language:
-    """Return the command language of the model `target`, or of an 1811 if `target` is a scene."""
+    """Return the command language of the model `target`, or of an 1811 if `target` is not a model."""
     made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
         raise ProgramError(f"{made.model} has no hex commands: expected an 1810 or 1811 for a .181x file")
