@@ -144,7 +144,7 @@ def planted(rng: random.Random) -> list[Planted]:
     reply, low = rng.choice((8.0, 15.0, 30.0)), rng.randrange(2)
     motor = "smartmotor"
     return [
-        Planted("if1", "the wire to CTS is broken", "does not answer E", options=(("wiring", "3-wire unlinked"),)),
+        Planted("if1", "the wire to CTS is broken", "does not answer request E", options=(("wiring", "3-wire unlinked"),)),
         Planted(motor, f"the port has {baud} baud", "check the line format",
                 defect=lambda one: _host(one, UartFormat(baud))),
         Planted(motor, f"RK{label} reports a wrong digit", f"RK{label}: report",
@@ -166,7 +166,7 @@ def planted(rng: random.Random) -> list[Planted]:
         Planted(motor, f"bit {bit} of the EEPROM is worn", "bytes, words and longs", software=lambda: worn(bit)),
         Planted(motor, "the program memory loses a program", "load a program", software=_forgetful),
         Planted(motor, "each CR is lost", "the motor does not answer RSP", end=Shortened),
-        Planted("1811", "bit 7 of each byte is lost", "the board does not answer 90h", end=SeventhBit),
+        Planted("1811", "bit 7 of each byte is lost", "the board does not answer request 90h", end=SeventhBit),
         Planted(motor, "the clock is 3 % too fast", "WAIT", end=Fast),
         Planted("if1", "a message during a move is ignored", 'busy="ignore"', options=(("busy", "ignore"),)),
         Planted(motor, "GOSUB of a program calls the wrong label", "a subroutine in a subroutine",

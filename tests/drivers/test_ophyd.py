@@ -53,7 +53,7 @@ def test_a_scan_of_11_points_has_exact_positions(ophyd, model, axis):
 def test_a_move_that_a_limit_ends_fails(ophyd):
     async def session(twin):
         controller = ophyd.Controller(url_of(twin), "if1")
-        with pytest.raises(RefusedError, match="expected X, Y, Z"):
+        with pytest.raises(RefusedError, match="expected one of X, Y, Z"):
             controller.motor("W")
         motor = controller.motor("X", name="m", poll_s=0.005)
         await motor.connect()

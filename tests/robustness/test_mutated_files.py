@@ -183,7 +183,7 @@ def test_a_program_with_long_numbers(tmp_path, capsys, suffix, model, text):
 def test_a_scene_with_numbers_beyond_64_bits(tmp_path, number):
     """TOML has whole numbers of 64 bits; larger ones are refused."""
     (tmp_path / "s.toml").write_text(f'[[controller]]\nmodel = "smartmotor"\naxes.shaft.limits = [{number}, 5]\n')
-    with pytest.raises(SceneError, match=r"s\.toml:3:\d+: .*beyond 64 bits"):
+    with pytest.raises(SceneError, match=r"s\.toml:3:\d+: .*more than 64 bits"):
         Scene.load(tmp_path / "s.toml")
 
 

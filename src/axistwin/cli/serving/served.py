@@ -63,7 +63,7 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"{path} has no controller to serve: remove the simulated host of a controller, or add ports to it"
+                f"{path} has no controller to serve: remove a controller's simulated host, or add ports to a controller"
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]
