@@ -221,13 +221,13 @@ def test_a_program_that_does_not_fit(tmp_path):
     program.write_text("a=1\n" * 100)
     code, _, told = run("run", "smartmotor", program, "--option", "program_bytes=256")
     assert code == 1
-    assert "p.sms: the program is too large for the motor: enlarge the option program_bytes" in told
+    assert "too many for the motor: enlarge the option program_bytes" in told
 
 
 def test_a_program_for_nobody(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("END\n")
-    assert "p.sms: a stored program needs one SmartMotor, the bench has 0" in run("run", "if1", program)[2]
+    assert "p.sms: a stored program needs one SmartMotor, but the bench has 0" in run("run", "if1", program)[2]
     assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
 
 
@@ -236,7 +236,7 @@ def test_a_program_for_a_motor_in_a_chain(tmp_path):
     program.write_text("END\n")
     scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
     assert (
-        "p.sms: left shares its serial line with other controllers: use a conversation" in run("run", scene, program)[2]
+        "p.sms: left shares its serial line with other controllers: use a .talk file" in run("run", scene, program)[2]
     )
 
 
@@ -284,7 +284,7 @@ def test_a_source_that_only_begins_like_utf_8(tmp_path):
     program.write_bytes(b"\xef\xbb\xbf\xfc")
     code, _, told = run("run", "smartmotor", program)
     assert code == 2
-    assert "p.sms cannot be read: invalid utf-8: save the file as text" in told
+    assert "p.sms cannot be read as utf-8: expected a text file" in told
 
 
 def test_a_comment_in_quotes_is_sent(tmp_path):
@@ -307,7 +307,7 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(tmp_path):
     program.write_text("END\n")
     code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
     assert code == 1
-    assert "the motor does not answer LOAD at 1200 7E1" in told
+    assert "the motor does not answer the command LOAD at 1200 7E1" in told
 
 
 @pytest.mark.parametrize(

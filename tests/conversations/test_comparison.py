@@ -191,12 +191,12 @@ def test_seconds_that_are_none(replay, option, seconds):
 @pytest.mark.parametrize(
     ("recording", "model", "words"),
     [
-        ("; model: if1\n; line: 9600 8N2\n" + READY, "1811", "if1 has a serial line, and 1811 is on a bus"),
-        ("; model: 1811\n> 50\n", "if2", "1811 is on a bus, and if2 has a serial line"),
+        ("; model: if1\n; line: 9600 8N2\n" + READY, "1811", "with a serial line, but 1811 is a controller on a bus"),
+        ("; model: 1811\n> 50\n", "if2", "on a bus, but if2 is a controller with a serial line"),
     ],
 )
 def test_what_was_said_on_a_line_is_not_for_a_bus(replay, recording, model, words):
-    with pytest.raises(UsageError, match=rf"a\.talk is for another model: {words}: expected a model such as "):
+    with pytest.raises(UsageError, match=rf"a\.talk is for a controller {words}: expected a model such as "):
         replay(recording, "--model", model)
 
 

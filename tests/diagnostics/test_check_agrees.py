@@ -52,7 +52,7 @@ def scene(tmp_path):
 
 def test_a_program_loaded_into_a_motor_of_a_chain(scene):
     checked, built = complaints(scene(CHAIN.format(on="left", more="")))
-    told = "left shares its serial line with other motors: a program needs a line to this motor alone"
+    told = "left shares its serial line with other motors: expected a motor that is alone on its line"
     assert checked == [f"13:6: {told}"]
     assert [error.endswith(f"s.toml:13:1: {told}") for error in built] == [True]
     assert complaints(scene(CHAIN.format(on="right", more=""))) == ([], [])
@@ -61,8 +61,8 @@ def test_a_program_loaded_into_a_motor_of_a_chain(scene):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ("options.program_bytes = 256", "too large for the motor"),
-        ('line = "1200 7E1"', "does not answer LOAD at 1200 7E1"),
+        ("options.program_bytes = 256", "too many for the motor"),
+        ('line = "1200 7E1"', "does not answer the command LOAD at 1200 7E1"),
     ],
 )
 def test_a_program_that_the_motor_refuses(scene, more, message):

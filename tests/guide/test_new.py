@@ -62,7 +62,10 @@ def test_no_file_is_written_if_answers_are_missing(tmp_path):
         (["--axes", "0"], "invalid number of axes '0': expected 1 to 3, e.g. 2"),
         (["--travel", "x"], "invalid travel 'x': expected 100 to 100000000, e.g. 20000"),
         (["--host", "x"], "invalid host 'x': expected one of scene, outside, both"),
-        (["--port", "bus://:1"], "invalid first port 'bus://:1': expected tcp or rfc2217, e.g. tcp://127.0.0.1:5001"),
+        (
+            ["--port", "bus://:1"],
+            "invalid first port 'bus://:1': expected a tcp or rfc2217 port, e.g. tcp://127.0.0.1:5001",
+        ),
     ],
 )
 def test_a_wrong_option_is_refused(tmp_path, option, message):

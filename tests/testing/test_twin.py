@@ -227,10 +227,10 @@ def test_a_bug_in_the_bench_is_raised(twin):
         ({"controller": [{"model": "if9"}]}, {}, "no model 'if9'"),
         ({"controller": [{"model": object()}]}, {}, "is not allowed in a scene"),
         ("if9", {}, "no model 'if9'"),
-        ("if1", {"scheme": "udp"}, "invalid kind of port 'udp': expected tcp, rfc2217, pty"),
+        ("if1", {"scheme": "udp"}, "invalid kind of port 'udp': expected one of tcp, rfc2217, pty"),
         ("if1", {"fixed_ports": True}, "expected a scene that names ports"),
         ({"controller": [{"model": "if1"}]}, {"fixed_ports": True}, "expected a scene that names ports"),
-        ("if1", {"speed": "fast"}, r"invalid speed 'fast': .* or max, or \"manual\"$"),
+        ("if1", {"speed": "fast"}, r"invalid speed 'fast': expected a number, \"max\" or \"manual\", e\.g\. 1\.0$"),
     ],
 )
 def test_invalid_arguments_of_serve(what, options, words):
@@ -265,7 +265,7 @@ def test_a_closed_twin_refuses_calls():
     [lambda twin: twin.clock, lambda twin: twin.advance(1), lambda twin: twin.do(int), lambda twin: twin.call(int)],
 )
 def test_a_twin_outside_its_block_refuses_calls(use):
-    with pytest.raises(UsageError, match="not served yet: use it in a block"):
+    with pytest.raises(UsageError, match="not served yet: expected a `with` block"):
         use(axistwin.serve("if1", speed="manual"))
 
 

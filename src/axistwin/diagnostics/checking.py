@@ -30,37 +30,43 @@ SCENE = ".toml"
 
 
 def kind_of(program: Path) -> str:
-    """Return the suffix of a file in lower case, because DOS writes suffixes in capitals."""
+    """Return the suffix of a program file in lower case, e.g. `.if1`."""
     return program.suffix.lower()
 
 
 def check_kind(program: Path, made: Product) -> None:
-    """Raise UsageError if the program is for another family.  A conversation is for any family."""
+    """Raise UsageError if a program is for another family of controllers than the product `made`.
+
+    A conversation is for any family.
+    """
     meant = FAMILIES[MODELS.get(kind_of(program), made.model)]
     if meant != FAMILIES[made.model]:
-        models = " or ".join(name for name, family in FAMILIES.items() if family == meant)
-        raise UsageError(f"{program} is a program for {models}, not for {made.model}")
+        own_models = " or ".join(name for name, family in FAMILIES.items() if family == meant)
+        raise UsageError(f"{program} is a program for {own_models}, not for {made.model}")
 
 
 def product_for(suffix: str, text: str) -> Product:
-    """Return the product that a program is for, by its `; model:` or else by its suffix.  Raises UsageError."""
+    """Return the product for a program, by the header `; model:` of the program or by its file suffix.
+
+    Raises UsageError if the model is unknown.
+    """
     model = named_model(text.splitlines()) or MODELS.get(suffix, "")
     if not model:
         raise UsageError(
-            "the model of this conversation is unknown: expected MODEL, or a first line such as '; model: if1'"
+            "the model of this conversation is unknown: expected the argument MODEL, or a line such as '; model: if1'"
         )
     return product(model)
 
 
 def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
-    """Return all errors and warnings of a program file.  Raises UsageError or ProgramError if it cannot be read."""
+    """Return all errors and warnings of a program file.  Raises UsageError or ProgramError for an unreadable file."""
     return _diagnose(load(program), kind_of(program), checker, codec, str(program))
 
 
 def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list[Diagnostic]:
-    """Return all errors and warnings of a program text.  Raises UsageError if the product has no checker."""
+    """Return all errors and warnings of a program text.  Raises UsageError if the model has no checker."""
     if made.check is None:
-        raise UsageError(f"programs for {made.model} cannot be checked")
+        raise UsageError(f"programs for {made.model} cannot be checked: expected a model with a checker, e.g. if1")
     found = _diagnose(text, suffix, made.check, codec_of(made), file)
     return sorted([*found, *_headers(text, made)]) if suffix == ".talk" else found
 
@@ -77,7 +83,7 @@ class HostProgram:
 
     @property
     def errors(self) -> list[Diagnostic]:
-        """Errors in the data: lines that the controller refuses."""
+        """Errors in the data of the program: lines that the controller refuses."""
         return [each for each in self.found if each.severity is Severity.ERROR]
 
 
@@ -107,13 +113,16 @@ def host_programs(
 def diagnose_named(
     text: str, suffix: str, endpoint: str, models: Mapping[str, Product], file: str = ""
 ) -> list[Diagnostic]:
-    """Return all errors and warnings of a program for `endpoint`; a conversation may name other endpoints."""
+    """Return all errors and warnings of a program that is sent to `endpoint`.
+
+    Lines of a conversation may name other endpoints.
+    """
     sent, unread = host_programs(text, suffix, endpoint, models, file)
     return sorted([*unread, *(found for each in sent for found in each.found)])
 
 
 def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
-    """Yield the first error in the headers of a conversation; `axistwin run` refuses such a conversation."""
+    """Yield a diagnostic for the first invalid header of a conversation."""
     lines = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
     head = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
     acts = (Comment(line.strip()[1:].strip(), line=number) for number, line in head)
@@ -124,12 +133,12 @@ def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
 
 
 def load(program: Path) -> str:
-    """Return the text of a program as typed.  Raises UsageError or ProgramError."""
+    """Return the text of a program file.  Raises UsageError or ProgramError if the file cannot be read."""
     return read_source(program) if kind_of(program) == ".sms" else conversation.load_text(program)
 
 
 def as_diagnostic(error: PlacedError) -> Diagnostic:
-    """Convert the error of a line that cannot be parsed to a diagnostic."""
+    """Return a diagnostic for the error of a line that cannot be parsed."""
     line, column = error.line or 1, error.column or 1
     end = column + error.width
     fix = None
@@ -147,7 +156,7 @@ def _diagnose(text: str, suffix: str, checker: Checker, codec: Codec, file: str)
 
 
 def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -> tuple[list[Act], list[Diagnostic]]:
-    """Parse the lines of a program; return its actions, and diagnostics for invalid lines."""
+    """Parse the lines of a program; return the actions of valid lines, and diagnostics for invalid lines."""
     acts: list[Act] = []
     unread: list[Diagnostic] = []
     read = _reader(suffix, codec, file, lines)
@@ -162,7 +171,7 @@ def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -
 
 
 def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Callable[[str, int, str], Act | None]:
-    """Return the function that parses a line of a program with this suffix."""
+    """Return the function that parses one line of a program file, by the suffix of the file."""
     match suffix:
         case ".talk":
             return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
@@ -171,7 +180,7 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
         case ".if1":
             return partial(command_line, keyboard=named_keyboard(lines))
         case ".sms":
-            return lambda line, number, file: None  # the characters of a source are those of its lines
+            return lambda line, number, file: None  # a stored program contains no actions: all its lines are data
     raise unknown_kind(path=Path(file))
 
 
@@ -202,7 +211,7 @@ class _SentData:
 
 
 def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> dict[str, Sequence[Session]]:
-    """Return the characters of a conversation by the controllers that its lines name."""
+    """Return the characters that a conversation sends to each controller, by the name of the controller."""
     hosts: dict[str, _SentData] = {}
     for act in acts:
         host = hosts.setdefault(act.controller, _SentData())
@@ -218,7 +227,10 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the characters that a program sends to its only controller; `sent`: function for one line."""
+    """Yield the characters that a program sends to its only controller.
+
+    `sent` returns the characters of one line.
+    """
     host = _SentData(initialised=True)
     for act in acts:
         if isinstance(act, Say):
@@ -229,24 +241,27 @@ def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterat
 
 
 def _stored(lines: Iterable[str]) -> Iterator[Sequence[Session]]:
-    """Return all characters of a motor's source as typed, with its comments."""
+    """Yield all characters of the source of a SmartMotor's stored program, with comments."""
     typed = (_characters(map(ord, line.expandtabs(1)), number) for number, line in enumerate(lines, start=1))
     yield [Session(tuple(sent for line in typed for sent in line), stored=True)]
 
 
 def _sent(act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> Iterator[Sent]:
-    """Yield the bytes of a command, each with its column; the command begins at column `begin`."""
+    """Return the bytes of a command, each with its column in the line of the program file.
+
+    The command begins after `begin` characters of the line.
+    """
     pairs = zip(act.data, places, strict=True)
     return (Sent(byte, act.line, begin + column + 1, width) for byte, (column, width) in pairs)
 
 
 def _line(act: Say) -> Iterator[Sent]:
-    """Return the characters of a line that a host sends."""
+    """Return the characters that a host sends for one line of a program."""
     return _characters(act.data, act.line)
 
 
 def _characters(codes: Iterable[int], line: int) -> Iterator[Sent]:
-    """Yield the characters of a line with their columns; the CR at the end has no width."""
+    """Yield the characters of a line with their columns, and a final CR of width 0."""
     column = 0
     for column, code in enumerate(codes, start=1):
         yield Sent(code, line, column)

@@ -20,30 +20,29 @@ LONGEST = 200
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
-    """Return the rules of each family, and the rules that all families share, by title."""
+    """Return the rules for all diagnostic codes, in a dictionary by the family of controllers."""
     return {**{title: product(model).rules for title, (model, _) in FAMILIES.items()}, OURS: rules.RULES}
 
 
 def suffix_of(rule: Rule) -> str:
-    """Return the suffix of the file that a rule's example is from."""
+    """Return the file suffix of the example of a rule, e.g. `.if1`."""
     family = next(title for title, table in tables().items() if rule in table)
     return rule.suffix or FAMILIES[family][1]
 
 
 def select(code: str) -> list[Rule]:
-    """Return the rules whose code begins with `code`, e.g. `DP` or `SM3`.  Raises UsageError if there are none."""
+    """Return the rules whose code begins with `code`, e.g. `DP` or `SM3`.  Raises UsageError if no code matches."""
     listed = {rule.code: rule for table in tables().values() for rule in table}
     found = [rule for each, rule in listed.items() if each.startswith(code.upper())]
     if not found:
-        near = get_close_matches(code.upper(), listed, 1)
-        raise UsageError(
-            f"no code {code!r}: {f'did you mean {near[0]}?' if near else 'axistwin check --codes lists them'}"
-        )
+        if similar := get_close_matches(code.upper(), listed, 1):
+            raise UsageError(f"no code {code!r}: did you mean {similar[0]}?")
+        raise UsageError(f"no code {code!r}: `axistwin check --codes` lists all codes")
     return found
 
 
 def as_dict(rule: Rule) -> dict[str, Any]:
-    """Return a rule as an entry for `--format json`."""
+    """Return a rule as a dictionary, for output in JSON."""
     return {
         "code": rule.code,
         "title": rule.title,
@@ -56,7 +55,7 @@ def as_dict(rule: Rule) -> dict[str, Any]:
 
 
 def explained(rule: Rule) -> Iterator[str]:
-    """Yield the description of a rule as lines of text."""
+    """Yield the code, title, explanation and example of a rule as lines of text."""
     yield f"{rule.code}  {rule.title} ({rule.severity})"
     yield f"  {rule.explanation}"
     yield f"  Manual: {rule.chapter}"
@@ -65,6 +64,6 @@ def explained(rule: Rule) -> Iterator[str]:
 
 
 def shown(example: str) -> list[str]:
-    """Return the lines of an example; of a very long example, only the beginning."""
+    """Return the lines of an example, or only the beginning of a very long example."""
     text = example if len(example) <= LONGEST else f"{example[:60].rstrip()} …"
     return text.splitlines()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from axistwin.controllers.diagnostics import Diagnostic, Edit
 from axistwin.errors import AxistwinError
-from axistwin.storage import encoding_of
+from axistwin.storage import encoding_of, reason
 
 MOST_ROUNDS = 10
 """Largest number of rounds of fixes, because a fix may reveal further errors."""
@@ -16,7 +16,7 @@ MOST_ROUNDS = 10
 def fix_text(
     text: str, find: Callable[[str], Sequence[Diagnostic]]
 ) -> tuple[str, list[Diagnostic], Sequence[Diagnostic]]:
-    """Apply all sure fixes; return the new text, the diagnostics that were fixed, and those that remain.
+    """Apply all fixes that are sure; return the new text, the fixed diagnostics and the remaining diagnostics.
 
     A round that would add errors is not applied.
     """
@@ -40,7 +40,7 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return diagnostics whose fixes do not overlap."""
+    """Return the diagnostics without those whose fix overlaps the fix of an earlier diagnostic."""
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
     for each in fixable:
@@ -53,7 +53,7 @@ def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def apply(text: str, edits: Iterable[Edit]) -> str:
-    """Return the text after these edits, applied from the last to the first.  Line ends are kept."""
+    """Apply edits to a text, from the last edit to the first, and return the new text with its line ends."""
     begins = [0]
     for line in text.splitlines(keepends=True):
         begins.append(begins[-1] + len(line))
@@ -64,14 +64,14 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
 
 
 def read_exactly(file: Path) -> tuple[str, str]:
-    """Return the text of a file with its line ends, and its encoding."""
+    """Return the text of a file with unchanged line ends, and the encoding of the file."""
     data = file.read_bytes()
     encoding = encoding_of(data)
     return data.decode(encoding), encoding
 
 
 def replace(file: Path, text: str, encoding: str) -> None:
-    """Replace the contents of a file atomically, by a temporary file in the same folder.  Raises AxistwinError."""
+    """Write a new text to a file atomically: a temporary file replaces the old file.  Raises AxistwinError."""
     target = file.resolve()
     beside = None
     try:
@@ -85,4 +85,4 @@ def replace(file: Path, text: str, encoding: str) -> None:
     except OSError as error:
         if beside is not None:
             Path(beside).unlink(missing_ok=True)
-        raise AxistwinError(f"{file} cannot be fixed: {(error.strerror or str(error)).lower()}") from None
+        raise AxistwinError(f"{file} cannot be fixed: {reason(error)}") from None

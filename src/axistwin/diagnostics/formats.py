@@ -19,7 +19,7 @@ COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
 
 @dataclass(frozen=True)
 class Checked:
-    """A checked file, its text and its diagnostics."""
+    """A file that has been checked, with its text and its diagnostics."""
 
     file: Path
     text: str
@@ -30,12 +30,12 @@ class Checked:
 
     @property
     def shown(self) -> str:
-        """The file as shown to the user: `scene.toml → moves.if1`."""
+        """Name of the file in messages; for a program of a scene, for example, `scene.toml → moves.if1`."""
         return str(self.file) if self.scene is None else f"{self.scene} → {self.file}"
 
 
 def as_text(checked: Checked, excerpts: bool) -> Iterator[str]:
-    """Yield one line of text per diagnostic; with `excerpts`, also the wrong line of the source."""
+    """Yield one line of text per diagnostic; `excerpts` adds the wrong line of the file."""
     lines = checked.text.splitlines() if excerpts else []
     for each in checked.found:
         place = click.style(f"{checked.shown}:{each.line}:{each.column}:", bold=True)
@@ -113,7 +113,7 @@ def _rule(code: str) -> dict[str, Any]:
 
 
 def _result(file: Path, diagnostic: Diagnostic, codes: Sequence[str]) -> dict[str, Any]:
-    # relative paths refer to the working directory
+    # in SARIF, a relative path is relative to the working directory
     artifact = {"uri": file.as_uri() if file.is_absolute() else quote(file.as_posix())}
     line, column = diagnostic.end
     region = _region(diagnostic.line, diagnostic.column, line, column)

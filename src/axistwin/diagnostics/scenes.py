@@ -20,7 +20,7 @@ KEYS = (rules.UNKNOWN_KEY.code, rules.MISSING_KEY.code)
 
 
 def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
-    """Return the diagnostics of a scene.  `text` replaces the contents of the file.
+    """Return the errors in a scene as diagnostics.  If `text` is given, it is checked instead of the file's contents.
 
     Raises SceneError if the file is missing or is not text.
     """
@@ -29,7 +29,7 @@ def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
 
 
 def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Product]]]:
-    """Yield each program that a scene names: its endpoint, its file, and the product at every endpoint.
+    """Yield the endpoint and the file of each program that a scene names, and the products at all endpoints.
 
     Nothing is yielded if the scene itself has errors.  A file is yielded only once for each endpoint.
     """
@@ -45,7 +45,7 @@ def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Produc
 
 
 def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
-    """True if a diagnostic of a scene repeats an error that is in this program."""
+    """True if a diagnostic of a scene only repeats an error in the program `file`."""
     return diagnostic.message.startswith(f"{file}:")
 
 
@@ -58,7 +58,7 @@ def _errors(file: Path, text: str) -> list[SceneError]:
 
 
 def _build_errors(source: Source) -> list[SceneError]:
-    """Return the errors of building the scene without its state directories, so that no files are written."""
+    """Build the scene without its state directories, which stay unchanged, and return the errors."""
     contents = source.contents()
     for table in contents.controller:
         table.state = None

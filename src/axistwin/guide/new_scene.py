@@ -20,7 +20,7 @@ FIRST = {"digiplan": "127.0.0.1:5001", "smartmotor": "127.0.0.1:5001", "compumot
 
 @dataclass(frozen=True)
 class Answers:
-    """The user's answers, which determine the new scene."""
+    """The user's answers to the questions of `axistwin new`."""
 
     models: tuple[str, ...]
     axes: int
@@ -33,32 +33,33 @@ class Answers:
 
 
 def read_models(text: str) -> tuple[str, ...]:
-    """Parse a list of models such as `if1, smartmotor`.  Raises UsageError."""
+    """Parse a list of models such as `if1, smartmotor`.  Raises UsageError for an unknown model."""
     models = tuple(word.lower() for word in text.replace(",", " ").split())
-    if wrong := [model for model in models if model not in FAMILIES]:
-        raise UsageError(f"no model {wrong[0]!r}: expected one or more of {', '.join(FAMILIES)}")
+    known_models = ", ".join(FAMILIES)
+    if unknown := [model for model in models if model not in FAMILIES]:
+        raise UsageError(f"no model {unknown[0]!r}: expected one or more of {known_models}")
     if not models:
-        raise UsageError(f"no model is given: expected one or more of {', '.join(FAMILIES)}")
+        raise UsageError(f"no model is given: expected one or more of {known_models}")
     return models
 
 
 def read_port(text: str) -> PortUrl:
-    """Parse a TCP port; other kinds of ports cannot be numbered for several controllers.  Raises UsageError."""
+    """Parse the URL of a TCP port, e.g. `tcp://127.0.0.1:5001`.  Raises UsageError for another kind of port."""
     port = parse(text)
     if port.scheme not in ("tcp", "rfc2217"):
-        raise UsageError(f"invalid first port {text!r}: expected tcp or rfc2217, e.g. tcp://127.0.0.1:5001")
+        raise UsageError(f"invalid first port {text!r}: expected a tcp or rfc2217 port, e.g. tcp://127.0.0.1:5001")
     return port
 
 
 def files(answers: Answers) -> dict[str, str]:
-    """Return the texts of the new files by name; the scene is the first."""
+    """Return the contents of the new scene file and of its program files, by file name."""
     names = _names(answers.models)
     programs = {} if answers.host == OUTSIDE else dict(_programs(answers, names))
     return {"scene.toml": "\n".join(_scene(answers, names, list(programs))) + "\n", **programs}
 
 
 def _names(models: Sequence[str]) -> list[str]:
-    """Return a name for each controller: its model, with a number if there are several of this model."""
+    """Return a name for each controller: its model, and a number if several controllers have this model."""
     several, seen = Counter(models), Counter[str]()
     names = []
     for model in models:
@@ -95,7 +96,7 @@ def _program_line(family: str, program: str) -> str:
 
 
 def _ports(answers: Answers) -> list[PortUrl]:
-    """Return one port for each controller, with ascending numbers; the number 0 means any free port."""
+    """Return a port for each controller, with ascending port numbers, or with the number 0 for any free port."""
     serial, bus = count(answers.port.port), count(BUS_PORT)
     found = []
     for model in answers.models:

@@ -38,7 +38,7 @@ td, th { border: 1px solid var(--edge); padding: .3rem .6rem; text-align: left; 
 
 
 def names() -> dict[str, str]:
-    """Return the titles of all pages by name, such as `ports` or `tutorials/pyserial`; the first is `index`."""
+    """Return a dictionary from the name of each page, e.g. `tutorials/pyserial`, to its title.  `index` is first."""
     root = folder("docs")
     found = {path.relative_to(root).with_suffix("").as_posix(): path for path in sorted(root.rglob("*.md"))}
     kept = {name: path for name, path in found.items() if name not in SITE_ONLY and not name.startswith("generated")}
@@ -52,7 +52,7 @@ def text(name: str) -> str:
 
 
 def build(target: Path) -> Path:
-    """Write all pages, pictures and examples below `target`; return the folder of `index.html`.  Raises OSError."""
+    """Write all pages, pictures and examples to the folder `target`; return the folder of `index.html`."""
     source, out = folder("docs"), target / "docs"
     listed = names()
     for name in listed:
@@ -75,14 +75,17 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the Markdown text that replaces a directive of the site; it is empty for most directives."""
+    """Return the Markdown text that replaces a directive of the documentation site; usually an empty text."""
     if directive["kind"] == "include" and "codes" in directive["argument"]:
         return "`axistwin check --codes` lists the codes.\n"
     return ""
 
 
 def _contents(source: Path, listed: dict[str, str], up: str) -> str:
-    """Return the table of contents as HTML; `up`: relative path from the page to the index, e.g. "../"."""
+    """Return the table of contents of the documentation as HTML.
+
+    `up`: relative path from the page to the index, e.g. "../".
+    """
     parts = [f'<a href="{up}index.html">axistwin {VERSION}</a>']
     for directive in _directive.finditer((source / f"{START}.md").read_text(encoding="utf-8")):
         caption = re.search(r":caption: (.*)", directive["body"])

@@ -15,16 +15,16 @@ LOOSE = ".toml"
 
 
 def folder(name: str) -> Path:
-    """Return the folder `examples` or `docs`.  Raises UsageError if the folder is not installed."""
+    """Return the path of the folder `examples` or `docs`.  Raises UsageError if the folder is not installed."""
     for place in (PACKAGE / name, CLONE / name):
         if place.is_dir():
             return place
-    raise UsageError(f"this installation has no {name}: install axistwin from its wheel or from a clone")
+    raise UsageError(f"this installation has no folder {name!r}: install axistwin from its wheel or from a clone")
 
 
 @dataclass(frozen=True)
 class Example:
-    """An example: its name, its title, and its files."""
+    """An example that comes with axistwin: its name, its title and its files."""
 
     name: str
     title: str
@@ -33,33 +33,36 @@ class Example:
 
     @property
     def scene(self) -> str:
-        """Name of the scene file; "" for an example without a scene."""
+        """Name of the scene file of the example, or "" if the example has no scene."""
         return next((str(file.relative_to(self.root)) for file in self.files if file.suffix == LOOSE), "")
 
     @property
     def command(self) -> str:
-        """Start of the command that runs the scene, e.g. `axistwin run`; "" for an example without a scene."""
+        """Command that runs the scene of the example, e.g. `axistwin run`, or "" if the example has no scene."""
         if not self.scene:
             return ""
         text = (self.root / self.scene).read_text(encoding="utf-8")
         return "axistwin stand-in --dry-run" if "[stand-in" in text else "axistwin run"
 
     def copy(self, target: Path) -> list[Path]:
-        """Copy the files into a directory and return their new paths.  Raises UsageError; nothing is overwritten."""
+        """Copy the files of the example to a directory and return their new paths.  No file is overwritten.
+
+        Raises UsageError if a file exists already or cannot be written.
+        """
         wanted = {file: target / file.relative_to(self.root) for file in self.files}
-        if there := [path for path in wanted.values() if path.exists()]:
-            raise UsageError(f"{there[0]} exists already: choose another directory")
+        if existing := [path for path in wanted.values() if path.exists()]:
+            raise UsageError(f"{existing[0]} exists already: choose another directory")
         try:
             for file, path in wanted.items():
                 path.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(file, path)
         except OSError as error:
-            raise UsageError(f"cannot copy to {target}: {reason(error)}: choose another directory") from None
+            raise UsageError(f"cannot copy to {target} ({reason(error)}): choose another directory") from None
         return list(wanted.values())
 
 
 def examples() -> dict[str, Example]:
-    """Return the examples by name."""
+    """Return a dictionary of all examples, by name."""
     return {example.name: example for example in _examples(folder("examples"))}
 
 

@@ -32,9 +32,10 @@ _PARITIES = {"N": 1, "O": 3, "E": 4}
 
 
 def command_lines(text: str, file: str = "") -> Iterator[Act]:
-    """Yield the lines of an `.if1` file: command lines as Say, without the CR, and `+` and `!` lines as acts.
+    """Yield one action for each command line, pause (`+` line) and operator's action (`!` line) of an `.if1` file.
 
-    Comments and blank lines are left out.  The characters of a line keep their columns.
+    A command line becomes a `Say` without the CR.  Comments and blank lines are left out.  The characters of a line
+    keep their columns.
     """
     lines = text.splitlines()
     keyboard = named_keyboard(lines)
@@ -45,7 +46,7 @@ def command_lines(text: str, file: str = "") -> Iterator[Act]:
 
 
 def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -> Act | None:
-    """Parse one line of an `.if1` file; None for a blank line or a comment.  Raises ProgramError.
+    """Parse one line of an `.if1` file.  Returns None for a blank line or a comment.  Raises ProgramError.
 
     `keyboard`: the national keyboard on which the line was typed.
     """
@@ -56,7 +57,7 @@ def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -
 
 
 def named_keyboard(lines: Iterable[str]) -> str:
-    """Return the national keyboard named in the first comments, `; keyboard: germany`, or "us"."""
+    """Return the national keyboard in a comment such as `; keyboard: germany`; the default is "us"."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -67,7 +68,7 @@ def named_keyboard(lines: Iterable[str]) -> str:
 
 
 def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], object]:
-    """Return a function that performs an action at the machine.  Raises ProgramError with the line."""
+    """Return a function that performs an operator's action, e.g. `!input1 high`.  Raises ProgramError."""
     try:
         return action(controller, act.target, act.value)
     except ProgramError as error:
@@ -75,7 +76,7 @@ def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], 
 
 
 def run_until_quiet(bench: Bench, deadline_ns: int) -> bool:
-    """Run until no event is due.  Return False if `deadline_ns` comes first."""
+    """Run the bench until no more events are due.  Returns False if `deadline_ns` is reached first."""
     while not bench.clock.quiet:
         due_ns = bench.clock.next_event_ns()
         if due_ns is None or due_ns > deadline_ns:
@@ -86,7 +87,7 @@ def run_until_quiet(bench: Bench, deadline_ns: int) -> bool:
 
 
 def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = "") -> str | None:
-    """Initialise the interface and send the lines one by one; return a note about lines that were not sent, or None."""
+    """Initialise the interface and send the lines one by one.  Returns a note if not all lines were sent."""
     sender = _LineSender(bench, deadline_ns, file)
     planned = [(act, sender.prepare(act)) for act in acts]
     sender.initialise()
@@ -102,12 +103,12 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """Return True for a `!` line and for a status request, which the interface answers in any state."""
+    """Return True for a line that needs no pause before it: a `!` line or a status request."""
     return isinstance(act, Do) or (isinstance(act, Say) and is_request(act.data.decode()))
 
 
 def not_sent(line: int, bench: Bench) -> str:
-    """Return a note that this line and all later lines were not sent in time."""
+    """Return a note for the user that this line and all later lines of the program were not sent in time."""
     return (
         f"line {line} and later lines were not sent: a line before is not finished at {bench.seconds:g} s: "
         f"write +SECONDS above line {line} to send it at a time"
@@ -121,16 +122,16 @@ class _LineSender:
         self.port = self.controller.serial
 
     def _only_interface(self) -> Controller:
-        found = [c for c in self.bench.controllers.values() if FAMILIES[c.product.model] == "digiplan"]
-        if len(found) != 1:
+        interfaces = [c for c in self.bench.controllers.values() if FAMILIES[c.product.model] == "digiplan"]
+        if len(interfaces) != 1:
             raise ProgramError(
-                f"command lines need one IF1 or IF2, the bench has {len(found)}: use a conversation (.talk)",
+                f"an .if1 file needs one IF1 or IF2, but the bench has {len(interfaces)}: use a .talk file instead",
                 file=self.file,
             )
-        return found[0]
+        return interfaces[0]
 
     def prepare(self, act: Act) -> Callable[[], bool]:
-        """Return a function that performs one line, and returns True if the line was finished in time."""
+        """Return a function that performs one line.  The function returns False if the deadline comes first."""
         match act:
             case Wait():
                 return partial(self._wait, act.ns)
@@ -138,10 +139,10 @@ class _LineSender:
                 return partial(self._type, act.data + b"\r")
             case Do():
                 return partial(self._do, prepared_action(self.controller, act, self.file))
-        raise AssertionError(f"unknown kind of line: {act}")
+        raise AssertionError(f"unknown kind of line {act!r}: expected Wait, Say or Do")
 
     def initialise(self) -> None:
-        """Send open brackets until the interface answers, then the host's data format."""
+        """Send `(` until the interface answers with `U`, then send the message that sets the data format."""
         wanted = self.port.host.format
         self.port.host.format, message = greeting(wanted)
         self.bench.run(SELF_TEST_S)
@@ -153,7 +154,8 @@ class _LineSender:
                 break
         else:
             raise ProgramError(
-                f"{self.controller.name} does not answer the open bracket at {wanted.baudrate} baud", file=self.file
+                f"{self.controller.name} does not answer the open bracket at {wanted.baudrate} baud: expected U",
+                file=self.file,
             )
         unsubscribe()
         self.port.write(message)
@@ -178,30 +180,33 @@ class _LineSender:
         return True
 
     def _free(self) -> bool:
-        """Run until the interface can receive a character; return False if this takes too long."""
+        """Run the bench until the interface can receive a character.  Returns False if the deadline comes first."""
         left_s = to_seconds(max(0, self.deadline_ns - self.bench.now))
         return self.bench.run_until(lambda: self.port.dtr and not self.port.pending, left_s)
 
 
 def _characters(words: str, number: int, file: str) -> bytes:
     if odd := re.search(r"[^ -~\t]", words):
-        message = f"{odd[0]!r} is not an ASCII character"
-        if odd[0] in NATIONAL:
-            message += ": for a national keyboard write, for example, ; keyboard: germany in the first line"
-        raise ProgramError(message, file=file, line=number, column=odd.start() + 1, code=rules.NO_ASCII.code)
+        character, keyboard_hint = odd[0], ""
+        if character in NATIONAL:
+            keyboard_hint = ": for a national keyboard write, for example, ; keyboard: germany in the first line"
+        column, code = odd.start() + 1, rules.NO_ASCII.code
+        raise ProgramError(
+            f"{character!r} is not an ASCII character{keyboard_hint}", file=file, line=number, column=column, code=code
+        )
     return words.replace("\t", " ").encode()
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the line format for the open bracket, and the message that selects the format `wanted`."""
+    """Return the line format for sending `(`, and the message that then selects the line format `wanted`."""
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 
 
-def _format_message(line: UartFormat) -> bytes:
-    """Return the interface's `U` message for the host's own format: 8N2 is U61."""
+def _format_message(line_format: UartFormat) -> bytes:
+    """Return the message that selects a line format in the interface, e.g. `U61` for 8N2."""
     try:
-        return b"U%d%d\r" % (_FRAMES[line.bytesize, int(line.stopbits)], _PARITIES[line.parity])
+        return b"U%d%d\r" % (_FRAMES[line_format.bytesize, int(line_format.stopbits)], _PARITIES[line_format.parity])
     except KeyError:
         raise UsageError(
-            f"an IF1 does not support {line}: expected 7 or 8 data bits, parity N, O or E, 1 or 2 stop bits"
+            f"an IF1 does not support {line_format}: expected 7 or 8 data bits, parity N, O or E, 1 or 2 stop bits"
         ) from None

@@ -22,21 +22,21 @@ DEFAULT_MODEL = "1811"
 
 
 def language_of(target: str) -> Language:
-    """Return the command language of `target`, or of an 1811 if `target` is not a model."""
+    """Return the command language of the model `target`, or of an 1811 if `target` is not a model."""
     made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
-        raise ProgramError(f"{made.model} has no hex commands: a .181x program is for an 1810 or 1811")
+        raise ProgramError(f"{made.model} has no hex commands: expected an 1810 or 1811 for a .181x file")
     return made.language
 
 
 def command_strings(text: str, language: Language, file: str = "") -> Iterator[Act]:
-    """Return the lines of a `.181x` file: commands as Say, and `+` and `!` lines as acts."""
+    """Return one action for each command, pause (`+` line) and operator's action (`!` line) of a `.181x` file."""
     acts = (command_string(line, number, file, language.read) for number, line in enumerate(text.splitlines(), start=1))
     return (act for act in acts if act is not None)
 
 
 def command_string(line: str, number: int, file: str, read: Callable[[str], bytes]) -> Act | None:
-    """Parse one line of a `.181x` file; None for a blank line or a comment.  Raises ProgramError.
+    """Parse one line of a `.181x` file.  Returns None for a blank line or a comment.  Raises ProgramError.
 
     `read` converts a command, in hex or by name, to bytes.
     """
@@ -50,10 +50,11 @@ def command_string(line: str, number: int, file: str, read: Callable[[str], byte
 
 
 def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = "") -> str | None:
-    """Send the commands one by one; return a note about lines that were not sent, or None."""
+    """Send the commands to the board one by one.  Returns a note if not all commands were sent."""
     controller = _only_board(bench, file)
     with host_of(controller) as host:
-        host.subscribe_received(lambda message: None)  # reads each message, so that the board can send the next one
+        # each message must be read before the board can send the next message
+        host.subscribe_received(lambda message: None)
         planned = [(act, _prepared(act, controller, host, file)) for act in acts]
         timed = False
         for act, do in planned:
@@ -78,9 +79,10 @@ def _prepared(act: Act, controller: Controller, host: Host, file: str) -> Callab
 
 
 def _only_board(bench: Bench, file: str) -> Controller:
-    found = [controller for controller in bench.controllers.values() if on_a_bus(controller)]
-    if len(found) != 1:
+    boards = [controller for controller in bench.controllers.values() if on_a_bus(controller)]
+    if len(boards) != 1:
         raise ProgramError(
-            f"hex commands need one 1810 or 1811, the bench has {len(found)}: use a conversation (.talk)", file=file
+            f"a .181x file needs one 1810 or 1811, but the bench has {len(boards)}: use a .talk file instead",
+            file=file,
         )
-    return found[0]
+    return boards[0]

@@ -18,11 +18,14 @@ NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Return the characters that are sent when a text is typed on this keyboard; letters match in either case."""
+    """Return the ASCII characters that a national keyboard sends when the text is typed.
+
+    Letters match in either case.
+    """
     keys = {key: code for glyph, code in zip(KEYBOARDS[keyboard], US, strict=True) for key in (glyph, glyph.swapcase())}
     return "".join(keys.get(character, character) for character in text)
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Return the characters that a terminal with this keyboard shows for these codes."""
+    """Return the characters that a terminal with a national keyboard displays for an ASCII text."""
     return text.translate(str.maketrans(US, KEYBOARDS[keyboard]))

@@ -30,7 +30,7 @@ STORED_BOUND_NS = 60 * S
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a run: the first difference of a conversation, and a note for the user."""
+    """Result of a run: the first difference from the conversation in the program file, and a note for the user."""
 
     difference: Difference | None = None
     note: str = ""
@@ -38,7 +38,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Program:
-    """A loaded program.  `perform(bench, until_ns)` runs the program; None: to its end."""
+    """A program that has been loaded from a file.  `perform(bench, until_ns)` runs the program up to a time.
+
+    With `until_ns=None` the program runs to its end.
+    """
 
     perform: Callable[[Bench, int | None], Outcome]
     options: tuple[str, ...] = ()
@@ -48,8 +51,9 @@ class Program:
 
 
 def load(path: Path, target: str = "") -> Program:
-    """Load the program in a file, for a MODEL or a scene.  Raises ProgramError if the file cannot be read."""
-    match path.suffix.lower():  # DOS writes suffixes in capitals
+    """Load a program from a file, for the model or scene `target`.  Raises ProgramError if the file cannot be read."""
+    # DOS writes file suffixes in capitals, so suffixes are compared in lower case
+    match path.suffix.lower():
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)
             prepare = partial(open_channels, conversation)
@@ -72,12 +76,12 @@ def scene_program() -> Program:
 
 
 def is_stored(path: Path) -> bool:
-    """True if the file is the source of a motor's stored program."""
+    """True if the file has the suffix `.sms`: the source of a SmartMotor's stored program."""
     return path.suffix.lower() == ".sms"
 
 
 def unknown_kind(path: Path) -> UsageError:
-    """Return the error for a file of unknown kind."""
+    """Return the error for a program file with an unknown suffix."""
     kinds = (
         "expected .talk (conversation), .if1 (command lines), .181x (commands for an 1811) or .sms (SmartMotor source)"
     )
@@ -85,21 +89,23 @@ def unknown_kind(path: Path) -> UsageError:
 
 
 def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
-    """Return the `NAME=VALUE` words in the `; options:` and `; line:` headers.
+    """Return the options of a conversation, as `NAME=VALUE` texts, from its headers `; options:` and `; line:`.
 
     Raises UsageError if the conversation is for a serial line and `target` is on a bus, or the other way round.
     """
     headers = conversation.headers
-    of = headers.get("model", "")
-    if {of.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(of) is not _on_a_line(target):
-        ways = f"{of} {_reached(of)}, and {target} {_reached(target)}"
-        raise UsageError(f"{conversation.file} is for another model: {ways}: expected a model such as {of}")
+    model = headers.get("model", "")
+    if {model.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(model) is not _on_a_line(target):
+        raise UsageError(
+            f"{conversation.file} is for a controller {_connection(model)}, but {target} is a controller "
+            f"{_connection(target)}: expected a model such as {model}"
+        )
     check_headers(conversation, target)
     return (*conversation.option_words, *_line_of(conversation))
 
 
 def check_headers(conversation: Conversation, model: str) -> None:
-    """Raise ProgramError with the line of a header that cannot be read, or that this model does not accept."""
+    """Raise ProgramError if a header of a conversation is invalid, or if the model does not accept its options."""
     for key in ("patience", "on-for"):
         conversation.seconds_in(key, 0.0)
     for key, words in (("options", tuple(conversation.option_words)), ("line", _line_of(conversation))):
@@ -117,8 +123,8 @@ def _on_a_line(model: str) -> bool:
     return product(model).line is not None
 
 
-def _reached(model: str) -> str:
-    return "has a serial line" if _on_a_line(model) else "is on a bus"
+def _connection(model: str) -> str:
+    return "with a serial line" if _on_a_line(model) else "on a bus"
 
 
 def _play(conversation: Conversation, bench: Bench, until_ns: int | None) -> Outcome:
@@ -134,7 +140,10 @@ def _send(send: Send, acts: tuple[Act, ...], file: str, bench: Bench, until_ns: 
 
 
 def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
-    """Run the stored program by RUN; characters in the first 200 ms after power-up prevent the automatic start."""
+    """Start the motor's stored program with the command RUN, and run the bench.
+
+    The program does not start by itself, because characters in the first 200 ms after power-up prevent this.
+    """
     motor = only_motor(bench, file)
     motor.serial.write(b"RUN\r")
     deadline_ns = STORED_BOUND_NS if until_ns is None else until_ns

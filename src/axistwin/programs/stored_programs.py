@@ -26,12 +26,15 @@ _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 
 
 def load_source(path: Path) -> bytes:
-    """Return the text of a source file as bytes to send.  Raises UsageError if the file cannot be read."""
+    """Read the source file of a stored program, and return the bytes to send to the motor.
+
+    Raises UsageError if the file cannot be read.
+    """
     return as_sent(read_source(path))
 
 
 def read_source(path: Path) -> str:
-    """Return the text of a source file as typed, with LF after each line.  Raises UsageError."""
+    """Return the text of a source file, with LF after each line.  Raises UsageError if the file cannot be read."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -39,48 +42,53 @@ def read_source(path: Path) -> str:
     try:
         return _lines(data.decode(encoding_of(data)))
     except UnicodeDecodeError as error:
-        raise UsageError(f"{path} cannot be read: invalid {error.encoding}: save the file as text") from None
+        raise UsageError(f"{path} cannot be read as {error.encoding}: expected a text file") from None
 
 
 def as_sent(text: str) -> bytes:
-    """Return a source text as bytes to send: lines end in LF, non-ASCII characters (in comments) become `?`."""
+    """Convert the source of a program to bytes: each line ends in LF, and each non-ASCII character becomes `?`."""
     return _foreign.sub("?", _lines(text)).encode()
 
 
 def _lines(text: str) -> str:
     lines = _line_end.split(text.partition(END_OF_FILE)[0])
     if not lines[-1]:
-        lines.pop()  # removes the empty text after the last line end
+        lines.pop()  # a text that ends with LF has an empty last line, which is not sent
     return "".join(f"{_odd_end.sub('?', line.expandtabs(1))}\n" for line in lines)
 
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:
-    """Load a source into the only motor on the bench, and cycle its power.  Raises ProgramError if refused."""
+    """Load a program into the only motor on the bench, and cycle the motor's power.
+
+    Raises ProgramError if the motor refuses the program.
+    """
     store(source, file, only_motor(bench, file))
 
 
 def check_motor(controller: Controller) -> None:
-    """Raise UsageError if the controller is not a motor."""
+    """Raise UsageError if the controller is not a SmartMotor."""
     if motor_of(controller) is None:
-        raise UsageError(f"{controller.name} is {controller.product.indefinite}: a stored program is for a SmartMotor")
+        raise UsageError(
+            f"{controller.name} is {controller.product.indefinite}, but a stored program is for a SmartMotor"
+        )
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:
-    """Raise UsageError or ProgramError if this motor, with its wiring, would refuse the program.
+    """Raise UsageError or ProgramError if a motor, with its options and wiring, would refuse a program.
 
     The check loads the program into an equal motor on a separate bench.
     """
     check_motor(controller)
     if controller.name not in controller.ports:
         raise UsageError(
-            f"{controller.name} shares its serial line with other motors: a program needs a line to this motor alone"
+            f"{controller.name} shares its serial line with other motors: expected a motor that is alone on its line"
         )
     alike = Bench().add(controller.product.model, controller.name, **controller.given)
     store(source, file, alike)
 
 
 def store(source: bytes, file: str, motor: Controller) -> None:
-    """Load a source into this motor, and cycle its power.  Raises ProgramError if refused."""
+    """Load a program into a motor and cycle its power.  Raises ProgramError if the motor refuses the program."""
     port = motor.serial
     instant, port.instant = port.instant, True
     try:
@@ -92,9 +100,10 @@ def store(source: bytes, file: str, motor: Controller) -> None:
 
 
 def run(source: bytes, file: str, motor: Controller) -> None:
-    """Cycle the power of a motor in any state, load a source and run the program.
+    """Cycle the power of a motor, load a program into the motor, and run the program.
 
-    The host returns to its default line format.  Raises ProgramError if the motor refuses the program.
+    The motor may be in any state.  The host returns to its default line format.  Raises ProgramError if the motor
+    refuses the program.
     """
     port, usual = motor.serial, motor.product.line
     assert usual is not None, "a motor has a serial port"
@@ -106,34 +115,42 @@ def run(source: bytes, file: str, motor: Controller) -> None:
 
 
 def only_motor(bench: Bench, file: str) -> Controller:
-    """Return the only motor on the bench.  Raises ProgramError for none or several."""
-    found = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
-    if len(found) != 1:
+    """Return the only SmartMotor on the bench.  Raises ProgramError if the bench has none or several."""
+    motors = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
+    if len(motors) != 1:
         raise ProgramError(
-            f"a stored program needs one SmartMotor, the bench has {len(found)}: use a conversation (.talk)", file=file
-        )
-    if found[0].name not in found[0].ports:
-        raise ProgramError(
-            f"{found[0].name} shares its serial line with other controllers: use a conversation (.talk)",
+            f"a stored program needs one SmartMotor, but the bench has {len(motors)}: use a .talk file instead",
             file=file,
         )
-    return found[0]
+    motor = motors[0]
+    if motor.name not in motor.ports:
+        raise ProgramError(
+            f"{motor.name} shares its serial line with other controllers: use a .talk file instead", file=file
+        )
+    return motor
 
 
 def _load(port: SerialPort, source: bytes, file: str) -> None:
-    """Load a source with the command LOAD; the motor requests each block with 06 and determines its length."""
+    """Send a program to the motor with the command LOAD.  Raises ProgramError if the motor refuses the program.
+
+    The motor requests each block with the byte 06, and determines the length of the block.
+    """
     port.write(READY + b"LOAD ")
     if not port.read().endswith(ACKNOWLEDGE):
-        raise ProgramError(f"the motor does not answer LOAD at {port.host.format}", file=file)
+        raise ProgramError(
+            f"the motor does not answer the command LOAD at {port.host.format}: expected the byte 06", file=file
+        )
     sent = _without_comments(source)
     port.write(sent + END + b"RCKS\r")
     if not port.read().endswith(b"P\r"):
-        advice = f"enlarge the option program_bytes (the source has {len(sent)} bytes)"
-        raise ProgramError(f"the program is too large for the motor: {advice}", file=file)
+        raise ProgramError(
+            f"the program has {len(sent)} bytes, too many for the motor: enlarge the option program_bytes",
+            file=file,
+        )
 
 
 def _without_comments(source: bytes) -> bytes:
-    """Return the source without comments and empty lines."""
+    """Return the source of a program without comments and empty lines."""
     found = (_code.match(line) for line in source.decode().splitlines())
     lines = (match[0].rstrip(" ") for match in found if match is not None)
     return "".join(f"{line}\n" for line in lines if line).encode()

@@ -33,7 +33,7 @@ th { text-align: left; padding-right: 2rem; vertical-align: top; font-weight: 50
 
 @dataclass(frozen=True)
 class Page:
-    """Contents of a report page.  `good`: True if the run or the test has succeeded."""
+    """Contents of the report page of a run or a test.  `good` is True after a success."""
 
     title: str
     verdict: str
@@ -55,7 +55,7 @@ def check_path(path: Path) -> None:
 
 
 def write_page(page: Page, path: Path) -> None:
-    """Write a report to an HTML file.  Raises UsageError."""
+    """Write a report to an HTML file.  Raises UsageError if the file cannot be written."""
     check_path(path)
     text = _html(page)
     try:
@@ -67,14 +67,14 @@ def write_page(page: Page, path: Path) -> None:
 def of_recorded_files(
     title: str, verdict: str, good: bool, details: Sequence[str], conversation: Path, trace: Path
 ) -> Page:
-    """Return the report of a run whose conversation and trace are in files."""
+    """Return the report page of a run from its recorded conversation and its trace file."""
     from axistwin.plots import of_trace
     from axistwin.traces import read
 
     lines = conversation.read_text(encoding="utf-8").splitlines() if conversation.exists() else []
     try:
         found = read(trace)
-    except (TraceError, UsageError):  # the trace may have ended before its first change
+    except (TraceError, UsageError):  # a trace without any change cannot be read
         return Page(title, verdict, good, lines, {}, details=details)
     return Page(title, verdict, good, lines, found.about, of_trace(found), details=details)
 
@@ -100,7 +100,7 @@ def _html(page: Page) -> str:
 def _picture(chart: "Chart | None") -> list[str]:
     if chart is None:
         return []
-    from axistwin.plots.picture import as_svg  # lazy import: imports Matplotlib
+    from axistwin.plots.picture import as_svg  # lazy import, because Matplotlib is slow to import
 
     return [f"<figure>{as_svg(chart)}</figure>"]
 

@@ -17,7 +17,10 @@ STORED = ".sms"
 
 @dataclass(frozen=True)
 class Refusal:
-    """A line that a controller has refused.  `message`: the message with this line; None in a stored program."""
+    """A line that a controller has refused, and the message that contained the line.
+
+    `message` is None for a line of a stored program.
+    """
 
     file: str
     error: Diagnostic
@@ -30,7 +33,10 @@ class Refusal:
 
 
 def models_at(bench: Bench) -> dict[str, Product]:
-    """Return the product at each endpoint of a bench, by name; "" is also a name of a single endpoint."""
+    """Return a dictionary from the name of each endpoint of the bench to the product at this endpoint.
+
+    If the bench has only one endpoint, "" is a name of it, too.
+    """
     found = {name: controller.product for name, controller in bench.controllers.items()}
     found |= {f"{name}.rs485": made for name, made in found.items()}
     found |= {name: bench.lines[name].motors[0].product for name in bench.lines}
@@ -39,7 +45,7 @@ def models_at(bench: Bench) -> dict[str, Product]:
 
 
 def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[Refusal]:
-    """Return the refused lines of all programs, each with the message that contained the line."""
+    """Return all lines that controllers have refused, each with the message that contained the line."""
     senders = [_Sender(program) for program in programs if program.suffix != STORED and program.errors]
     stored = [Refusal(p.file, error) for p in programs if p.suffix == STORED for error in p.errors]
     heard = [message for message in said if message.by_host] if senders else []
@@ -55,7 +61,7 @@ def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[R
 
 
 class _Sender:
-    """Finds the data of one program in the messages of a run."""
+    """Finds the lines of one program in the messages of a run."""
 
     def __init__(self, program: HostProgram) -> None:
         self.program = program
@@ -70,7 +76,7 @@ class _Sender:
         """True until the host has sent the data format, which is not part of the program."""
 
     def take(self, data: bytes) -> list[Diagnostic]:
-        """Return the errors in this message; [] if it is not the next message of the program."""
+        """Return the errors in the next message of the program; an empty list for any other message."""
         if self._in_greeting:
             self._in_greeting = not data.endswith(b"\r")
             return []
@@ -81,5 +87,5 @@ class _Sender:
 
 
 def _index(error: Diagnostic, characters: Sequence[Sent], on_line: Sequence[int]) -> int:
-    """Return the index of the character at which an error begins, at most the last character of the line."""
+    """Return the index of the character at which an error begins, at most that of the line's last character."""
     return next((index for index in on_line if characters[index].column >= error.column), on_line[-1])

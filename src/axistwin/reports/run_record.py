@@ -29,7 +29,7 @@ PAUSE_NS = 500 * MS
 
 @dataclass
 class Message:
-    """A message on a line; it ends with a terminator, with an answer of the other end, or with a silence."""
+    """A message between host and controller: a terminator, an answer of the receiver or a pause ends the message."""
 
     time_ns: int
     controller: str
@@ -48,7 +48,7 @@ class Message:
 
 @dataclass(frozen=True)
 class Move:
-    """A move of a stepper axis: pulses in one direction without a pause.  `end_ns`: None while the axis is moving."""
+    """A move of a stepper axis: pulses in one direction without a pause."""
 
     controller: str
     axis: str
@@ -59,12 +59,12 @@ class Move:
 
     @property
     def start_ns(self) -> int:
-        """Start time of the move."""
+        """Virtual time in ns at the start of the move."""
         return self.train_move.start_ns
 
     @property
     def end_ns(self) -> int | None:
-        """End time of the move; None while the axis is moving."""
+        """Virtual time in ns at the end of the move; None while the axis is moving."""
         end_ns = self.train_move.end_ns
         return end_ns if end_ns is not None and end_ns <= self.now_ns else None
 
@@ -75,12 +75,12 @@ class Move:
 
     @property
     def target(self) -> int:
-        """Position in pulses at the end of a finished move; the present position if the move is unfinished."""
+        """Position in pulses at the end of the move, or the present position while the axis is moving."""
         return self.train_move.position_at(self.now_ns)
 
     @property
     def top_rate(self) -> Fraction:
-        """Highest pulse rate of the move up to now, in pulses/s."""
+        """Highest pulse rate of the move up to the present time, in pulses/s."""
         profile, start_ns = self.train_move.profile, self.start_ns
         begun = zip(profile.starts, profile.segments, strict=False)
         return max(segment.rate for start, segment in begun if start_ns + start * S // profile.ticks <= self.now_ns)
@@ -91,7 +91,7 @@ AnyMove = Move | ServoMove
 
 @dataclass
 class RunRecord:
-    """Messages, moves, level changes and injected faults of a run since `began_ns`."""
+    """Record of the messages, moves, level changes and injected faults of a run."""
 
     bench: Bench
     began_ns: int
@@ -104,13 +104,13 @@ class RunRecord:
     _open: dict[tuple[str, bool], Message] = field(default_factory=dict)
 
     def record(self, event: Event) -> None:
-        """Record an event."""
+        """Add an event of the bench, such as a message or a level change, to the record."""
         if isinstance(event, LevelChanged):
             self.changes.append(event)
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # 0 V and the full voltage are recorded as level changes
+            # 0 V and the full voltage of an analog input are already recorded as level changes
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):
@@ -124,12 +124,12 @@ class RunRecord:
 
     @property
     def complete(self) -> bool:
-        """True if the record contains all events and moves of the run: none has been deleted."""
+        """True if no event and no move of the run has been deleted from the record."""
         lost = any(axis.train.forgotten for _, _, axis in self._steppers()) or any(s.forgotten for s in self.servos)
         return max(len(self.said), len(self.changes), len(self.turned), len(self.faults)) < LENGTH and not lost
 
     def moves(self) -> list[AnyMove]:
-        """Return the moves of all axes in order of time."""
+        """Return the moves of all axes, sorted by start time."""
         found: list[AnyMove] = [
             Move(controller, name, move, self.bench.now, axis.units)
             for controller, name, axis in self._steppers()
@@ -174,7 +174,7 @@ class RunRecord:
 
 @contextmanager
 def recording_run(bench: Bench) -> Iterator[RunRecord]:
-    """Record the events and servo moves on a bench within a `with` block."""
+    """Record the events and the servo moves of a bench during a `with` block."""
     run = RunRecord(bench, bench.now)
     with ExitStack() as stack:
         run.observe_servos(stack)

@@ -28,7 +28,7 @@ MOVES = 10_000
 
 @dataclass
 class ServoMove:
-    """A move of a servo axis: from a rest or a reversal to the next.  `end_ns`: None while the axis is moving."""
+    """A move of a servo axis, from a standstill or a reversal to the next standstill or reversal."""
 
     controller: str
     axis: str
@@ -43,23 +43,24 @@ class ServoMove:
     commanded: bool = False
     """True if the commanded position has moved."""
     end_ns: int | None = None
+    """Virtual time at the end of the move; None while the axis is moving."""
     units: MachineUnits | None = None
     unit = "counts"
 
     @property
     def now_ns(self) -> int:
-        """Time of the latest position of the move."""
+        """Virtual time in ns of the latest recorded position of the move."""
         return self.last_ns
 
     @property
     def is_significant(self) -> bool:
-        """True if the commanded position has moved, or if the motion is more than `JITTER`."""
+        """True if the commanded position has moved, or if the shaft has moved by more than `JITTER` counts."""
         return self.commanded or self.high - self.low > JITTER
 
 
 @dataclass
 class ServoMoves:
-    """The moves of one servo axis.  `forgotten`: True if old moves have been deleted."""
+    """The moves of one servo axis.  `forgotten` is True after the oldest moves have been deleted."""
 
     controller: str
     name: str
@@ -70,13 +71,15 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        # time of the next sample, and the last `WINDOW` positions
+        # `_latest` contains the time of the next sample and the last `WINDOW` positions
         self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
-        # sign of the commanded motion in the present move, 0 before the motion, and its farthest commanded position
-        self._direction, self._farthest = 0, 0
+        # `_direction` is the sign of the commanded velocity in the present move, or 0 before the motion begins
+        self._direction = 0
+        # `_farthest` is the farthest commanded position of the present move
+        self._farthest = 0
 
     def add_samples(self, samples: Samples) -> None:
-        """Find the moves in the next block of samples."""
+        """Find the moves of the axis in the next block of position samples."""
         import numpy as np
 
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
@@ -90,10 +93,10 @@ class ServoMoves:
             self._find_moves(samples, times, whole, commanded, active)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
-            self.moves[-1].target = self._position  # the target changes while the servo settles after the move
+            self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the positions of a block, preceded by the last `WINDOW` positions before the block.
+        """Return the last `WINDOW` positions before a block of samples, followed by the positions of the block.
 
         If the samples before the block are unknown, the axis is assumed to have been at rest.
         """
@@ -115,11 +118,14 @@ class ServoMoves:
         commanded: "NDArray[np.int64]",
         active: "NDArray[np.int64]",
     ) -> None:
-        """Find the moves in a block; `whole`: result of `_with_window`, `active`: indices of samples with motion."""
+        """Find the moves in a block of samples, and add the moves to the list `moves`.
+
+        `whole`: result of `_with_window`; `active`: indices of the samples with motion.
+        """
         import numpy as np
 
         positions = whole[WINDOW:]
-        # the commanded position before the block comes first, so sample i moves from trajectory[i] to trajectory[i + 1]
+        # sample i moves from trajectory[i] to trajectory[i + 1], because trajectory[0] is the position before the block
         trajectory = np.concatenate(([commanded[0] if self._commanded is None else self._commanded], commanded))
         for first, end, is_new in self._spans(samples, times, trajectory, active):
             if is_new:
@@ -141,7 +147,10 @@ class ServoMoves:
         trajectory: "NDArray[np.int64]",
         active: "NDArray[np.int64]",
     ) -> "Iterator[tuple[int, int, bool]]":
-        """Yield the spans of samples with motion in one direction: first index, end, and True if a new move begins."""
+        """Yield each span of samples in which the axis moves in one direction.
+
+        A span is its first index, its end, and True if a new move begins.
+        """
         import numpy as np
 
         rests = np.flatnonzero(np.diff(times[active]) > REST_NS)
@@ -156,7 +165,7 @@ class ServoMoves:
             rested = True
 
     def _turns(self, trajectory: "NDArray[np.int64]") -> list[int]:
-        """Return the indices at which the commanded motion reverses by more than `JITTER`."""
+        """Return the indices at which the commanded position reverses by more than `JITTER` counts."""
         import numpy as np
 
         steps = np.diff(trajectory)
@@ -177,7 +186,7 @@ class ServoMoves:
         return found
 
     def _begin_move(self, start_ns: int, before: int) -> None:
-        """End the present move at the position `before`, and begin a new one."""
+        """End the present move at the position `before`, and begin a new move there."""
         if self.moves:
             self.moves[-1].target = before
         self._close()
@@ -188,14 +197,14 @@ class ServoMoves:
         self.moves[-1].units = self.axis.units
 
     def _close(self) -> None:
-        """End the latest move; delete the move if its motion is only jitter."""
+        """End the latest move, or delete this move if its motion is only jitter."""
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
             if not self.moves[-1].is_significant:
                 self.moves.pop()
 
     def moves_until(self, now_ns: int) -> list[ServoMove]:
-        """Return all stored moves up to the time `now_ns`."""
+        """Return the moves of the axis up to the time `now_ns`."""
         if self.moves and now_ns - self.moves[-1].last_ns > REST_NS and self.moves[-1].end_ns is None:
             self._close()
         found = [move for move in self.moves if move.is_significant]

@@ -22,7 +22,7 @@ Item = Message | AnyMove | FaultChanged | LevelChanged | VoltageChanged
 
 
 def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
-    """Yield the transcript: one line per item, in order of time.
+    """Yield the transcript of a run: one line for each message, move, fault and level change, in order of time.
 
     `>` marks a message of the host, `<` a message of the controller, `!` an action of an operator or a refused line,
     and `=` a new level.
@@ -35,7 +35,8 @@ def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
     codecs = _codecs(run)
     levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
     told: list[Item] = [*run.said, *run.faults, *levels, *run.turned, *run.moves()]
-    for item in sorted(told, key=_time_ns):  # the sort is stable: an action stays before the move that it causes
+    # a stable sort keeps an action before the move that the action causes at the same time
+    for item in sorted(told, key=_time_ns):
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
         yield from (f"{'':14}  {name}{refusal.words}" for refusal in by_message.get(id(item), ()))
@@ -64,7 +65,7 @@ def summary(run: RunRecord) -> Iterator[str]:
 
 
 def extremes(run: RunRecord) -> Iterator[str]:
-    """Yield the least and the greatest position of each axis, and each time at which a limit or stop input opened."""
+    """Yield the lowest and the highest position of each axis, and the times at which limit and stop inputs opened."""
     for name, moves in _by_axis(run).items():
         places = [place for move in moves for place in (move.origin, move.target)]
         low, high, unit = min(places), max(places), moves[0].units
@@ -83,9 +84,10 @@ def _way(origin: int, target: int, units: MachineUnits | None) -> str:
 
 
 def as_dict(run: RunRecord, refused: Sequence[Refusal] = ()) -> dict[str, Any]:
-    """Return the dictionary that `--json` writes.  Times are in ns, rates in pulses/s or counts/s.
+    """Return the transcript of a run as a dictionary, for the option `--json`.
 
-    An axis with a machine unit has its positions and rates in this unit, too.
+    Times are in ns, rates in pulses/s or counts/s.  An axis with a machine unit has its positions and rates in this
+    unit, too.
     """
     codecs = _codecs(run)
     return {
@@ -180,7 +182,7 @@ def _words(item: Item, codec: Codec) -> str:
             return f"! {item.act} {item.words}"
         case VoltageChanged():
             return f"! {item.pin} {voltage(item.volts)}"
-    # pulse rates are exact; count rates are averages of samples, so they are rounded
+    # a pulse rate is exact, but the speed of a servo is an average over samples, so only the speed is rounded
     rate = f"{float(item.top_rate):g}" if item.unit == "pulses" else f"{item.top_rate:.0f}"
     units = item.units
     way = f" ({_way(item.origin, item.target, units)})" if units is not None else ""
@@ -213,7 +215,7 @@ def _by_axis(run: RunRecord) -> dict[str, list[AnyMove]]:
 
 
 def _lost_pulses(run: RunRecord) -> Iterator[str]:
-    """Yield a line for each stepper axis whose position differs from its pulses."""
+    """Yield a line of text for each stepper axis that has lost pulses."""
     for controller in run.bench.controllers.values():
         for name, axis in controller.axes.items():
             if not isinstance(axis, ServoAxis) and axis.position != axis.pulses:

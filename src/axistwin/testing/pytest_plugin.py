@@ -34,7 +34,7 @@ MARKER = (
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the option `--axistwin-report`."""
+    """Add the option `--axistwin-report` to pytest."""
     parser.getgroup("axistwin").addoption(
         "--axistwin-report",
         metavar="DIR",
@@ -44,14 +44,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the marker `axistwin` of the plug-in."""
+    """Register the marker `axistwin` in pytest."""
     config.addinivalue_line("markers", MARKER)
 
 
 @pytest.fixture
 def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Twin]":
-    """Serve the model or scene of the marker `axistwin`; the value of the fixture is a `Twin`."""
-    from axistwin.testing.twin import serve  # lazy import: only tests with this fixture need it
+    """Serve the model or scene that the marker `axistwin` of the test names.  Yields the `Twin`."""
+    from axistwin.testing.twin import serve  # lazy import, because most tests do not use this fixture
 
     what, keywords = _marker_arguments(request)
     files = request.node.stash[RECORDED_FILES] = (tmp_path / "axistwin.talk", tmp_path / "axistwin.csv")
@@ -63,19 +63,22 @@ def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[T
 
 @pytest.fixture
 def axistwin_port(axistwin_twin: "Twin") -> "Url":
-    """URL of the first controller, for pyserial."""
+    """URL at which pyserial opens the port of the first controller."""
     return next(iter(axistwin_twin.ports.values()))
 
 
 @pytest.fixture
 def axistwin_clock(axistwin_twin: "Twin") -> "ServedClock":
-    """Clock of the twin's virtual time: `advance(seconds)`, `run_until(condition, timeout)`, `seconds`, `now`."""
+    """Clock that reads and advances the virtual time of the served controllers.
+
+    Its members are `advance(seconds)`, `run_until(condition, timeout)`, `seconds` and `now`.
+    """
     return axistwin_twin.clock
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add the recorded files to the report of a failed test; remove them after any other test."""
+    """Name the recorded files in the report of a failed test; delete these files if the test has passed."""
     report = yield
     files = [path for path in item.stash.get(RECORDED_FILES, ()) if path.exists()]
     if report.when == "call" or report.failed:
@@ -90,8 +93,9 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 
 def _write_page(item: pytest.Item, files: tuple[Path, ...], directory: Path) -> None:
-    """Write the report of a test.  The name of the page is that of the test, without special characters."""
-    from axistwin.reports.page import of_recorded_files, write_page  # lazy import: only with --axistwin-report
+    """Write the HTML report of a test.  The file has the name of the test, without special characters."""
+    # lazy import, because only the option --axistwin-report needs this module
+    from axistwin.reports.page import of_recorded_files, write_page
 
     outcome, failure = item.stash.get(VERDICT, ("error", ""))
     page = of_recorded_files(item.nodeid, outcome, outcome == "passed", failure.splitlines(), *files)
@@ -100,7 +104,7 @@ def _write_page(item: pytest.Item, files: tuple[Path, ...], directory: Path) -> 
 
 
 def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
-    """Return the arguments of the marker: a model or a scene, and options."""
+    """Return the arguments of a test's marker `axistwin`: a model or a scene, and a dictionary of options."""
     marker = request.node.get_closest_marker("axistwin")
     if marker is None or len(marker.args) + ("scene" in marker.kwargs) != 1:
         raise pytest.UsageError(
@@ -115,6 +119,6 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
 
 
 def _shown(path: Path) -> str:
-    """Return the path as shown to the user: relative to the current directory, if the path is inside it."""
+    """Return a path as text: relative to the current directory if the file is inside this directory."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)

@@ -41,13 +41,16 @@ HOST_TIMEOUT_S = 10.0
 
 
 class Url(str):
-    """URL of a port for `serial.serial_for_url`; for an 1810 or 1811, `bus://host:port`."""
+    """URL of a served port, as the function `serial.serial_for_url` accepts it.
+
+    The URL of an 1810 or 1811 is `bus://host:port`.
+    """
 
     __slots__ = ()
 
     @property
     def address(self) -> str:
-        """`host:port`, for EPICS asyn."""
+        """Address of the port as `host:port`, for EPICS asyn."""
         return self.partition("://")[2]
 
     @property
@@ -62,23 +65,23 @@ class Url(str):
 
     @property
     def visa(self) -> str:
-        """Resource name for PyVISA."""
+        """Name of the port as a PyVISA resource, e.g. `TCPIP0::127.0.0.1::5001::SOCKET`."""
         return f"TCPIP0::{self.host}::{self.port}::SOCKET" if "://" in self else f"ASRL{self}::INSTR"
 
 
 class HostCall:
-    """A call of a host's function in a separate thread."""
+    """A call of a function of the host program, which runs in a separate thread."""
 
     def __init__(self, clock: ServedClock, thread: HostThread) -> None:
         self._clock, self._thread = clock, thread
 
     @property
     def done(self) -> bool:
-        """True after the function has returned or raised."""
+        """True after the host's function has returned or raised an exception."""
         return self._thread.done
 
     def result(self, timeout: float = HOST_TIMEOUT_S) -> Any:
-        """Wait for the function.  Returns the result, or raises the exception.
+        """Wait for the end of the host's function; return its result, or raise its exception.
 
         With `speed="manual"` virtual time passes while the function waits.  Raises LinkError after `timeout`
         (virtual) seconds without any communication.
@@ -87,7 +90,7 @@ class HostCall:
 
 
 class _Service(NamedTuple):
-    """The server, the thread and the clock of a twin within its `with` block."""
+    """The server of a twin, with its thread and its clock, during the `with` block."""
 
     loop: LoopThread
     server: Server
@@ -95,7 +98,7 @@ class _Service(NamedTuple):
 
 
 class Twin:
-    """A bench on real ports within a `with` block.  Created by `serve`."""
+    """A bench whose controllers are served on real ports during a `with` block.  `serve` returns a Twin."""
 
     def __init__(
         self, bench: Bench, wanted: list[tuple[str, PortUrl]], speed: Speed, writers: Iterable[Writer] = ()
@@ -110,13 +113,15 @@ class Twin:
 
     @property
     def clock(self) -> ServedClock:
-        """Clock of the virtual time."""
+        """Clock of the virtual time of the bench."""
         return self._service.clock
 
     @property
     def _service(self) -> _Service:
         if self._served is None:
-            raise UsageError("this twin is not served yet: use it in a block, e.g. `with axistwin.serve(…) as twin:`")
+            raise UsageError(
+                "this twin is not served yet: expected a `with` block, e.g. `with axistwin.serve(…) as twin:`"
+            )
         return self._served
 
     def __enter__(self) -> Self:
@@ -153,18 +158,18 @@ class Twin:
         self._service.loop.stop()
 
     def advance(self, seconds: float) -> None:
-        """With `speed="manual"`: advance virtual time, after all data that hosts have sent is received."""
+        """Receive all data that hosts have sent, then advance virtual time.  Only for `speed="manual"`."""
         self.clock.advance(seconds)
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Advance until `condition()` is true (returns True), or by `timeout` seconds (returns False).
+        """Advance time until `condition()` is true, and return True; return False after `timeout` seconds.
 
         `timeout` is in virtual seconds with `speed="manual"`, otherwise in real seconds.
         """
         return self.clock.run_until(condition, timeout)
 
     def start(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> HostCall:
-        """Call a host's function in a separate thread; `result` of the returned call waits for it.
+        """Start a function of the host program in a separate thread, and return a `HostCall` of this function.
 
         With `speed="manual"`, virtual time passes only while the function is blocked.
         """
@@ -174,12 +179,15 @@ class Twin:
         return HostCall(self.clock, thread)
 
     def call(self, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
-        """Call a host's function and return its result; virtual time passes while the function waits for answers."""
+        """Call a function of the host program and return its result.
+
+        Virtual time passes while the function waits for answers.
+        """
         result: T = self.start(function, *arguments, **keywords).result()
         return result
 
     def do(self, action: Callable[[], T]) -> T:
-        """Call a function in the bench's own thread, at the present time.
+        """Call a function in the thread that runs the bench, at the present time of the bench.
 
         If `speed` is a number, the present time is that of the wall clock.  All events due by then are executed
         before the call, and all events that the call makes due are executed after it.
@@ -219,7 +227,7 @@ def serve(
     if not fixed_ports:
         wanted = _free(bench, wanted, scheme)
     elif not wanted:
-        raise UsageError("invalid fixed_ports=True: expected a scene that names ports; leave the option out")
+        raise UsageError("invalid option fixed_ports=True: expected a scene that names ports")
     return Twin(bench, wanted, speed, tuple(_writers(record, trace, _headers(what, options))))
 
 
@@ -228,32 +236,32 @@ def _check_speed(speed: Speed) -> None:
     if speed != "manual":
         try:
             read_speed(str(speed))
-        except UsageError as error:
-            raise UsageError(f'{error}, or "manual"') from None
+        except UsageError:
+            raise UsageError(f'invalid speed {speed!r}: expected a number, "max" or "manual", e.g. 1.0') from None
 
 
 def _bench(
     what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any]
 ) -> tuple[Bench, list[tuple[str, str]]]:
-    """Build the bench; return it, and the ports that its scene names."""
+    """Build a bench from a model or a scene; return the bench, and the ports that the scene names."""
     if isinstance(what, str) and not what.endswith(".toml"):
         bench = Bench()
         bench.add(what, **options)
         return bench, []
     if options:
-        raise UsageError(f"invalid options {', '.join(options)}: options are for a model; set these in the scene")
+        raise UsageError(f"unexpected options {', '.join(options)}: only a model takes options, not a scene")
     if isinstance(what, Bench):
         return what, []
-    from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
+    from axistwin.scenes.scene import Scene  # lazy import, because pydantic is slow to import
 
     scene = Scene.given(what) if isinstance(what, Mapping) else Scene.load(what)
     return scene.build(served=True), scene.ports
 
 
 def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -> list[tuple[str, PortUrl]]:
-    """Return a free port of the requested kind for each endpoint.  Raises UsageError."""
+    """Return the URL of a free port for each endpoint of the bench.  Raises UsageError for an unknown scheme."""
     if scheme is not None and scheme not in SCHEMES:
-        raise UsageError(f"invalid kind of port {scheme!r}: expected {', '.join(SCHEMES)}")
+        raise UsageError(f"invalid kind of port {scheme!r}: expected one of {', '.join(SCHEMES)}")
     kinds = {name: url.scheme for name, url in reversed(wanted) if url.scheme in FREE_PORTS}
     found = []
     for name in endpoints.names(bench):
@@ -264,7 +272,8 @@ def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -
 
 def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[str, str] | None) -> Iterator[Writer]:
     if record is not None:
-        from axistwin.conversations.recorder import recording_to  # lazy import: needed for `record` only
+        # lazy import, because only the option `record` needs this module
+        from axistwin.conversations.recorder import recording_to
 
         yield partial(recording_to, path=Path(record), headers=headers)
     if trace is not None:
@@ -274,7 +283,7 @@ def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[
 
 
 def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
-    """Return the headers of a recording: model, options and line; None for a scene."""
+    """Return the headers for a recorded conversation with a model (model, options, line format); None for a scene."""
     if not isinstance(what, str) or what.endswith(".toml"):
         return None
     kept = {name: value for name, value in options.items() if name not in ("name", "state", "line", "history")}
@@ -283,6 +292,6 @@ def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
 
 
 def _url(found: PortUrl) -> Url:
-    """Return the URL of a port for pyserial."""
+    """Convert the URL of a served port to a URL for pyserial."""
     schemes = {"tcp": "socket", "rfc2217": "rfc2217", "bus": "bus"}
     return Url(f"{schemes[found.scheme]}://{found.address}" if found.scheme in schemes else found.path)
