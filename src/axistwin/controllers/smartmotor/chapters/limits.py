@@ -57,6 +57,9 @@ def directional(motor: Processor) -> None:
 
 
 def update_flags(motor: Processor) -> None:
-    """Clear the flags of limits that are no longer asserted.  The next sample sets the flags of asserted limits."""
+    """Clear the flag of each limit that is no longer asserted.
+
+    The next sample sets the flags of asserted limits.
+    """
     motor.i[s.BP] &= beyond_plus(motor.i)
     motor.i[s.BM] &= beyond_minus(motor.i)

@@ -240,7 +240,10 @@ def torque(motor: Processor) -> None:
 
 
 def off(motor: Processor) -> None:
-    """OFF: switch the amplifier off.  After BRKRLS, OFF deactivates MTB; otherwise OFF applies MTB (5.2)."""
+    """OFF: switch the amplifier off (5.2).
+
+    After BRKRLS, OFF deactivates MTB; otherwise OFF applies MTB.
+    """
     if motor.brake_control is Control.RELEASED:
         motor.mtb_enabled = False
     switch_off(motor)
