@@ -73,7 +73,10 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Return the range of variables if its `count` values fit into the EEPROM; otherwise set the flag Bs."""
+    """Check that `count` values of a range fit into the EEPROM; otherwise set the flag Bs.
+
+    Returns the range, or None.
+    """
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run
     motor.syntax_error()

@@ -51,7 +51,10 @@ def end(motor: Processor) -> None:
 
 
 def goto(motor: Processor, label: int) -> None:
-    """GOTOn: continue the program at label n, 0…999; a stopped program starts there.  An unknown label sets Bs."""
+    """GOTOn: continue the program at label n, 0…999.
+
+    A stopped program starts at the label.  An unknown label sets Bs.
+    """
     target = motor.program.labels.get(label)
     if target is None:
         motor.syntax_error()
@@ -90,7 +93,7 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """True while a call of GOSUB, C1 or C2 is in progress; `kind` selects one of these calls.
+    """True while a call of the given kind is in progress: GOSUB, C1 or C2.
 
     Only RETURNI, STACK and END end a C2 call.
     """
@@ -116,7 +119,10 @@ def return_interrupt(motor: Processor) -> None:
 
 
 def stack(motor: Processor) -> None:
-    """STACK: discard all return addresses, so that pin G may call C2 again (chapter 7, F=64)."""
+    """STACK: discard all return addresses (chapter 7, F=64).
+
+    Pin G may then call C2 again.
+    """
     interpreter.forget(motor.i)
 
 
@@ -145,7 +151,10 @@ def reset(motor: Processor) -> None:
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, SWITCH and similar: parts of a block or labels, which the compiler replaces by jumps."""
+    """IF, WHILE, labels and similar: set the flag Bs if executed as a command.
+
+    In a program, the compiler replaces these keywords by jumps.
+    """
     motor.syntax_error()
 
 

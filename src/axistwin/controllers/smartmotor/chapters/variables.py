@@ -19,7 +19,10 @@ NOTHING = -1
 
 
 class Variable(NamedTuple):
-    """A variable: its name, the interpreter's operation that reads the value, and the index of the value."""
+    """A variable such as `aa`: its name, and how the interpreter reads its value.
+
+    The operation `operation` reads the value at the index `place`.
+    """
 
     name: str
     operation: int
@@ -156,7 +159,9 @@ def assign_elements(motor: Processor, code: Sequence[int]) -> None:
 
 
 def values(letters: str) -> range | None:
-    """Return the indices of a variable and of the later variables in its group; None for an unknown name.
+    """Return the indices from a named variable to the end of its group, e.g. from c to z.
+
+    Returns None for an unknown name.
 
     The indices are those in the array `v`.
     """
