@@ -83,7 +83,10 @@ class SmartMotor:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
     def hint(self) -> str:
-        """Return the reason why the motor does not move, and the remedy; "" if a move is possible."""
+        """Return the reason why the motor does not move, and the remedy.
+
+        The text is empty if a move is possible.
+        """
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
             return low if self._switched_on else ""

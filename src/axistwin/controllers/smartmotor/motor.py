@@ -163,7 +163,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # A flag that is already set cannot report a fault.
+            i[slot] = slot in LATCHED  # All latched flags are set, so no new fault is reported.
 
     def leave(self) -> None:
         """Store the state of shaft, load and windings for the next power-up."""
@@ -232,7 +232,10 @@ class Motor(Processor):
         self.on_statement(~number)
 
     def _call(self) -> None:
-        """Call C1 or C2 at the end of a statement; if both calls are pending, C2 is not called (table 7.1)."""
+        """Call C1 or C2 at the end of a statement (table 7.1).
+
+        If both calls are pending, only C1 is called.
+        """
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
@@ -241,7 +244,10 @@ class Motor(Processor):
             flow.call(self, INPUT_2, s.CALL_INPUT)
 
     def _go_edge(self) -> None:
-        """Handle a falling edge of pin G: perform G if the pin is the go input, and call C2 with F=64."""
+        """Handle a falling edge of pin G.
+
+        The edge performs G if the pin is the go input, and calls C2 with F=64.
+        """
         i = self.i
         if i[s.GO_PIN] and not self.pins["G"].is_output:
             modes.go(self)

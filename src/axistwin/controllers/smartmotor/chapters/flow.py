@@ -78,7 +78,9 @@ def gosub(motor: Processor, label: int) -> None:
 
 
 def call(motor: Processor, label: int, kind: int) -> bool:
-    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64); return True if the call was possible.
+    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).
+
+    Returns True if the call was possible.
 
     C2 ends a WAIT early, and cannot be called again before RETURNI, STACK or END.  Nothing changes if the program has
     no such label; a full return stack sets Bs.
