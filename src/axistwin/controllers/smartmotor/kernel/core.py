@@ -136,7 +136,9 @@ class Core:
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at the given times, as far as the positions are certain.
+        """Return the shaft's positions now and at the given later times.
+
+        The list ends before the first position that is not certain.
 
         The times are later than now, one sample apart.  A position is certain before the end of the block, and always
         while the motor sleeps.
@@ -153,8 +155,7 @@ class Core:
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard the samples computed with predicted edges of the external encoder, because the prediction has become
-        invalid.
+        """Discard computed samples whose prediction of the external encoder is outdated.
 
         The next sample is kept, because its edges were read before now.
         """
@@ -301,8 +302,9 @@ class Core:
         return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
-        """Read the external encoder's counts for the next samples, and return the number of these samples, at most
-        `most`.
+        """Read the external encoder's counts for the next samples.
+
+        Returns the number of these samples, at most `most`.
         """
         kept, self._keeps_read = self._keeps_read and self.i[s.PREDICTED] > 0, False
         if not kept:

@@ -70,7 +70,10 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Advance the count of the external encoder by one sample, as predicted or at constant speed."""
+    """Advance the count of the external encoder by one sample.
+
+    The count is predicted, or changes at constant speed.
+    """
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]
         i[s.PREDICTED_AT] += 1
@@ -90,14 +93,20 @@ def master_turns(i: Ints, predicted: Ints) -> None:
 
 @sampled
 def quadrature(count: int) -> int:
-    """Return the levels of pins A (1) and B (2) at a count of the external encoder; both are high at 0."""
+    """Return the levels of pins A and B for a count of the external encoder.
+
+    Bit 0 is pin A, and bit 1 is pin B.  Both pins are high at count 0.
+    """
     phase = (count + 2) & 3
     return phase ^ (phase >> 1)
 
 
 @sampled
 def show_master(i: Ints, before: int) -> None:
-    """Set pins A and B to the levels of the external encoder; for a step source, B is the direction and A is low."""
+    """Set pins A and B to the levels of the external encoder.
+
+    For a step source, pin B is the direction, and pin A is low.
+    """
     if i[s.MASTER] != before:
         i[s.STEP_UP] = 1 if i[s.MASTER] > before else 0
     levels = 2 * i[s.STEP_UP] if i[s.STEPS] != 0 else quadrature(i[s.MASTER] - i[s.PIN_EDGES])
