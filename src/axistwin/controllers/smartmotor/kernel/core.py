@@ -61,7 +61,9 @@ class Phase(Enum):
 
 
 class _Block(NamedTuple):
-    """A number of samples that are computed ahead, or during which the motor rests.
+    """A block of consecutive samples.
+
+    The samples are computed ahead, or the motor is at rest during the block.
 
     `why`: the event that ends the block.
     """
@@ -72,7 +74,10 @@ class _Block(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Number of the sample at which the block ends, or before which the kernel has stopped."""
+        """Number of the sample at which the block ends.
+
+        If the kernel has stopped before a sample, this is the number of that sample.
+        """
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
 
@@ -116,7 +121,7 @@ class Core:
         return (self.clock.now - self.zero_ns) // SAMPLE_NS
 
     def time_ns(self, sample: int) -> int:
-        """Return the time of a sample, in ns of the bench's clock."""
+        """Return the virtual time of a sample, in ns."""
         return self.zero_ns + sample * SAMPLE_NS
 
     def position_now(self) -> int:
@@ -150,7 +155,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        if due == first < following:  # The first requested time is that of the last committed sample.
+        if due == first < following:  # The first requested sample is already committed.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
@@ -166,7 +171,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of samples in the block whose times have passed."""
+        """Return the number of samples of the block that lie in the past."""
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -214,7 +219,10 @@ class Core:
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Schedule the next block for the end of this nanosecond, after all other changes."""
+        """Schedule the computation of the next block at the present time.
+
+        All other changes at this time come first.
+        """
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
@@ -244,7 +252,9 @@ class Core:
         self._plan += 1
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """Call `follower` with each change of the given values of the motor's processor.
+        """Call `follower` whenever one of the given values changes.
+
+        The values are those of the motor's processor.
 
         A value is given by its kind (an operation of the interpreter) and its index.  No change of a value that was
         followed before is lost.  `restless`: some of the values change while the motor rests, so that the samples must
@@ -359,7 +369,7 @@ class Core:
             self._engine.forget()
 
     def _rests(self) -> bool:
-        """True if the motor is at rest and no event can come except the end of a WAIT."""
+        """True if the motor is at rest and no statement of the program is due."""
         if self._restless:
             return False
         i = self.i
@@ -381,7 +391,7 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Commit a finished block, and handle the event at which the kernel has stopped."""
+        """Commit a finished block, and handle the event that has ended the block."""
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -396,7 +406,7 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Commit the samples of the block whose times have passed, and discard the later samples."""
+        """Commit the past samples of the block, and discard the future samples."""
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -406,8 +416,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # Number of samples in the last block, if several blocks were computed at once.
-        # A polling host probably sends again after the same time, so the next block is slightly longer.
+        in_last = samples % LONGEST  # If several blocks were computed at once, only the last block counts.
+        # A host often sends at equal intervals, so the next block is slightly longer than the present interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -422,7 +432,9 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on a copy of the committed state, in plain Python or, for long runs, compiled.
+    """Runs the kernel on a copy of the committed state.
+
+    The kernel runs in plain Python, or compiled for long runs.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
@@ -444,7 +456,10 @@ class _Engine:
 
     @property
     def longest(self) -> int:
-        """Largest number of samples that may be computed at once without a noticeable delay for a host."""
+        """Largest number of samples that may be computed at once.
+
+        More samples would delay an answer to the host noticeably.
+        """
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
