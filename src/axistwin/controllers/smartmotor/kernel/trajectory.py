@@ -22,7 +22,10 @@ WRAP = 1 << 48
 
 @sampled
 def stopping_distance(speed: int, acceleration: int) -> int:
-    """Return the stopping distance from a speed above 0 that decreases by `acceleration` in each sample."""
+    """Return the distance in which a decelerating motor stops.
+
+    The speed is above 0, and decreases by `acceleration` in each sample.
+    """
     n = (speed + acceleration - 1) // acceleration
     return n * speed - acceleration * (n * (n - 1) // 2)
 
@@ -144,7 +147,10 @@ def follow(i: Ints, moved: int) -> None:
 
 @sampled
 def profile(i: Ints) -> None:
-    """Compute one sample of a motion by MP (trapezoid), MV (ramp to a velocity) or X (ramp to a stop)."""
+    """Compute one sample of the trajectory of MP, MV or X.
+
+    MP is a trapezoidal move, MV is a ramp to a velocity, and X is a ramp to a stop.
+    """
     mode = i[s.MODE]
     velocity = i[s.VELOCITY]
     acceleration = i[s.ACCELERATION]
