@@ -479,7 +479,10 @@ class _Engine:
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Return the compiled kernel if it is loaded, or if a long run justifies loading it; otherwise None."""
+        """Return the compiled kernel, or None to use plain Python.
+
+        The compiled kernel is loaded if a long run justifies the loading.
+        """
         if _Engine.compiled is None:
             enough = _Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
@@ -523,7 +526,9 @@ class _Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile the kernel, or load its cached machine code, if plain Python is too slow for this number of motors.
+    """Prepare the compiled kernel if plain Python is too slow.
+
+    The kernel is compiled, or its cached machine code is loaded.  The number of motors decides.
 
     Another thread may run motors meanwhile; those motors use the compiled kernel as soon as it is ready.
     """
