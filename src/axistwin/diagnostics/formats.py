@@ -30,7 +30,10 @@ class Checked:
 
     @property
     def shown(self) -> str:
-        """Name of the file in messages; for a program of a scene, for example, `scene.toml → moves.if1`."""
+        """Name of the file in messages, e.g. `moves.if1`.
+
+        The name of a program in a scene is, for example, `scene.toml → moves.if1`.
+        """
         return str(self.file) if self.scene is None else f"{self.scene} → {self.file}"
 
 

@@ -75,7 +75,10 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the Markdown text that replaces a directive of the documentation site; usually an empty text."""
+    """Return the text that replaces a directive of the documentation site.
+
+    The text is usually empty.
+    """
     if directive["kind"] == "include" and "codes" in directive["argument"]:
         return "`axistwin check --codes` lists the codes.\n"
     return ""
