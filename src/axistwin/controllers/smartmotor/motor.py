@@ -54,7 +54,10 @@ RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
 
 @dataclass(frozen=True)
 class Fittings:
-    """The parts that are connected to the processor, such as pins and serial ports, with or without power."""
+    """The parts of a motor outside its processor, such as pins and serial ports.
+
+    These parts exist with and without power.
+    """
 
     axis: ServoAxis
     index: IndexLine
@@ -98,7 +101,7 @@ class Motor(Processor):
             self.update_outputs()
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record: a point of host mode, or the buffered A, V or P."""
+        """Execute a binary record: a point of host mode, or a value for A, V or P."""
         self.catch_up()
         RECORD_HANDLERS[code](self, value)
         self.update_outputs()
@@ -114,7 +117,10 @@ class Motor(Processor):
 
     @property
     def program(self) -> Program:
-        """The program in the memory.  A compilation in progress is completed first."""
+        """The program in the memory.
+
+        A compilation in progress is completed first.
+        """
         if self._compilation is not None:
             self._compiled(self._compilation.result())
         return self._program
@@ -131,7 +137,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # The compilation is already complete, or another compilation has replaced it.
+            return  # This compilation is complete, or a newer program is being compiled.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -142,7 +148,10 @@ class Motor(Processor):
         self.use(self.on_program(program))
 
     def use(self, program: Program) -> None:
-        """Replace the program and its code; the place in a running program does not change."""
+        """Replace the program and its code.
+
+        The place in a running program does not change.
+        """
         self._program = program
         self.core.code = array("q", program.code)
 
@@ -166,7 +175,7 @@ class Motor(Processor):
             i[slot] = slot in LATCHED  # All latched flags are set, so no new fault is reported.
 
     def leave(self) -> None:
-        """Store the state of shaft, load and windings for the next power-up."""
+        """Store the state of the motor's mechanics and windings for the next power-up."""
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]
@@ -183,7 +192,10 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Use the motor and the load of the axis, and define the present position of the shaft as 0."""
+        """Set up the physical model for the motor and load of the axis.
+
+        The present position of the shaft becomes 0.
+        """
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)

@@ -182,7 +182,10 @@ class IndexLine(Pin):
         return bool(motor.i[s.BX])
 
     def drive(self, level: bool) -> None:
-        """Force the index line to a level; a rising edge captures the position as an index mark does."""
+        """Force the index line to a level.
+
+        A rising edge captures the position, as an index mark does.
+        """
         before = self.level
         super().drive(level)
         self._force(bool(level), rising=bool(level) and not before)
@@ -193,7 +196,10 @@ class IndexLine(Pin):
         self._force(False, rising=False)
 
     def _force(self, on: bool, *, rising: bool) -> None:
-        """Force the index line.  A rising edge captures the position and sets Bi, as the index mark does."""
+        """Force the level of the index line.
+
+        A rising edge captures the position and sets Bi, as the index mark does.
+        """
         if self._motor is None:
             return
         self._motor.catch_up()
