@@ -236,7 +236,10 @@ class Motor(Processor):
             self.send(answer.encode("ascii") + b"\r")
 
     def _fetch(self, number: int) -> None:
-        """Fetch the external values of a statement, or report the start of the statement if `number` is negative."""
+        """Fetch the values of a statement that the kernel cannot compute, such as GETCHR.
+
+        A negative `number` instead reports the start of the statement `~number`.
+        """
         if number >= 0:
             self.program.statements[number].fetch(self)
             return
