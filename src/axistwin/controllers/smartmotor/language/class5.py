@@ -28,7 +28,7 @@ class Later(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A Class 5 word found in a text, and the 4.76 word for it."""
+    """A Class 5 word in a text, with its translation for firmware 4.76."""
 
     word: str
     here: str
