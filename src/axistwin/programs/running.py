@@ -30,7 +30,10 @@ STORED_BOUND_NS = 60 * S
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a run: the first difference from the conversation in the program file, and a note for the user."""
+    """The result of running a program file.
+
+    `difference`: the first difference from the conversation in the file.  `note`: a note for the user.
+    """
 
     difference: Difference | None = None
     note: str = ""
@@ -38,9 +41,9 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Program:
-    """A program that has been loaded from a file.  `perform(bench, until_ns)` runs the program up to a time.
+    """A program that has been loaded from a file.
 
-    With `until_ns=None` the program runs to its end.
+    The function `perform(bench, until_ns)` runs the program up to a time, or to its end with `until_ns=None`.
     """
 
     perform: Callable[[Bench, int | None], Outcome]
@@ -89,7 +92,9 @@ def unknown_kind(path: Path) -> UsageError:
 
 
 def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
-    """Return the options of a conversation, as `NAME=VALUE` texts, from its headers `; options:` and `; line:`.
+    """Return the options that the headers of a conversation set, as `NAME=VALUE`.
+
+    The headers are `; options:` and `; line:`.
 
     Raises UsageError if the conversation is for a serial line and `target` is on a bus, or the other way round.
     """
@@ -105,7 +110,10 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
 
 
 def check_headers(conversation: Conversation, model: str) -> None:
-    """Raise ProgramError if a header of a conversation is invalid, or if the model does not accept its options."""
+    """Raise ProgramError if a header of a conversation is invalid.
+
+    A header is also invalid if the model does not accept the options in the header.
+    """
     for key in ("patience", "on-for"):
         conversation.seconds_in(key, 0.0)
     for key, words in (("options", tuple(conversation.option_words)), ("line", _line_of(conversation))):
@@ -140,7 +148,9 @@ def _send(send: Send, acts: tuple[Act, ...], file: str, bench: Bench, until_ns: 
 
 
 def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
-    """Start the motor's stored program with the command RUN, and run the bench.
+    """Start the motor's stored program with the command RUN.
+
+    The simulation then runs.
 
     The program does not start by itself, because characters in the first 200 ms after power-up prevent this.
     """

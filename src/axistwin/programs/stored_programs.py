@@ -46,7 +46,10 @@ def read_source(path: Path) -> str:
 
 
 def as_sent(text: str) -> bytes:
-    """Convert the source of a program to bytes: each line ends in LF, and each non-ASCII character becomes `?`."""
+    """Convert the source of a program to bytes for the motor.
+
+    Each line ends in LF, and each non-ASCII character becomes `?`.
+    """
     return _foreign.sub("?", _lines(text)).encode()
 
 
@@ -58,7 +61,7 @@ def _lines(text: str) -> str:
 
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:
-    """Load a program into the only motor on the bench, and cycle the motor's power.
+    """Load a program into the only SmartMotor, and cycle the motor's power.
 
     Raises ProgramError if the motor refuses the program.
     """
@@ -115,7 +118,10 @@ def run(source: bytes, file: str, motor: Controller) -> None:
 
 
 def only_motor(bench: Bench, file: str) -> Controller:
-    """Return the only SmartMotor on the bench.  Raises ProgramError if the bench has none or several."""
+    """Return the only SmartMotor of a simulation.
+
+    Raises ProgramError if the simulation has no motor or several motors.
+    """
     motors = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(motors) != 1:
         raise ProgramError(
