@@ -138,7 +138,7 @@ class _LineSender:
         interfaces = [c for c in self.bench.controllers.values() if FAMILIES[c.product.model] == "digiplan"]
         if len(interfaces) != 1:
             raise ProgramError(
-                f"an .if1 file needs one IF1 or IF2, but the bench has {len(interfaces)}: use a .talk file instead",
+                f"an .if1 file needs exactly one IF1 or IF2, not {len(interfaces)}: use a .talk file instead",
                 file=self.file,
             )
         return interfaces[0]
@@ -155,7 +155,7 @@ class _LineSender:
                 return partial(self._type, act.data + b"\r")
             case Do():
                 return partial(self._do, prepared_action(self.controller, act, self.file))
-        raise AssertionError(f"unknown kind of line {act!r}: expected Wait, Say or Do")
+        raise AssertionError(f"invalid action {act!r}: expected an object of the class Wait, Say or Do")
 
     def initialise(self) -> None:
         """Establish contact with the interface, and set its data format.

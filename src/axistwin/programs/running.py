@@ -101,9 +101,9 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
     headers = conversation.headers
     model = headers.get("model", "")
     if {model.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(model) is not _on_a_line(target):
+        bus_or_line = "a serial line" if _on_a_line(model) else "a bus"
         raise UsageError(
-            f"{conversation.file} is for a controller {_connection(model)}, but {target} is a controller "
-            f"{_connection(target)}: expected a model such as {model}"
+            f"{conversation.file} does not suit {target}: expected a controller on {bus_or_line}, e.g. {model}"
         )
     check_headers(conversation, target)
     return (*conversation.option_words, *_line_of(conversation))
@@ -129,10 +129,6 @@ def _line_of(conversation: Conversation) -> tuple[str, ...]:
 
 def _on_a_line(model: str) -> bool:
     return product(model).line is not None
-
-
-def _connection(model: str) -> str:
-    return "with a serial line" if _on_a_line(model) else "on a bus"
 
 
 def _play(conversation: Conversation, bench: Bench, until_ns: int | None) -> Outcome:

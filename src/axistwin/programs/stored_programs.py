@@ -71,9 +71,7 @@ def store_program(source: bytes, file: str, bench: Bench) -> None:
 def check_motor(controller: Controller) -> None:
     """Raise UsageError if the controller is not a SmartMotor."""
     if motor_of(controller) is None:
-        raise UsageError(
-            f"{controller.name} is {controller.product.indefinite}, but a stored program is for a SmartMotor"
-        )
+        raise UsageError(f"{controller.name} cannot store a program: expected a SmartMotor")
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:
@@ -125,7 +123,7 @@ def only_motor(bench: Bench, file: str) -> Controller:
     motors = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(motors) != 1:
         raise ProgramError(
-            f"a stored program needs one SmartMotor, but the bench has {len(motors)}: use a .talk file instead",
+            f"a stored program needs exactly one SmartMotor, not {len(motors)}: use a .talk file instead",
             file=file,
         )
     motor = motors[0]
