@@ -75,7 +75,9 @@ def check_motor(controller: Controller) -> None:
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:
-    """Raise UsageError or ProgramError if a motor, with its options and wiring, would refuse a program.
+    """Raise UsageError or ProgramError if a motor would refuse a program.
+
+    The options and the wiring of the motor are included.
 
     The check loads the program into an equal motor on a separate bench.
     """

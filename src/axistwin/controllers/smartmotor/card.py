@@ -113,7 +113,7 @@ class SmartMotor:
         self.power(True)
 
     def _let_go(self) -> None:
-        """Set the state without power: all outputs off, static brake engaged."""
+        """Release all user pins and engage the static brake, as without power."""
         for pin in self._fittings.user_pins.values():
             pin.input()
         self.pins["brake"].set(True)

@@ -25,12 +25,18 @@ LINE = "line"
 
 
 def lines_of(text: str) -> tuple[str, ...]:
-    """Return the lines of a program's text as the motor stores it, each ended by LF."""
+    """Return the lines of a stored program.
+
+    In the memory of the motor, LF ends each line.
+    """
     return tuple(text.removesuffix("\n").split("\n")) if text else ()
 
 
 class Rows(NamedTuple):
-    """The lines of a program, the line of each statement, and the lines without an executable statement."""
+    """The lines of a program, and the line of each statement.
+
+    The lines in `silent` contain no executable statement.
+    """
 
     lines: tuple[str, ...]
     of: tuple[int, ...]

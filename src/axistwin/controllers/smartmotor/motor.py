@@ -162,7 +162,10 @@ class Motor(Processor):
             limits.update_flags(self)
 
     def power_off(self) -> None:
-        """Switch the power off: commands, program and protection stop, and the shaft coasts to rest."""
+        """Switch the power off, and let the shaft coast to rest.
+
+        Commands, program and protection stop.
+        """
         self.catch_up()
         self._inputs.close()
         for channel in self.channels:
@@ -199,7 +202,7 @@ class Motor(Processor):
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # The machine keeps its state while the power is off.
+        if axis.f:  # Motor and load keep their state while the power is off.
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value

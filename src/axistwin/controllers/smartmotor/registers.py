@@ -127,7 +127,10 @@ class Registers:
         return names, report
 
     def _value(self, name: str) -> int:
-        """Return the value of a register at the last sample; 0 while the power is off."""
+        """Return the value of a register at the last sample.
+
+        The value is 0 while the power is off.
+        """
         if self._motor is None:
             return state.NO_POWER if name == "RMODE" else 0
         value = self._read(name)

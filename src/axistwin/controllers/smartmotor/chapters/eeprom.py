@@ -32,7 +32,10 @@ FindRun = Callable[[Processor], Run | None]
 
 
 def pointer(motor: Processor, value: int) -> None:
-    """EPTR=exp: set the EEPROM address of the next VST or VLD, 0 to 7999; any other value sets Bs."""
+    """EPTR=exp: set the EEPROM address (0 to 7999) of the next VST or VLD.
+
+    Any other value sets Bs.
+    """
     if 0 <= value < motor.options.data_bytes:
         motor.i[s.EPTR] = value
     else:

@@ -34,7 +34,9 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Handle an asserted limit: the motor stops unless the motor moves away from the limit (3.1).
+    """Stop the motor at an asserted limit (3.1).
+
+    A motor that moves away from the limit does not stop.
 
     The limit is a switch or a software limit.
     """

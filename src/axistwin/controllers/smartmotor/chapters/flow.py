@@ -110,12 +110,15 @@ def return_(motor: Processor) -> None:
 
 
 def return_fault(motor: Processor) -> None:
-    """RETURNF: return from C1, which a fault has called (chapter 7, F=32)."""
+    """RETURNF: return from C1, the routine for faults (chapter 7, F=32)."""
     interpreter.go_back(motor.i)
 
 
 def return_interrupt(motor: Processor) -> None:
-    """RETURNI: return from C2, so that pin G may call C2 again (chapter 7, F=64)."""
+    """RETURNI: return from C2, the routine for pin G (chapter 7, F=64).
+
+    Pin G may then call C2 again.
+    """
     motor.i[s.C2_CALLED] = 0
     interpreter.go_back(motor.i)
 

@@ -181,7 +181,7 @@ class Inputs:
         return bool(self.motor.i[s.BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:
-        """Return the time of the next sample, or None if nothing changes."""
+        """Return the time of the next sample, or None while the motor is at rest."""
         core = self.motor.core
         return core.time_ns(core.due + 1) if core.moving else None
 

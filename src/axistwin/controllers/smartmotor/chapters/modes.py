@@ -240,7 +240,10 @@ def _buffer_position(motor: Processor) -> None:
 
 
 def torque(motor: Processor) -> None:
-    """MT: enter mode torque at once; T sets the PWM value, -1023 to 1023.  An uncleared fault inhibits MT."""
+    """MT: enter mode torque at once.
+
+    T sets the PWM value, -1023 to 1023.  A fault that is not cleared inhibits MT.
+    """
     if may_move(motor, motor.i[s.T]):
         motor.i[s.BUFFERED_MODE] = s.M_TORQUE
         turn_on(motor, s.M_TORQUE)

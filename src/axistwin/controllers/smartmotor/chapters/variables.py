@@ -124,7 +124,9 @@ ANALOG_CHANNELS, DIGITAL_CHANNELS = range(1, 5), range(64)
 
 
 def find(name: str) -> Variable | None:
-    """Return the variable or AniLink input with this name, such as `aa` or AINA1; None for an unknown name.
+    """Return the variable or AniLink input with this name, such as `aa` or AINA1.
+
+    Returns None for an unknown name.
 
     AINpc and DINpc: device p = A…H, channel c = 1…4 analog, 0…63 digital.
     """

@@ -221,9 +221,9 @@ class _Depths:
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Compute how many return addresses a routine needs, without recursion in Python.
+        """Compute how many return addresses a routine needs.
 
-        A program may have a thousand routines.
+        The computation is not recursive, because a program may have a thousand routines.
         """
         path = [(start, self._calls(start))] if start not in self._known else []
         while path:

@@ -163,7 +163,7 @@ class Reader:
         return self._read()
 
     def _next(self) -> str:
-        """Return the next token; "" at the end of the text, or if no token matches."""
+        """Return the next token, or "" if no token matches."""
         match = _token.match(self.text, self.at)
         return match[0] if match else ""
 

@@ -109,7 +109,10 @@ class Statement:
         return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
     def perform(self, motor: Processor) -> str | None:
-        """Execute the statement and return the text of a report, without CR; invalid text only sets Bs."""
+        """Execute the statement, and return the text of a report without CR.
+
+        Invalid text only sets Bs.
+        """
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
             return None

@@ -84,7 +84,10 @@ class Program:
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
-        """Compile the source text of a program; an invalid statement sets Bs when executed."""
+        """Compile the source text of a program.
+
+        An invalid statement sets Bs when executed.
+        """
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
@@ -203,7 +206,7 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """Return the innermost open block if the block begins with `keyword`, otherwise None."""
+        """Return the innermost open block, or None if another keyword begins the block."""
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
     def _close(self, number: int, keyword: str) -> None:
@@ -236,7 +239,7 @@ class _Matcher:
                 block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
-        """Find the innermost SWITCH or WHILE, which BREAK leaves."""
+        """Find the SWITCH or WHILE block that a BREAK leaves."""
         if self._left:
             self._left[-1].breaks.append(number)
         else:

@@ -317,6 +317,9 @@ class Channel:
         self._words.forget()
 
     def shut(self) -> None:
-        """CCHN: stop receiving and sending; characters that wait to be sent are lost."""
+        """CCHN: stop receiving and sending on this channel.
+
+        Characters that wait to be sent are lost.
+        """
         self.open = False
         self.uart.queue.clear()

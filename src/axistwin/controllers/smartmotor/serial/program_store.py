@@ -34,7 +34,7 @@ class Download:
         # _size is the number of received bytes of the program.
         # _fresh contains the received bytes that are not decoded yet.
         self._size, self._fresh = 0, bytearray()
-        self._complete = False  # True after the byte FF, which ends the text of the program.
+        self._complete = False  # True after the byte FF at the end of the program's text.
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
@@ -151,7 +151,10 @@ class Upload:
 
 
 def power_up(motor: Processor) -> None:
-    """Load the program from the memory.  If the memory is not valid, Bk is set and there is no program."""
+    """Load the program from the memory at power-up.
+
+    If the memory is not valid, Bk is set and the motor has no program.
+    """
     broken = motor.nonvolatile.broken
     motor.i[s.BK] = broken
     motor.set_program("" if broken else motor.nonvolatile.program)
