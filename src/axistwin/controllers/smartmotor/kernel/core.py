@@ -82,7 +82,9 @@ class _Block(NamedTuple):
 
 
 class Core:
-    """The committed state of a motor (the state up to now), and the block of samples computed ahead.
+    """The state of a motor up to now, and the samples that are computed ahead.
+
+    The state up to now is the committed state.
 
     `act(why)` handles the event at the end of a block.
     """
@@ -186,7 +188,9 @@ class Core:
         return self._phase is not Phase.STOPPED
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the committed state to the last sample at or before now, and handle all events until then.
+        """Advance the committed state of the motor to the present time.
+
+        All events up to the present time are handled.
 
         The state may then be changed.  Without `changing` the state is only read, and a motor at rest stays at rest.
         """

@@ -123,7 +123,10 @@ def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
 
 @sampled
 def outside(kind: int, index: int) -> bool:
-    """True if an index is outside its array, ab[0…203], aw[0…101] or al[0…50] (8.2)."""
+    """True if an array index is out of range (8.2).
+
+    The arrays are ab[0…203], aw[0…101] and al[0…50].
+    """
     size = s.BYTES if kind == BYTE else s.WORDS if kind == WORD else s.LONGS
     return index < 0 or index >= size
 
@@ -292,7 +295,9 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Call a subroutine at `target`; a full return stack only sets Bs.
+    """Call the subroutine at the place `target`.
+
+    A full return stack only sets Bs.
 
     `back`: the return address, which is -1 if the program was stopped.
     """

@@ -62,7 +62,10 @@ def setting() -> str:
 
 @cache
 def available() -> bool:
-    """Return True if a compiler is available; raise an error if AXISTWIN_JIT=on and Numba is missing."""
+    """Return True if a compiler is available.
+
+    Raises MissingExtraError if AXISTWIN_JIT=on and Numba is missing.
+    """
     if setting() == "off":
         return False
     if IN_BROWSER or installed("numba"):
@@ -73,7 +76,10 @@ def available() -> bool:
 
 
 def note() -> str:
-    """Return a hint for the user if Numba is missing and would make SmartMotors faster; otherwise ""."""
+    """Return a hint for the user that Numba is missing, or an empty text.
+
+    Numba makes the simulation of SmartMotors faster.
+    """
     return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
 
@@ -101,7 +107,10 @@ def view(numbers: "array[int] | array[float]") -> Any:
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """Return a compiled copy of a function for calls from Python; its machine code is cached."""
+    """Return a compiled copy of a function for calls from Python.
+
+    The machine code of the copy is cached.
+    """
     return _compiled(function, tuple(_sampled.values()))
 
 
@@ -135,7 +144,10 @@ class _Sealing:
         self._sealed = False
 
     def __call__(self, *args: object) -> Any:
-        """Call the compiled function; the first call also marks the cached machine code as complete."""
+        """Call the compiled function.
+
+        The first call also marks the cached machine code as complete.
+        """
         result = self._function(*args)
         if not self._sealed:
             self._sealed = True

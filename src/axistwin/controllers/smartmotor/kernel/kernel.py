@@ -65,7 +65,10 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
-    """Compute the trajectory of one sample; with PIDn, only every n-th sample changes the trajectory."""
+    """Compute the trajectory of one sample.
+
+    With PIDn, only every n-th sample changes the trajectory.
+    """
     why, before = ALL_DONE, i[s.MASTER]
     master_turns(i, predicted)
     if i[s.SHOWN] != 0:
@@ -146,7 +149,10 @@ def protect(i: Ints, f: Floats) -> int:
 
 @sampled
 def mark(i: Ints) -> int:
-    """Handle an index mark that the shaft has reached: capture the position once, and set the flag Bi."""
+    """Handle an index mark that the shaft has reached.
+
+    The position is captured once, and the flag Bi is set.
+    """
     shaft, turn = i[s.SHAFT], i[s.COUNTS_PER_REV]
     passed = i[s.INDEX_HIGH] if shaft >= i[s.INDEX_HIGH] else i[s.INDEX_LOW]
     before = i[s.BX]

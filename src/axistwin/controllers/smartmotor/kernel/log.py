@@ -65,7 +65,7 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Return an empty log, which follows no values."""
+    """Return a log that records no values."""
     return array("q", [0] * HEAD)
 
 
@@ -109,7 +109,10 @@ class Snapshot:
         )
 
     def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
-        """Return the indices and new values of all followed values that have changed, and update the log."""
+        """Return the indices and the new values of all changed values.
+
+        The new values are stored in the log.
+        """
         now = array("q", [computed(i, place) for place in self._computed])
         now.extend([i[place] for place in self._slots])
         now.extend([v[place] for place in self._variables])

@@ -132,8 +132,9 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
 
 
 def set_torque(f: Floats, newton_metres: float) -> None:
-    """Set the torque on the shaft from outside, up to ±1000 N·m; a positive torque turns the shaft in the positive
-    direction.
+    """Set the external torque on the shaft, -1000 to 1000 N·m.
+
+    A positive torque turns the shaft in the positive direction.
 
     An ideal motor ignores the torque.
     """

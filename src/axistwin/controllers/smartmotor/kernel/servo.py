@@ -152,7 +152,10 @@ def measure(i: Ints, f: Floats, amps: float) -> None:
 
 @sampled
 def in_centiamps(amps: float) -> int:
-    """Convert a current to its magnitude in 0.01 A, at most 1000 A."""
+    """Convert a current to its absolute value in units of 0.01 A.
+
+    The absolute value is limited to 1000 A.
+    """
     return int(min(abs(amps) * 100.0, MOST_CENTIAMPS))
 
 
@@ -256,7 +259,9 @@ def resting(i: Ints, f: Floats) -> int:
 
 @sampled
 def keeps_cool(i: Ints, f: Floats) -> int:
-    """Return 1 if neither TEMP nor RMS current can exceed its limit at the present current.
+    """Return 1 if the present current cannot overheat the motor.
+
+    Neither TEMP nor the RMS current can then exceed its limit.
 
     Winding and housing temperatures approach their final values.  Neither of them exceeds its final value by more than
     the larger of the two present differences.

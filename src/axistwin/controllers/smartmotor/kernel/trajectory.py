@@ -46,7 +46,10 @@ def max_stoppable_speed(distance: int, acceleration: int) -> int:
 
 @sampled
 def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration: int) -> int:
-    """Return the trajectory velocity for this sample of a move; `remaining` is the distance to the target."""
+    """Return the trajectory velocity for this sample of a move.
+
+    `remaining`: distance to the target.
+    """
     way = 1 if remaining >= 0 else -1
     distance = remaining * way
     speed = velocity * way

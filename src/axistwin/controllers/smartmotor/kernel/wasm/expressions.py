@@ -126,7 +126,7 @@ class Expressions:
     # Instructions
 
     def _value(self, node: ast.expr, kind: int) -> None:
-        """Compile an expression so that its value is pushed as a number of the type `kind`."""
+        """Compile an expression that pushes a number of the type `kind`."""
         own = self._kind(node)
         match node:
             case ast.Name(id=name) if name in self._places:
