@@ -227,7 +227,7 @@ def test_a_program_that_does_not_fit(tmp_path):
 def test_a_program_for_nobody(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("END\n")
-    assert "p.sms: a stored program needs one SmartMotor, but the bench has 0" in run("run", "if1", program)[2]
+    assert "p.sms: a stored program needs exactly one SmartMotor, not 0" in run("run", "if1", program)[2]
     assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
 
 

@@ -208,7 +208,7 @@ def test_a_master_on_another_axis(scene):
         ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: no axis 'X': expected NAME.AXIS"),
         (
             '[[controller]]\nmodel = "if2"\nprogram = "p.sms"\n',
-            "5:1: if2 is an IF2, but a stored program is for a SmartMotor",
+            "5:1: if2 cannot store a program: expected a SmartMotor",
         ),
         ('[[controller]]\nmodel = "if2"\nhost = "none.if1"\n', "none.if1 cannot be read: no such file or directory"),
         ('[[controller]]\nmodel = "if2"\nhost = "x.sms"\n', "x.sms cannot be sent by a host"),
