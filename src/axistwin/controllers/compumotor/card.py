@@ -120,7 +120,10 @@ class Card:
             self._board.sequencer.on_command = lambda number, at: self._progress.report(SEQUENCES[number - 1], at)
 
     def programs(self) -> Mapping[str, Listing]:
-        """Return the contents of the sequence buffers, which are lost without power."""
+        """Return the text of each stored sequence.
+
+        The dictionary is empty while the power is off.
+        """
         return {} if self._board is None else _listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
