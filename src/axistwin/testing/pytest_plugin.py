@@ -78,7 +78,10 @@ def axistwin_clock(axistwin_twin: "Twin") -> "ServedClock":
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Name the recorded files in the report of a failed test; delete these files if the test has passed."""
+    """List the recorded files in the report of a failed test.
+
+    The files of a test that has passed are deleted.
+    """
     report = yield
     files = [path for path in item.stash.get(RECORDED_FILES, ()) if path.exists()]
     if report.when == "call" or report.failed:
@@ -119,6 +122,6 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
 
 
 def _shown(path: Path) -> str:
-    """Return a path as text: relative to the current directory if the file is inside this directory."""
+    """Return a path as text, relative to the current directory if possible."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
