@@ -113,7 +113,10 @@ def diagnose(
 
 
 def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
-    """Return the edit that replaces these characters by `text`; no edit if the characters are on several lines."""
+    """Return an edit that replaces the given characters by `text`.
+
+    Characters on several lines are not replaced.
+    """
     first, last = characters[0], characters[-1]
     if first.line != last.line:
         return ()
