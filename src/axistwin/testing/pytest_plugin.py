@@ -111,7 +111,7 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
     marker = request.node.get_closest_marker("axistwin")
     if marker is None or len(marker.args) + ("scene" in marker.kwargs) != 1:
         raise pytest.UsageError(
-            f'{request.node.nodeid}: invalid marker: expected one model or scene, e.g. @pytest.mark.axistwin("if1") '
+            f'invalid marker of {request.node.nodeid}: expected one model or scene, e.g. @pytest.mark.axistwin("if1") '
             'or @pytest.mark.axistwin(scene="cell.toml")'
         )
     keywords = dict(marker.kwargs)

@@ -116,7 +116,7 @@ class Twin:
 
     @property
     def clock(self) -> ServedClock:
-        """Clock of the virtual time of all served controllers."""
+        """Clock that gives the virtual time of the served controllers."""
         return self._service.clock
 
     @property
