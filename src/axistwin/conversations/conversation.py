@@ -124,7 +124,7 @@ def load(path: Path, codec: Codec | None = None) -> Conversation:
 
 
 def load_text(path: Path) -> str:
-    """Read a text file named by the user.  Raises UsageError if the file is missing, ProgramError if it is not text."""
+    """Read a text file.  Raises UsageError if the file cannot be read, ProgramError if the file is not text."""
     try:
         if path.exists() and not path.is_file():
             raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
@@ -188,7 +188,7 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     indent = len(line) - len(line.lstrip())
     if not found:
         raise ProgramError(
-            "unknown kind of line: expected ; + > < ! or = at the beginning, or after a controller's name and a colon",
+            "unknown kind of line: expected one of ; + > < ! = at the beginning, e.g. > K or left: > K",
             file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
     rest = found["rest"].strip()
