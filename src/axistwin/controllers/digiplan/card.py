@@ -173,7 +173,7 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Connect the control lines of the interface as wired in the given cable.
+    """Connect the control lines of the interface through the given cable.
 
     DSR and CTS are inputs of the interface.  The result contains the pins inside the interface.
     """

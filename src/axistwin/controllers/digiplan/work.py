@@ -110,7 +110,10 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Drop the message that waits for the end of a move, run or sequence, and the message after it."""
+        """Delete the waiting message and the message after it.
+
+        The first message waits for the end of a move, run or sequence.
+        """
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)
