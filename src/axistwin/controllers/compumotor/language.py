@@ -108,7 +108,7 @@ i16, i32 = (partial(_number, size, True) for size in (2, 4))
 
 @dataclass(frozen=True)
 class Opcode(Command):
-    """A command of the command table, whose code is a number from 00h to FFh."""
+    """A command of the board, which is identified by a code from 00h to FFh."""
 
     @property
     def opcode(self) -> int:

@@ -163,7 +163,10 @@ def channel_z(board: State) -> bytes:
 
 
 def free_bytes(board: State) -> bytes:
-    """Command E2h: report the free bytes for sequences; in a streaming mode, the free bytes of the streaming buffer."""
+    """Command E2h: report the number of free bytes for sequences.
+
+    In a streaming mode, report the number of free bytes in the streaming buffer.
+    """
     free = board.stream.free if board.in_streaming_mode else board.sequences.free
     return free.to_bytes(4, "big")
 

@@ -293,7 +293,7 @@ class _Checker:
             self._perform(each)
 
     def finish(self) -> None:
-        """Report a sequence definition without its last command D8h."""
+        """Report a sequence definition that is not ended by command D8h."""
         defined = self.defined
         if defined.defining is not None and defined.begun is not None:
             self._about(rules.UNENDED, defined.begun, "the definition of this sequence never ends: expected D8")

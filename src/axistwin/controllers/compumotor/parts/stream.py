@@ -71,7 +71,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """A command that the board executes when the value of its marker occurs in the stream."""
+    """A command that the board executes when its marker value occurs in the stream."""
 
     command: Opcode
     values: tuple[Any, ...]

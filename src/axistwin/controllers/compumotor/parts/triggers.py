@@ -17,7 +17,7 @@ class Triggers:
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
         """`response_ns`: time from the edge to the function, during which the input must stay high."""
         self.clock, self._response_ns = clock, response_ns
-        # opcode that has assigned a function to each trigger, and the function
+        # for each trigger, the opcode of the command that has assigned a function, and the function
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
