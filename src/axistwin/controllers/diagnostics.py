@@ -36,7 +36,7 @@ class Rule(NamedTuple):
 
 
 class Sent(NamedTuple):
-    """A byte that a host sends, with its place in the user's file."""
+    """A byte that a host sends, with its position in the user's file."""
 
     byte: int
     """In the source of a stored program the code point of the character as typed, which may be above 255."""

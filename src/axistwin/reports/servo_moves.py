@@ -99,7 +99,7 @@ class ServoMoves:
             self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the positions in a block of samples, after the last `WINDOW` earlier positions.
+        """Put the last `WINDOW` earlier positions in front of the positions of a block.
 
         If the samples before the block are unknown, the axis is assumed to have been at rest.
         """
