@@ -191,13 +191,13 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
     """Check the commands that a host sends, and return the diagnostics."""
-    from axistwin.controllers.compumotor.checker.program import check  # lazy import: a run does not need this module
+    from axistwin.controllers.compumotor.checker.program import check  # lazy import: simulations do not check programs
 
     return check(commands, sessions)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.compumotor.rules import RULES  # lazy import: a run does not need this module
+    from axistwin.controllers.compumotor.rules import RULES  # lazy import: a simulation does not need the rules
 
     return RULES
 

@@ -203,13 +203,13 @@ ORDERS = (
 
 def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]":
     """Check the characters that a host sends to an IF1 or IF2, and return the diagnostics."""
-    from axistwin.controllers.digiplan.checker.program import check  # lazy import: a run does not need this module
+    from axistwin.controllers.digiplan.checker.program import check  # lazy import: simulations do not check programs
 
     return check(sessions, battery=battery)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.digiplan.rules import RULES  # lazy import: a run does not need this module
+    from axistwin.controllers.digiplan.rules import RULES  # lazy import: a simulation does not need the rules
 
     return RULES
 
