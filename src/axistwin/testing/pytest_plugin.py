@@ -50,7 +50,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Twin]":
-    """Serve the model or scene that the marker `axistwin` of the test names.  Yields the `Twin`."""
+    """Serve the model or scene in the marker `axistwin` of a test.  Yields the `Twin`."""
     from axistwin.testing.twin import serve  # lazy import, because most tests do not use this fixture
 
     what, keywords = _marker_arguments(request)
