@@ -228,8 +228,8 @@ def test_a_bug_in_the_bench_is_raised(twin):
         ({"controller": [{"model": object()}]}, {}, "is not allowed in a scene"),
         ("if9", {}, "no model 'if9'"),
         ("if1", {"scheme": "udp"}, "invalid kind of port 'udp': expected one of tcp, rfc2217, pty"),
-        ("if1", {"fixed_ports": True}, "expected a scene that names ports"),
-        ({"controller": [{"model": "if1"}]}, {"fixed_ports": True}, "expected a scene that names ports"),
+        ("if1", {"fixed_ports": True}, "expected a scene that defines ports"),
+        ({"controller": [{"model": "if1"}]}, {"fixed_ports": True}, "expected a scene that defines ports"),
         ("if1", {"speed": "fast"}, r"invalid speed 'fast': expected a number, \"max\" or \"manual\", e\.g\. 1\.0$"),
     ],
 )
