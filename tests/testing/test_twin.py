@@ -256,7 +256,7 @@ def test_time_cannot_be_advanced_inside_the_bench(twin):
 def test_a_closed_twin_refuses_calls():
     with axistwin.serve("if1", speed="manual") as twin:
         pass
-    with pytest.raises(UsageError, match="this twin is closed"):
+    with pytest.raises(UsageError, match="the controllers are closed"):
         twin.advance(1)
 
 
