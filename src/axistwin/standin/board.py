@@ -328,7 +328,9 @@ class Board:
     def queue(
         self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float = TOLERANCE_S
     ) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay).
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
 
         `direction` is +1 or -1.  Pulses beyond a limit stop the axes of the controller.
         """
@@ -354,7 +356,10 @@ class Board:
             motor.waiting.clear()
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
         if self.state is State.READY:
             connection = self.connection
             output = next(each for each in self.wiring.outputs if each.source == source)

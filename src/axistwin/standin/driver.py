@@ -46,10 +46,16 @@ class Output(Protocol):
         """Axes that the board drives, and outputs that the board switches."""
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]", tolerance_s: float, /) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
+        """
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
         """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""

@@ -93,12 +93,18 @@ class Sender(Thread):
             self._deliver(self, self._board.events.popleft())
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
+        """
         with self._lock:
             self._board.queue(axis, direction, times_s, tolerance_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
         with self._lock:
             self._board.set_output(source, level, at_s)
 

@@ -148,7 +148,9 @@ class HalBoard:
     # Pulses and outputs
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay).
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
 
         `direction` is +1 or -1.  Pulses beyond a limit stop the axes of the controller.
         """
@@ -185,6 +187,9 @@ class HalBoard:
             self.commands.append({"knots": knots, "upto": until_s - DELAY_S + self.horizon_s})
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
         if self.ready:
             self.commands.append({"output": source, "level": level, "at": at_s + self.horizon_s})

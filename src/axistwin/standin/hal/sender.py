@@ -146,7 +146,10 @@ class HalSender:
             self._board.fail(ENDED)
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
+        """
         self._act(self._board.queue, axis, direction, times_s)
 
     def complete(self, until_s: float) -> None:
@@ -157,7 +160,10 @@ class HalSender:
         self._act(self._board.complete, until_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
         self._act(self._board.set_output, source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
