@@ -295,10 +295,13 @@ class Board:
         elif given.controller not in self.stopped:
             self._stop_at_change(given)
 
-    # Stops at the request of the host
+    # Methods that stop and resume the axes of controllers
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
         stopping = tuple(group for group in groups or self.wiring.groups if group not in self._stopping)
         if self.state is State.READY and stopping:
             self._stopping |= set(stopping)
@@ -317,7 +320,7 @@ class Board:
         return {motor.pins.axis: motor.position for motor in self._stream.of(groups)}
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again, and configure the stop inputs of this controller."""
+        """Resume a stopped controller: configure its stop inputs, and accept pulses for its axes."""
         if self.state is State.READY and group in self.stopped:
             self.stopped.discard(group)
             self._stopping.discard(group)

@@ -58,10 +58,13 @@ class Output(Protocol):
         """
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
+        """Resume a stopped controller: accept pulses for its axes."""
 
     def restart(self, now_s: float) -> None:
         """Connect to the board again after a failure."""
@@ -204,7 +207,7 @@ class Driver:
                 self._wait_for_user(board, reason)
 
     def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
-        """Stop the axes on other boards that belong to a controller stopped on this board."""
+        """Stop all axes of a controller after one board has stopped some of its axes."""
         stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
         for other in self.boards:
             if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):

@@ -109,7 +109,10 @@ class Sender(Thread):
             self._board.set_output(source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
         with self._lock:
             self._board.stop(reason, groups)
 
@@ -119,7 +122,7 @@ class Sender(Thread):
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
+        """Resume a stopped controller: accept pulses for its axes."""
         with self._lock:
             self._board.resume(group)
 

@@ -114,7 +114,10 @@ class OutputPin(Switched):
 
 
 def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: DrivenAxis, direction: int) -> str:
-    """Return an error message if an open stop input forbids motion in a direction, or "" if not."""
+    """Return an error message if an open stop input forbids motion in the given direction.
+
+    Return "" if the motion is permitted.
+    """
     for given in inputs:
         blocks = given.controller == axis.controller and given.stops in (0, direction)
         if blocks and levels[given.to] is given.stops_at:
@@ -128,7 +131,7 @@ def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
 
 
 def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
-    """Raise UsageError for an input that stops a controller without axes on this board."""
+    """Raise UsageError if a stop input belongs to a controller that has no axis on this board."""
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(

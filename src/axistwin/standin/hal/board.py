@@ -110,10 +110,13 @@ class HalBoard:
             self._note(f"failed {reason}")
             self.events.append(Failed(reason))
 
-    # Stops at the request of the host
+    # Methods that stop and resume the axes of controllers
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
         stopping = [group for group in groups or self.wiring.groups if group not in self._reasons]
         if self.ready and stopping:
             self._reasons |= dict.fromkeys(stopping, reason)
@@ -122,7 +125,7 @@ class HalBoard:
             self.commands.append({"stop": stopping})
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
+        """Resume a stopped controller: accept pulses for its axes."""
         if self.ready and group in self.stopped:
             self.stopped.discard(group)
             for axis in self.wiring.axes:
@@ -131,7 +134,7 @@ class HalBoard:
             self.commands.append({"resume": [group]})
 
     def restart(self, now_s: float) -> None:
-        """Begin again after a failure with a new HAL component."""
+        """Start a new HAL component after a failure."""
         self._note(f"restart at {now_s:.3f} s")
         self.has_failed = False
         self.stopped.clear()

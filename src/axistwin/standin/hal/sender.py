@@ -167,7 +167,10 @@ class HalSender:
         self._act(self._board.set_output, source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
         self._act(self._board.stop, reason, groups)
 
     @property
@@ -176,7 +179,7 @@ class HalSender:
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
+        """Resume a stopped controller: accept pulses for its axes."""
         self._act(self._board.resume, group)
 
     def restart(self, now_s: float) -> None:
