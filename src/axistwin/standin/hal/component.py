@@ -28,7 +28,7 @@ REPORT_S = 0.1
 
 
 class Axis:
-    """The commanded position of an axis, as a line through points of time and position."""
+    """An axis whose commanded position is interpolated between given points of time and position."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -59,7 +59,7 @@ class Group:
 
 
 class Motion:
-    """Calculates the motion of all axes, and does no input or output.
+    """Calculates the motion of all axes, without access to files or pipes.
 
     `pins` has the values of the component's pins by name.  `reports` receives objects for standard output.
     """
@@ -213,7 +213,7 @@ def make_pins(hal: Any, component: Any, setup: dict[str, Any]) -> None:
 
 
 def lines(pipe: int) -> Iterator[str | None]:
-    """Yield the lines that arrive in a pipe, and None while no complete line is available."""
+    """Yield each line received from a pipe, or None while the next line is incomplete."""
     pending = b""
     while True:
         ready, _, _ = select.select([pipe], [], [], 0)

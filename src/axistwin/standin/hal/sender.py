@@ -111,7 +111,7 @@ class HalSender:
     def _halcmd(self, *words: str) -> str:
         """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        # a file replaces a pipe, which rtapi_app would keep open
+        # halcmd writes to files, because rtapi_app would keep a pipe open
         with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
@@ -126,7 +126,7 @@ class HalSender:
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:
-        """Call a function of the board, then send the board's commands and deliver its events."""
+        """Call a function of the HAL board, then send the resulting commands and events."""
         with self._lock:
             act(*values)
             self._flush()
