@@ -207,7 +207,7 @@ class Wiring:
 
 @dataclass(frozen=True)
 class Objects:
-    """Numbers of the objects in a board's firmware, and the commands that create these objects."""
+    """The objects in a board's firmware: their numbers, and the commands that create the objects."""
 
     steppers: dict[str, int] = field(default_factory=dict)
     enables: dict[BoardPin, int] = field(default_factory=dict)
