@@ -101,7 +101,10 @@ class Board:
         return self.connection.channel.due(now_s)
 
     def fail(self, reason: str) -> None:
-        """Mark the board as failed, with a reason; the board is not used until `restart` is called."""
+        """Mark the board as failed for the given reason.
+
+        The board is not used until `restart` is called.
+        """
         if self.state is not State.FAILED:
             self.state = State.FAILED
             self.connection.drop()
@@ -379,6 +382,6 @@ class Board:
                 self.connection.send("update_digital_out", oid=oid, value=int(not pin.inverted))
 
     def shut_down(self) -> None:
-        """Stop all axes and switch all drives off at the end of a run."""
+        """Stop all axes and switch all drives off."""
         if self.connection.dictionary.constants:
             self.connection.send("emergency_stop")

@@ -71,7 +71,9 @@ class Output(Protocol):
 
 
 class Driver:
-    """Sends the pulses and outputs of a bench to motion boards, and the boards' inputs to the bench.
+    """Connects the emulated controllers to motion boards, which drive real motors.
+
+    Pulses and outputs are sent to the boards; inputs of the boards are sent to the controllers.
 
     `tell` is called with each line of text for the user.
     """
@@ -144,7 +146,9 @@ class Driver:
                 board.set_output(output.source, self._pin(output.source).level, now_s)
 
     def collect(self) -> None:
-        """Send the boards all pulses that the axes of the bench have made since the last call.
+        """Send the new pulses of the emulated axes to the boards.
+
+        New are the pulses since the last call.
 
         Must be called at least five times per horizon, when no event of the bench is due.
         """
@@ -157,14 +161,14 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the axes of each stopped controller whose interrupted motion has ended."""
+        """Release the emulated axes of each stopped controller after the end of its motion."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
             if any(self._motors[whole].moving for whole in wholes):
                 self._at_rest_ns.pop(group, None)
             elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:
-                # the axes were at rest at an earlier call, so all pulses of the motion have been dropped
+                # an earlier call has dropped the last pulses of the motion
                 del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:
@@ -219,7 +223,7 @@ class Driver:
         self._tell(f"stopped: {board.wiring.name}: {reason}")
 
     def _hold(self, positions: Mapping[str, int]) -> None:
-        """Stop simulated axes at the positions that the real motors have reached."""
+        """Stop the emulated axes at the positions where their real motors have stopped."""
         if self.live:
             for whole, position in positions.items():
                 self._motors[whole].hold(position - self._origin[whole])
@@ -232,7 +236,10 @@ class Driver:
             board.stop(reason)
 
     def go_on(self, now_s: float) -> None:
-        """Continue after a stop at the user's command, and connect to failed boards again."""
+        """Continue after a stop, and reconnect the failed boards.
+
+        Called at the user's command.
+        """
         self._offset_s = max(self._offset_s, now_s - self.bench.now / S)
         for board in self.boards:
             if board.wiring.name in self._failed:

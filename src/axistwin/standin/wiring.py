@@ -52,7 +52,10 @@ class DrivenAxis:
         return self.axis.rpartition(".")[0]
 
     def refusal(self, rate: float, end: int) -> str:
-        """Return an error message if pulses up to the position `end` exceed a limit of the axis, or "" if not."""
+        """Return an error message if a move to the position `end` exceeds a limit of the axis.
+
+        Return "" if the move is permitted.
+        """
         if self.max_rate is not None and rate > self.max_rate * 1.001:
             return f"{self.axis}: {rate:.0f} pulses/s is above max_rate {self.max_rate:g}"
         if self.travel is not None and not self.travel[0] <= end <= self.travel[1]:

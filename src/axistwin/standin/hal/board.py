@@ -103,7 +103,10 @@ class HalBoard:
         self.events.append(Stopped(reason, positions, by))
 
     def fail(self, reason: str) -> None:
-        """Mark the board as failed, with a reason; the board is not used until `restart` is called."""
+        """Mark the HAL board as failed for the given reason.
+
+        The board is not used until `restart` is called.
+        """
         if not self.has_failed:
             self.ready, self.has_failed = False, True
             self.stopped |= set(self.wiring.groups)
