@@ -208,7 +208,7 @@ def set_profile(core: AxisCore, velocity: float | None, acceleration: float | No
 
 
 def still_moving(name: str, timeout: float) -> SilentError:
-    """Return the error for a motion that has not ended within the timeout."""
+    """Return the error that reports that a motion has not ended in time."""
     return SilentError(f"axis {name} is still moving after {timeout:g} s: stop it, or wait longer")
 
 

@@ -39,7 +39,10 @@ class Core(ABC):
         self._in_step = False
 
     def converse(self, procedure: Procedure[T]) -> Procedure[T]:
-        """Execute a procedure.  If the last procedure failed, first synchronise with the controller again."""
+        """Execute a procedure, in which the driver sends requests and receives answers.
+
+        After a failed procedure, first synchronise with the controller again.
+        """
         if not self._in_step:
             yield from self.synchronise()
         self._in_step = False
@@ -52,7 +55,7 @@ class Core(ABC):
         return result
 
     def close(self) -> None:
-        """Discard the received bytes; called when the port has been closed."""
+        """Discard all received bytes after the port has been closed."""
         self._received.clear()
         self._in_step = False
 
@@ -172,7 +175,7 @@ class ScaledAxis:
 
     @property
     def scale(self) -> Scale:
-        """The user's unit of the axis, e.g. mm, with its number of counts."""
+        """The user's unit of the axis, e.g. mm, and the number of counts per unit."""
         return self.core.scale
 
     @scale.setter

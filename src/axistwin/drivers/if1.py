@@ -148,7 +148,7 @@ class IF1(Core):
 
     def _adopt(self) -> Procedure[None]:
         """Read the state of a controller that is already initialised."""
-        yield from self._number("F")  # reading F clears the data fault that an incomplete message has caused
+        yield from self._number("F")  # status request F clears the data fault of an incomplete message
         if self._known:
             yield from self._poll()
             return
@@ -205,7 +205,10 @@ class IF1(Core):
         return int(answer)
 
     def _motion(self) -> Procedure[int]:
-        """Read the motion status, and store the faults, because reading clears them in the controller."""
+        """Read the motion status, and store its faults in the driver.
+
+        The controller clears these faults when they are read.
+        """
         bits = yield from self._number("K")
         self._state.latched |= bits & (DRIVE | ESTOP | LIMIT | COMMUNICATION)
         if bits & COMMUNICATION:
@@ -234,7 +237,7 @@ class IF1(Core):
         return False
 
     def _estimate(self, move: Move, steps: int) -> Procedure[None]:
-        """Update the estimated position of a move in progress from the step count and the time."""
+        """Estimate the position during a move from the step count and the elapsed time."""
         now: float = yield Clock()
         expected = steps if move.stopped or move.homing else move.profile.position(now - move.begun)
         near = min(max(expected, steps - READING_ERROR), steps + READING_ERROR)
@@ -308,7 +311,7 @@ class IF1(Core):
         return self._status(axis, (yield from self._poll()))
 
     def statuses(self) -> Procedure[dict[str, Status]]:
-        """Return the state of each axis after one reading of the controller; positions are in steps."""
+        """Read the controller once, and return the state of each axis in steps."""
         moving = yield from self._poll()
         return {name: self._status(axis, moving) for name, axis in self.axes.items()}
 
@@ -393,7 +396,10 @@ class IF1(Core):
         return {number: not bits & bit for number, bit in I_INPUTS.items()}
 
     def outputs(self, on: Iterable[int] = (), off: Iterable[int] = ()) -> Procedure[None]:
-        """Set the outputs `on` and reset the outputs `off`, each with a number from 1 to 5."""
+        """Set the outputs `on`, and reset the outputs `off`.
+
+        Outputs have numbers from 1 to 5.
+        """
         setting, resetting = "".join(map(str, on)), "".join(map(str, off))
         text = (f"S{setting}" if setting else "") + (f"R{resetting}" if resetting else "")
         if text:
@@ -471,7 +477,7 @@ class IF1Axis(AxisCore):
         yield from self._if1.stop()
 
     def abort(self) -> Procedure[None]:
-        """Decelerate as `stop` does, because an IF1 has no faster command."""
+        """Decelerate all axes, as `stop` does, because an IF1 has no faster stop."""
         yield from self._if1.stop()
 
     def home(self, direction: int) -> Procedure[None]:

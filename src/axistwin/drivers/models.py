@@ -27,7 +27,7 @@ def make(model: str, options: dict[str, Any]) -> Core:
     known = signature(MODELS[model]).parameters
     for name in options:
         if name not in known:
-            raise DriverError(f"no option {name!r} for {model}: expected one of {', '.join(known)}")
+            raise DriverError(f"unknown option {name!r} for the model {model}: expected one of {', '.join(known)}")
     try:
         return MODELS[model](**options)
     except (TypeError, ValueError) as reason:
