@@ -40,7 +40,10 @@ DRAIN_EVERY = 1 << 12
 
 
 class State(Enum):
-    """State of a session; *moving* means that a `step` or a `go_to` is in progress."""
+    """State of a session: paused, running or moving to another virtual time.
+
+    A session is moving while a `step` or a `go_to` is in progress.
+    """
 
     IDLE = auto()
     """Paused at the beginning, or after a completed move."""
@@ -115,7 +118,7 @@ class Session:
 
     @property
     def operator(self) -> OperatorTable:
-        """Table of the scene that describes the operator panel; empty for a scene without this table."""
+        """Description of the operator panel; empty for a scene without an operator panel."""
         return OperatorTable() if self._scene is None else self._scene.operator
 
     @property
@@ -545,6 +548,9 @@ class Session:
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Save the session as a scene, which `axistwin run` repeats; return its files by name."""
+        """Return the files of a scene that repeats the recorded session, by file name.
+
+        The command `axistwin run` runs the scene.
+        """
         texts, end_ns = self.input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)
