@@ -95,7 +95,10 @@ class Builder:
 
     @contextmanager
     def _separately(self) -> Iterator[None]:
-        """Within a `with` block, append a SceneError to the list `errors`; without this list, raise the error."""
+        """Collect the SceneError of a `with` block in a list, so that further errors are found.
+
+        Without the list `errors`, the error is raised.
+        """
         try:
             yield
         except SceneError as error:

@@ -108,7 +108,10 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Within a `with` block, convert a UsageError to a SceneError at the key `path` of the scene file."""
+        """Add the line and column of the key `path` to the errors in a `with` block.
+
+        Converts a UsageError to a SceneError.
+        """
         return self._source.placing_errors(*path)
 
     @property
