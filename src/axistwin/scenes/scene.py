@@ -210,7 +210,7 @@ class Scene:
             if count[table.called] > 1:
                 key = "model" if table.name is None else "name"
                 raise self._source.error(
-                    f"there is a controller {table.called!r} already: expected a different name for the second one",
+                    f"two controllers have the name {table.called!r}: expected different names",
                     ("controller", number, key),
                 )
 
