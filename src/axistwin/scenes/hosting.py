@@ -66,7 +66,7 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return the rank of a simulated host; of two actions at one time, the lower rank is first.
+    """Return a number that orders the hosts' actions of the same time, lowest first.
 
     `outside 2` comes after `outside`.
     """
@@ -310,7 +310,10 @@ class _ControllerHost:
         yield from self._wait_until_idle(pending)
 
     def _wait_until_idle(self, pending: Callable[[], bool]) -> Procedure:
-        """Wait until two successive checks find that all data are sent and the controller is idle."""
+        """Wait until all data are sent and the controller is idle.
+
+        Two successive checks must find this state.
+        """
         checks = 0
         while checks < 2:
             yield self.clock.timeout(CHECK_NS)

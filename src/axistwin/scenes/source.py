@@ -102,7 +102,7 @@ class Source:
         )
 
     def error(self, message: str, path: toml_places.Path, code: str = "") -> SceneError:
-        """Return a SceneError with the line and column of the key `path`.
+        """Return a SceneError with the line and column of the given key.
 
         If the scene has no such key, the place is that of the nearest table around the key.
         """
@@ -110,7 +110,7 @@ class Source:
         return SceneError(message, file=file, line=line, column=column, code=code)
 
     def _place_parts(self, path: toml_places.Path) -> tuple[str, int, int]:
-        """Return the file, line and column of the key `path` in the scene file."""
+        """Return the file, line and column of the given key."""
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
@@ -127,7 +127,7 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Add the line and column of the key `path` to the errors in a `with` block.
+        """Add the line and column of the given key to errors in a `with` block.
 
         Converts a UsageError or a ProgramError to a SceneError.
         """
@@ -140,7 +140,7 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Add the line and column of a key to the errors in a `with` block.
+        """Add the line and column of the key that an error names to errors in a `with` block.
 
         Converts a UsageError to a SceneError at the key that the message names.
 
@@ -239,7 +239,7 @@ def instead(word: str, known: Collection[str]) -> str:
 
 
 def _keys_at(path: toml_places.Path) -> list[str]:
-    """Return the keys that the scene schema allows in the table `path`."""
+    """Return the keys that the scene schema allows in the given table."""
     schema = node = scene_schema()
     for part in path:
         node = _definition(schema, node)

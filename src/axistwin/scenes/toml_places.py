@@ -109,7 +109,7 @@ class _Scanner:
             number += 1
 
     def _skip_to_bracket(self, bracket: str) -> bool:
-        """Skip blanks, commas and comments, and the closing bracket if it follows.
+        """Skip blanks, commas, comments and a closing bracket.
 
         Return True at the closing bracket and at the end of the text.
         """
