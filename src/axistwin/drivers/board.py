@@ -43,7 +43,9 @@ def four(value: int) -> bytes:
 
 
 class Board(Core):
-    """Protocol core of an 1810 or 1811, whose only axis is `motor`.
+    """Implements the protocol of an 1810 or 1811.
+
+    The only axis is `motor`.
 
     `interrupts`: wait for messages by the interrupt line instead of polling the status byte.  `marker_bit`: the user
     bit, 0 to 2, that is set to detect a reset of the board by another program; None: no detection.  `home_active_high`,
@@ -435,7 +437,7 @@ class Motor(AxisCore):
         """Return True while a commanded motion is in progress or has not begun yet."""
         if moving:
             self._has_moved = True
-            # the motor is at rest at times during a search for HOME
+            # the motor stops several times during a search for HOME
             self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
@@ -458,7 +460,7 @@ class Motor(AxisCore):
         self._board._lost = ""
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of the motor, which must be at rest."""
+        """Assign a value to the present position of a motor at rest."""
         if (yield from self._bits()) & 0x10:
             raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)

@@ -22,7 +22,9 @@ class Line:
 
 
 class Core(ABC):
-    """Base class of the protocol cores, which do no input or output.
+    """Base class for the protocols of controllers.
+
+    The classes do no input or output.
 
     The functions of a core are generators of `steps`.
     """
@@ -61,7 +63,7 @@ class Core(ABC):
 
     @abstractmethod
     def synchronise(self) -> Procedure[None]:
-        """Find the controller and prepare the controller for commands."""
+        """Check that the controller answers, and prepare the controller for commands."""
 
     def statuses(self) -> Procedure[dict[str, Status]]:
         """Return the state of each axis; positions are in counts."""
@@ -112,7 +114,7 @@ class Core(ABC):
 
 
 class AxisCore(ABC):
-    """An axis of a protocol core, with positions and velocities in counts."""
+    """An axis of a controller, with positions and velocities in counts."""
 
     def __init__(self, name: str, velocity: float, acceleration: float, *, exact: bool = True) -> None:
         self.name, self.velocity, self.acceleration = name, velocity, acceleration

@@ -72,7 +72,7 @@ class _State:
 
 
 class IF1(Core):
-    """Protocol core of an IF1 or IF2 with three axes.
+    """Implements the protocol of an IF1 or IF2 with three axes.
 
     `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: True if the controller echoes
     each character; the core then checks the echo before the command takes effect.  At 4800 and 9600 baud the echo is
@@ -173,7 +173,7 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        # an axis keeps the first reason for which its position was lost
+        # keep the first reason why the position of an axis was lost
         self._state.lost = dict.fromkeys(axes, why) | self._state.lost
 
     # Messages
@@ -498,7 +498,7 @@ class IF1Axis(AxisCore):
         return (yield from self._if1.status_of(self))
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of the axis, which must be at rest."""
+        """Assign a value to the present position of an axis at rest."""
         yield from self._if1.set_position(self.name, position)
 
     def clear_faults(self) -> Procedure[None]:

@@ -21,7 +21,10 @@ MODELS: dict[str, Callable[..., Core]] = {
 
 
 def make(model: str, options: dict[str, Any]) -> Core:
-    """Return the protocol core of a model.  Raises DriverError for an unknown model or option."""
+    """Return an object that implements the protocol of a controller model.
+
+    Raises DriverError for an unknown model or option.
+    """
     if model not in MODELS:
         raise DriverError(f"unknown model {model!r}: expected one of {', '.join(MODELS)}")
     known = signature(MODELS[model]).parameters

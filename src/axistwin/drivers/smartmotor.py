@@ -26,7 +26,7 @@ ALL = 0
 
 
 class SmartMotors(Core):
-    """Protocol core of one SmartMotor, or of all SmartMotors on a serial line.
+    """Implements the protocol of the SmartMotors on a serial line.
 
     The axis of a single motor is `shaft`; the axes on a line are `shaft1`, `shaft2` and so on.
 
@@ -334,7 +334,10 @@ class Shaft(AxisCore):
         yield from self._read()
 
     def home(self, direction: int) -> Procedure[None]:
-        """Begin a search for the index pulse of the encoder, which becomes position 0."""
+        """Begin a search for the index pulse of the encoder.
+
+        The position of the pulse becomes 0.
+        """
         yield from self._line.ask(self.prefix, "RI")  # reading RI enables the capture of the next index pulse
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
         self._homing = direction
