@@ -211,7 +211,7 @@ class Driver:
                 self._wait_for_user(board, reason)
 
     def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
-        """Stop all axes of a controller after one board has stopped some of its axes."""
+        """Stop the other axes of a controller after one board has stopped some of the axes."""
         stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
         for other in self.boards:
             if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):

@@ -74,7 +74,9 @@ def integer(value: int) -> bytes:
 
 
 def read_integer(data: bytes, at: int) -> tuple[int, int]:
-    """Decode the integer that begins at index `at`, and return the value and the index after the integer.
+    """Decode an integer of Klipper's protocol.
+
+    `at`: index of the first byte.  Return the value and the index after the integer.
 
     Raises IndexError if `data` is too short.
     """

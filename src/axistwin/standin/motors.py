@@ -35,7 +35,7 @@ class Motor(Protocol):
         """True while a move of the axis is in progress."""
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses of the axis since the last call, in order of time."""
+        """Yield the pulses that the axis has made since the last call, in order of time."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
         """Return the largest permitted time error of these pulses, in seconds."""
@@ -75,7 +75,7 @@ class Steps:
         return TOLERANCE_S
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses of the axis since the last call, in order of time."""
+        """Yield the pulses that the axis has made since the last call, in order of time."""
         begin_ns, self._collected_ns = self._collected_ns, self._axis.clock.now
         return self._axis.train.pulse_runs(begin_ns, self._collected_ns)
 
@@ -116,7 +116,7 @@ class Counts:
         return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses of the axis since the last call, in order of time."""
+        """Yield the pulses that the axis has made since the last call, in order of time."""
         import numpy as np
 
         self._axis.catch_up()

@@ -129,7 +129,7 @@ def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: Drive
 
 
 def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
-    """Return the name of each controller to which one of the axes belongs."""
+    """Return the names of the controllers to which the given axes belong."""
     return tuple(dict.fromkeys(axis.controller for axis in axes))
 
 
@@ -180,7 +180,10 @@ class Wiring:
             yield output.pin, f"{output.source} output"
 
     def check(self) -> None:
-        """Raise UsageError for a pin with two uses, an axis without an enable pin, or an input of another board."""
+        """Check that each pin has one use, and that each axis has an enable pin.
+
+        Raises UsageError, also for an input of another board.
+        """
         uses: dict[str, str] = {}
         for pin, use in self.used():
             if pin.name in uses:
@@ -192,7 +195,10 @@ class Wiring:
         check_groups(self.inputs, self.groups)
 
     def check_pins(self, dictionary: Dictionary) -> None:
-        """Raise UsageError for a pin that the board lacks or that the board's firmware reserves."""
+        """Check that the board has each used pin, and that no used pin is reserved.
+
+        Raises UsageError.
+        """
         reserved = {
             pin: key.removeprefix("RESERVE_PINS_")
             for key, pins in dictionary.constants.items()
