@@ -84,7 +84,10 @@ class Board:
                 self._triggered(values["oid"], values["trigger_reason"])
 
     def due(self, now_s: float) -> bytes:
-        """Return the bytes that must be sent to the board now; must be called at least every 5 ms."""
+        """Return the bytes that must be sent to the board now.
+
+        Must be called at least every 5 ms.
+        """
         self.connection.now_s = now_s
         if self.state is State.FAILED:
             return b""
@@ -274,7 +277,10 @@ class Board:
             self.connection.begin(self._changed(given))
 
     def _trigger_s(self, given: InputPin) -> Generator[Any, dict[str, Any], float]:
-        """Ask the board when an input changed, and return the time in seconds of the host's clock."""
+        """Return the time at which an input changed, in seconds of the host's clock.
+
+        The board is asked for this time.
+        """
         connection, oid = self.connection, self._objects.endstops[given.to]
         state = yield from connection.ask("endstop_query_state", "endstop_state", oid=oid)
         next_sample = connection.clock.unwrapped(state["next_clock"])

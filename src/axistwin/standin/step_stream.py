@@ -75,7 +75,10 @@ class StepStream:
         self._in_queue.clear()
 
     def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Plan pulses at given ticks of the board's clock.  Raises ValueError if an interval is out of range."""
+        """Plan pulses at the given ticks of the board's clock.
+
+        Raises ValueError if an interval is out of range.
+        """
         connection = self._connection
         base, now = motor.last, connection.clock.ticks(connection.now_s)
         if base is None or (not motor.waiting and base < now - connection.ticks(2 * LEAD_S)):

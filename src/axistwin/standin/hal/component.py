@@ -183,7 +183,7 @@ class Motion:
             self._set(axis, axis.position)
 
     def _settle(self, group: Group, now_s: float) -> None:
-        """Report that a group has stopped, as soon as the motors of the group are at rest."""
+        """Report the end of a stop when all motors of the group are at rest."""
         feedback = [self.pins[f"{axis.name}.position-fb"] for axis in group.axes]
         if feedback != group.feedback:
             group.feedback, group.changed_s = feedback, now_s
