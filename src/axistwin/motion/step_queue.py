@@ -28,7 +28,10 @@ class Steps:
 
     @property
     def ticks(self) -> int:
-        """Number of ticks from the last pulse before this command to the last pulse of this command."""
+        """Duration of this command in ticks.
+
+        The duration is from the last pulse before this command to the last pulse of this command.
+        """
         return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
 
     def times(self, last: int) -> "NDArray[np.int64]":

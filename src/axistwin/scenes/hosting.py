@@ -281,7 +281,10 @@ class _ControllerHost:
     # Bus
 
     def send_commands(self) -> Procedure:
-        """Send the commands one by one to a controller on a bus, and read all of its messages."""
+        """Send the commands one by one to a controller on a bus.
+
+        The messages of the controller are read, but not used.
+        """
         with host_of(self.controller) as host:
             host.subscribe_received(lambda message: None)
             while not self.controller.bus.status:

@@ -140,7 +140,7 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Add the line and column of the key that an error names to errors in a `with` block.
+        """Find the key that an error in a `with` block names, and add its line and column to the error.
 
         Converts a UsageError to a SceneError at the key that the message names.
 

@@ -9,7 +9,10 @@ from axistwin.errors import UsageError
 
 
 def toml(table: Mapping[str, Any]) -> str:
-    """Return a TOML document with one line per key, and one line for each table in a list."""
+    """Return a dict as a TOML document with one line per key.
+
+    A list of tables has one line per table.
+    """
     lines = []
     for key, value in table.items():
         if isinstance(value, list) and value:

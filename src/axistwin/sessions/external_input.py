@@ -71,7 +71,9 @@ class ExternalInput:
         return self._ports[name]
 
     def bus(self, name: str) -> RecordedBus:
-        """Return a port to the registers of a board; the port records each action of the host.
+        """Return a port to the registers of a board.
+
+        The port records each action of the host.
 
         Raises UsageError for an unknown name, or for a controller without registers.
         """

@@ -168,7 +168,10 @@ def _size(act: Act) -> int:
 
 
 def check(act: Act) -> None:
-    """Raise UsageError for a value that cannot be written in one line of a scene or a conversation."""
+    """Check that the value of an action fits into one line of a scene or a conversation.
+
+    Raises UsageError.
+    """
     if isinstance(act, Do) and (";" in act.value or "\n" in act.value):
         raise UsageError(
             f"invalid value {act.value!r} of the action {act.target}: expected one line without a semicolon"
