@@ -121,7 +121,7 @@ def test_a_waiting_fault_can_be_cancelled(bench):
     ("words_", "message"),
     [
         ("los 3", "no kind of fault 'los': did you mean 'lose'?"),
-        ("lose 3 4 5 6", "'6' is neither a place nor a value for the fault lose: leave out '6'"),
+        ("lose 3 4 5 6", "unexpected value '6' of the fault lose: leave out '6'"),
         ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
         ("lose speed=3", "fault lose has no parameter 'speed': expected count or probability or way"),
         ("stuck input1", "fault stuck needs the parameter level: expected high or low"),

@@ -302,7 +302,7 @@ def port_action(port: SerialPort, target: str, value: str) -> Callable[[], objec
             return partial(setattr, port, "instant", _level(value))
         case "drop":
             if value != "pending":
-                raise ProgramError(f"invalid value {value!r} of the action drop: expected the word pending")
+                raise ProgramError(f"invalid value {value!r} of the action `drop`: expected the word `pending`")
             return port.drop_pending
     return partial(setattr, port.host, "format", _line(value, port))
 

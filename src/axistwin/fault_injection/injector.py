@@ -83,7 +83,7 @@ class Fault:
         """End the fault.  A waiting fault is cancelled; a finished fault stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # a callback has ended the fault while the fault begins
+            if self._mend is None:  # a callback has called `mend` at the start of the fault
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):

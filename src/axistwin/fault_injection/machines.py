@@ -229,7 +229,9 @@ def _fault_pin(spot: Spot) -> str:
     if not pins:
         raise UsageError(f"{spot.machine.name} has no fault input for a drive: use the fault `jam` or `stall`")
     if name not in pins:
-        raise UsageError(f"{spot.machine.name} has no fault input for the drive of {name}: there are {', '.join(pins)}")
+        raise UsageError(
+            f"{spot.machine.name} has no fault input for the drive of {name}: expected one of {', '.join(pins)}"
+        )
     return pins[name]
 
 

@@ -106,7 +106,7 @@ def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, s
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
         extra = bare[len(free)]
-        raise UsageError(f"{extra!r} is neither a place nor a value for the fault {kind.name}: leave out {extra!r}")
+        raise UsageError(f"unexpected value {extra!r} of the fault {kind.name}: leave out {extra!r}")
     return dict(zip(free, bare, strict=False))
 
 

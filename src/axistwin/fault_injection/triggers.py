@@ -225,7 +225,7 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
         reason = _silence(listing, line)
-        raise UsageError(f"{machine.name} has no event for program line {line}: {reason}")
+        raise UsageError(f"program line {line} of {machine.name} cannot be an event: {reason}")
 
 
 def _silence(listing: Listing, line: int) -> str:
