@@ -74,7 +74,7 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the settings that determine which points the sweep runs."""
+        """Return the settings that determine the values of each run of the sweep."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 
@@ -119,7 +119,10 @@ def check(file: Path) -> None:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Return the result of `do()`; an error gets the line and column of `keys` in the file."""
+    """Call the function `do`; add the place in the sweep file to its errors.
+
+    The place is the line and column of `keys`.
+    """
     try:
         return do()
     except PlacedError:
