@@ -263,7 +263,7 @@ def _condition(end: End, terminator: str) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Replace each number in an answer by `0`, so that answers can be compared without values."""
+    """Replace each number in an answer by `0`, so that a comparison ignores numbers."""
     if len(answer) == 1:
         return b"."
     return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))

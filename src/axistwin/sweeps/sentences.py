@@ -357,7 +357,7 @@ def _until_value(first: Series, second: Series, end_ns: int) -> float:
     """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    # `before`: at each time, the smallest value of `first` up to that time
+    # `before[n]` is the smallest earlier value of the signal `first`
     before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
     return float(np.max(np.minimum(values[:, 1], before)))
 

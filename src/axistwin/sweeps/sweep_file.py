@@ -119,9 +119,9 @@ def check(file: Path) -> None:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call the function `do`; add the place in the sweep file to its errors.
+    """Call the function `do`, and add a line and column to an error of this function.
 
-    The place is the line and column of `keys`.
+    The place in the sweep file is the line and column of `keys`.
     """
     try:
         return do()

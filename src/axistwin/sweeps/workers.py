@@ -271,7 +271,7 @@ def work() -> None:
     runner = Runner(job)
     prepare(runner)
     with suppress(EOFError, BrokenPipeError):  # these errors mean that the parent process has ended
-        pickle.dump(True, rows)  # True tells the parent process that the worker is ready
+        pickle.dump(True, rows)  # the value True means that the worker is ready
         rows.flush()
         while True:
             number, values = pickle.load(tasks)  # noqa: S301

@@ -83,7 +83,7 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Replace each number in an answer by `0`, so that answers can be compared without values.
+    """Replace each number in an answer by `0`, so that a comparison ignores numbers.
 
     `0` also replaces each checksum, and `P` replaces the letter of a mode.
     """
