@@ -11,9 +11,7 @@ a verdict; the exit code is 1 if one fails.
 
 import argparse
 import asyncio
-import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -29,8 +27,8 @@ from tests.basic.hosting import KEYS
 from tests.basic.interpreter import run_basic
 from tests.basic.listings import runnable, source
 from tests.basic.test_sample_programs import FORTH_AND_TEN_TIMES_BACK_AND_FORTH, PASSES
+from tests.standin.command import StandInCommand
 
-HOME = Path(__file__).resolve().parents[2]
 PINS = {"X": (2, 3), "Y": (5, 6), "Z": (11, 12)}
 SCENE = """
 [[controller]]
@@ -77,48 +75,21 @@ JOINED = [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH[:-1], {"X": 6000, "Y": 500}, {"X":
 EXPECTED = dict.fromkeys((1, 2, 4, 5, 8), FORTH_AND_TEN_TIMES_BACK_AND_FORTH) | {7: SEVEN, 10: TEN, 11: ELEVEN}
 
 
-class StandIn:
-    """The command, with a simulated board in another process.  `terminal`: the host's device."""
+class StandIn(StandInCommand):
+    """The command with an interface at a pseudo terminal.  `terminal`: the host's device."""
 
     def __init__(self, folder: Path, model: str, line: str) -> None:
-        self._folder, self.terminal = folder, folder / "host"
-        (folder / "table.toml").write_text(SCENE.format(model=model, line=line, folder=folder))
-        script = HOME / "tests" / "standin" / "pty_board.py"
-        self._board = subprocess.Popen([sys.executable, script, folder / "board", folder / "pulses"])
-        while not (folder / "board").is_symlink():
-            time.sleep(0.01)
-        self._errors = (folder / "errors").open("w+")
-        command = [sys.executable, "-m", "axistwin", "stand-in", "table.toml"]
-        environment = {**os.environ, "PYTHONPATH": str(HOME / "src"), "PYTHONUNBUFFERED": "1"}
-        self._program = subprocess.Popen(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, text=True,
-                                         stdout=subprocess.PIPE, stderr=self._errors)  # fmt: skip
-        if not self._program.stdout.readline():
-            raise SystemExit((folder / "errors").read_text())
+        super().__init__(folder, SCENE.format(model=model, line=line, folder=folder))
+        self.terminal = folder / "host"
         time.sleep(0.5)
-
-    def journal(self) -> int:
-        """Return the size of the journal, which grows while pulses are sent."""
-        return (self._folder / "table.journal").stat().st_size
 
     def wait_for_rest(self) -> None:
         """Wait until no pulse has been sent for some seconds."""
         ends, size, since = time.monotonic() + LONGEST_S, 0, time.monotonic()
         while time.monotonic() < min(ends, since + AT_REST_S):
             time.sleep(0.1)
-            if (now := self.journal()) != size:
+            if (now := self.journal.stat().st_size) != size:
                 size, since = now, time.monotonic()
-
-    def close(self) -> tuple[Pulses, str]:
-        """End both programs; return the pulses at the pins, and the lines of the program about stops."""
-        self._program.terminate()
-        self._program.wait(30)
-        self._program.stdout.close()
-        self._errors.close()
-        self._board.terminate()
-        self._board.wait()
-        made = json.loads((self._folder / "pulses").read_text())["pulses"]
-        lines = (self._folder / "errors").read_text().splitlines()
-        return made, "\n".join(line for line in lines if "stopped" in line and not line.endswith("end of the run"))
 
 
 def moves(made: Pulses) -> Moves:
@@ -196,8 +167,9 @@ def run(program: int) -> tuple[Moves, str]:
         try:
             wrong = basic(program, stand_in, Path(folder)) if program else pyserial(stand_in)
         finally:
-            made, stops = stand_in.close()
-    return (sequence_moves if program in PASSES else moves)(made), wrong + stops
+            made: Pulses = stand_in.close()["pulses"]
+            stops = [line for line in stand_in.stops() if not line.endswith("end of the run")]
+    return (sequence_moves if program in PASSES else moves)(made), "\n".join([wrong, *stops])
 
 
 PYSERIAL = [{"X": 2000}, {"X": -700, "Y": 700}, {"Z": -30}]

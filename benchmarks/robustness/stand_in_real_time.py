@@ -11,7 +11,6 @@ own.  Prints the errors and a verdict; the exit code is 1 if there are errors.
 """
 
 import argparse
-import json
 import os
 import random
 import signal
@@ -23,7 +22,10 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
-HOME = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.standin.command import StandInCommand
+
 SCENE = """
 [[controller]]
 model = "if1"
@@ -49,27 +51,12 @@ enable = "!P4"
 MOST_STANDSTILL_S = 0.12
 
 
-class Run:
-    """A board and a stand-in in a folder."""
+class Run(StandInCommand):
+    """The command with an IF1 that is ready for messages, at a TCP port."""
 
     def __init__(self, folder: Path, watchdog_ms: int) -> None:
-        self._folder = folder
-        self.environment = {**os.environ, "PYTHONPATH": str(HOME / "src"), "PYTHONUNBUFFERED": "1"}
-        (folder / "table.toml").write_text(SCENE.format(watchdog=watchdog_ms))
-        script = HOME / "tests" / "standin" / "pty_board.py"
-        self._board = subprocess.Popen([sys.executable, script, folder / "board", folder / "pulses"])
-        while not (folder / "board").is_symlink():
-            time.sleep(0.01)
-        self.errors = (folder / "errors").open("w+")
-        command = [sys.executable, "-m", "axistwin", "stand-in", "table.toml"]
-        self.program = subprocess.Popen(command, cwd=folder, env=self.environment, stdin=subprocess.PIPE, text=True,
-                                        stdout=subprocess.PIPE, stderr=self.errors)  # fmt: skip
-        line = self.program.stdout.readline()
-        if not line:
-            self._board.terminate()
-            self._board.wait()
-            raise RuntimeError(Path(self.errors.name).read_text())
-        self._host = socket.create_connection(("127.0.0.1", int(line.rpartition(":")[2])))
+        super().__init__(folder, SCENE.format(watchdog=watchdog_ms))
+        self._host = socket.create_connection(("127.0.0.1", int(self.first.rpartition(":")[2])))
         for text, seconds in ((b"", 0.6), (b"(", 0.3), (b"U61\r", 1.5)):
             self.say(text, seconds)
 
@@ -78,27 +65,15 @@ class Run:
         self._host.sendall(text)
         time.sleep(seconds)
 
-    def stops(self) -> list[str]:
-        """Return the lines about stops that the program has written."""
-        return [line for line in Path(self.errors.name).read_text().splitlines() if "stopped:" in line]
-
     def refused(self) -> bool:
-        """Start the program again; return True if it is refused."""
-        command = [sys.executable, "-m", "axistwin", "stand-in", "table.toml"]
-        again = subprocess.run(command, cwd=self._folder, env=self.environment, capture_output=True, check=False)
-        return again.returncode == 2 and b"--unhomed" in again.stderr
+        """Start the command again; return True if it is refused."""
+        ended = self.again()
+        return ended.returncode == 2 and b"--unhomed" in ended.stderr
 
     def close(self) -> dict[str, object]:
-        """End the board; return its pulses and levels."""
-        self.program.kill()
-        self.program.wait()
-        self.program.stdin.close()
-        self.program.stdout.close()
+        """End the host, the command and the board; return the pulses and levels of the board."""
         self._host.close()
-        self.errors.close()
-        self._board.terminate()
-        self._board.wait()
-        return json.loads((self._folder / "pulses").read_text())
+        return super().close()
 
 
 def kill(seed: int) -> list[str]:
@@ -156,7 +131,7 @@ def load(seconds: float, spinners: int) -> list[str]:
         stops = run.stops()
         run.program.send_signal(signal.SIGINT)
         run.program.wait(30)
-        journal = (Path(folder) / "table.journal").read_text().splitlines()[-1]
+        journal = run.journal.read_text().splitlines()[-1]
         found = run.close()
     made = found["pulses"]["2"]
     net = sum(direction for _, direction in made)
