@@ -235,8 +235,15 @@ def test_a_sweep_file_is_run_and_checked(tmp_path):
     done = run("sweep", file, "--out", tmp_path / "s.parquet", "--workers", 0, "--summary")
     assert (done.code, done.out.splitlines()[0][:6]) == (0, "2 runs")
     assert run("sweep", file, "--out", tmp_path / "s.parquet", "--seed", 3).err.endswith(f"set --seed in {file}\n")
-    for wrong, line in (("final table.X.lots", 7), ("finally", 7)):
-        file.write_text(STUDY.replace("final table.X.lost", wrong))
+    for old, wrong, line in (
+        ("final table.X.lost", "final table.X.lots", 7),
+        ("final table.X.lost", "finally", 7),
+        ("[0.1, 0.9]", "[-1, 0.9]", 5),
+        ("[0.1, 0.9]", '"0.1..0.9"', 5),
+        ("load.torque", "limits.5", 5),
+        ("load.torque", "lod.torque", 5),
+    ):
+        file.write_text(STUDY.replace(old, wrong))
         checked = run("check", file)
         assert checked.code == 1
         assert f"study.toml:{line}:1: error:" in checked.out
